@@ -1,0 +1,27 @@
+// The one error type of the library: what went wrong, where, and what to do about it.
+// The library throws it and never prints, exits or aborts; the program turns it into one line and exit code 2.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace decid {
+
+/// Thrown for every bad input, file or setting. `what()` reads "where: problem; remedy".
+class Error : public std::runtime_error {
+ public:
+  /// `where` names the file, option or function; `problem` says what is wrong with it, figures included;
+  /// `remedy` tells the reader what to do.
+  Error(std::string where, std::string problem, std::string remedy);
+
+  const std::string& where() const noexcept { return where_; }
+  const std::string& problem() const noexcept { return problem_; }
+  const std::string& remedy() const noexcept { return remedy_; }
+
+ private:
+  std::string where_;
+  std::string problem_;
+  std::string remedy_;
+};
+
+}  // namespace decid

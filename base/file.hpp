@@ -1,0 +1,37 @@
+// Files, whole or not at all: an output is written beside its target and renamed when it is complete.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace decid {
+
+/// The whole file. Throws Error if it cannot be opened or read, or is larger than `limit_bytes`.
+std::string read_file(const std::filesystem::path& path, std::size_t limit_bytes = std::size_t{1} << 32);
+
+/// Replaces `path` by `content` in one step: after a failure or a kill the old file, or none, is there.
+void write_file(const std::filesystem::path& path, std::string_view content);
+
+/// A file being made by someone who needs a path (a library, a long run). Removes its temporary file unless
+/// commit() was called.
+class PendingFile {
+ public:
+  /// Throws Error at once if the folder of `target` does not exist or cannot be written.
+  explicit PendingFile(std::filesystem::path target);
+  ~PendingFile();
+  PendingFile(const PendingFile&) = delete;
+  PendingFile& operator=(const PendingFile&) = delete;
+
+  /// Where to write meanwhile: in the target's folder, so that the rename is atomic.
+  const std::filesystem::path& path() const noexcept { return temporary_; }
+  /// Renames the temporary file to the target.
+  void commit();
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  bool committed_ = false;
+};
+
+}  // namespace decid

@@ -1,0 +1,30 @@
+// Elementary functions whose bits we promise: fixed chains of IEEE additions, multiplications, divisions, square
+// roots and explicit fused multiply-adds. libm's versions differ between systems, these do not.
+// Methods: argument reduction and Taylor or Chebyshev polynomials; the stated bounds are what the tests hold them to.
+#pragma once
+
+namespace decid {
+
+/// A turn's sine and cosine: sin(2 pi n / d), cos(2 pi n / d). The reduction to an octant is exact (integers).
+/// Absolute error below 2.3e-16. d > 0; n may be any integer.
+struct SinCos {
+  double sin, cos;
+};
+SinCos sincos_of_turn(long long n, long long d) noexcept;
+
+/// sin(x) for |x| <= 0.5 rad; relative error below 2.5e-16.
+double sin_small(double x) noexcept;
+
+/// Natural logarithm of a normal x > 0; error below 2 units in the last place.
+double log(double x) noexcept;
+
+/// e^x for |x| <= 700; relative error below 4.5e-16.
+double exp(double x) noexcept;
+
+/// Angle of (x, y) in (-pi, pi]; atan2(0, 0) = 0; error below 3 units in the last place.
+double atan2(double y, double x) noexcept;
+
+/// asinh(x), relative error below 1e-15.
+double asinh(double x) noexcept;
+
+}  // namespace decid

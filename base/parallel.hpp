@@ -1,0 +1,27 @@
+// Work shared among threads without a say in the result: each index is computed on its own, and nothing is
+// reduced here.
+#pragma once
+
+#include <atomic>
+#include <exception>
+
+namespace decid {
+
+/// Calls body(i) for i in [0, count) on OpenMP's threads. The first exception is thrown again in the caller.
+template <class Body>
+void parallel_for(int count, const Body& body) {
+  std::exception_ptr failure;
+  std::atomic<bool> failed{false};
+#pragma omp parallel for schedule(dynamic, 1)
+  for (int i = 0; i < count; ++i) {
+    if (failed.load(std::memory_order_relaxed)) continue;
+    try {
+      body(i);
+    } catch (...) {
+      if (!failed.exchange(true)) failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace decid

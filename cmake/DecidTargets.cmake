@@ -1,0 +1,34 @@
+# How every target of the project is compiled, in one place.
+
+# Settings that all code shares. -ffp-contract=off: a fused multiply-add happens where the source says fma(), nowhere
+# else; g++ fuses by default, and the bits of a build would depend on the instruction set it was made for.
+function(decid_compile_options target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(${target} PRIVATE -ffp-contract=off -fno-math-errno -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+                                           $<$<BOOL:${DECID_WARNINGS_AS_ERRORS}>:-Werror>)
+  if(DECID_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${DECID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    target_link_options(${target} PUBLIC -fsanitize=${DECID_SANITIZE})
+  endif()
+endfunction()
+
+# decid_library(name sources...): static library decid_<name>, alias decid::<name>; includes are written from the root
+# of the project ("sim/fft.hpp"), installed below include/decid.
+function(decid_library name)
+  add_library(decid_${name} STATIC ${ARGN})
+  add_library(decid::${name} ALIAS decid_${name})
+  set_target_properties(decid_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(decid_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                                  $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/decid>)
+  decid_compile_options(decid_${name})
+  set_property(GLOBAL APPEND PROPERTY DECID_LIBRARIES decid_${name})
+endfunction()
+
+# decid_test(name sources...): doctest program test_<name>, one CTest entry.
+function(decid_test name)
+  add_executable(test_${name} ${PROJECT_SOURCE_DIR}/tests/main.cpp ${ARGN})
+  decid_compile_options(test_${name})
+  target_link_libraries(test_${name} PRIVATE doctest::doctest)
+  add_test(NAME ${name} COMMAND test_${name})
+endfunction()

@@ -1,0 +1,80 @@
+// The network's input: the sway cut into non-overlapping windows, the FFT of each as an image. Rows are frequency,
+// columns time, channels what is drawn of each complex bin (the paper: modulus and phase).
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/fft.hpp"
+
+namespace decid::dataset {
+
+/// What a channel shows of a bin z (rad, as the FFT's sum gives it).
+enum class Channel { modulus, log_modulus, phase, cos_phase, sin_phase, real, imaginary };
+/// "modulus", "log_modulus", ...
+const char* name(Channel channel);
+/// Throws Error for an unknown name.
+Channel channel_from_name(const std::string& name);
+
+struct ImageSettings {
+  int window = 110;                                             ///< samples a window
+  bool half_spectrum = false;                                   ///< rows 0 .. window / 2 only; the rest mirror them
+  std::vector<Channel> channels{Channel::modulus, Channel::phase};
+  bool standardize_rows = false;  ///< (value - mean) / deviation with the training set's figures of each row
+
+  /// Throws Error for window < 2 or > 4096, no channels, or more than 16.
+  void validate() const;
+  bool operator==(const ImageSettings&) const = default;
+};
+std::string to_json(const ImageSettings& settings);
+ImageSettings image_settings_from_json(const std::string& text, const std::string& where);
+
+/// log_modulus is log(max(|z|, this)): 1e-6 rad, below anything a sensor resolves.
+inline constexpr double modulus_floor_rad = 1e-6;
+
+struct ImageShape {
+  int channels, rows, columns;
+  int size() const { return channels * rows * columns; }
+};
+
+/// Makes images of trials of a fixed length; immutable, one serves all threads.
+class ImageMaker {
+ public:
+  /// samples: length of a trial; windows that do not fit whole are left out at its end.
+  /// Throws Error if not one window fits.
+  ImageMaker(ImageSettings settings, int samples);
+
+  const ImageSettings& settings() const noexcept { return settings_; }
+  ImageShape shape() const noexcept;
+  /// sway_rad: `samples` values. image: shape().size() values, channel-major, rows (frequency) before columns (time).
+  void make(std::span<const float> sway_rad, std::span<float> image) const;
+
+ private:
+  ImageSettings settings_;
+  int samples_;
+  sim::RealFft fft_;
+};
+
+/// Mean and standard deviation of each row (channel, frequency) over a training set's images and times.
+struct RowScaling {
+  std::vector<float> mean, deviation;  ///< channels * rows values; deviation is 1 where a row is constant
+
+  /// image = (image - mean) / deviation, row by row.
+  void apply(std::span<float> image, int columns) const;
+};
+
+/// Accumulates row statistics image by image, in double and in call order.
+class RowStatistics {
+ public:
+  explicit RowStatistics(ImageShape shape);
+  void add(std::span<const float> image);
+  RowScaling finish() const;
+
+ private:
+  ImageShape shape_;
+  long long images_ = 0;
+  std::vector<double> mean_, squares_;  // Welford
+};
+
+}  // namespace decid::dataset

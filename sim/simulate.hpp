@@ -1,0 +1,59 @@
+// A trial: the single inverted pendulum on the tilting platform under the DEC controller, 1 ms semi-implicit Euler.
+// Equations (a = body in space, f = platform in space, e = tilt estimate, all rad; u at t - delay, zero before):
+//   e' = f_theta(f' + nu')                              dead band, eq. 2 and 3 of the paper
+//   u  = Kp (2a + e - f) + Kd (2a' + e' - f')           servo signal e + a - f, plus gravity estimate 1 * a
+//   J a'' = m g h sin(a) - u(t - delay) - Kp_pass (a - f) - Kd_pass (a' - f')
+// The paper's printed sum (eq. 7) loses the servo term and its signs of the ankle angle disagree; its text is followed
+// here, with the ankle angle = body - platform throughout.
+#pragma once
+
+#include <span>
+
+#include "base/random.hpp"
+#include "sim/noise.hpp"
+#include "sim/parameters.hpp"
+#include "sim/protocol.hpp"
+
+namespace decid::sim {
+
+/// A trial is valid while the body stays within this bound, over every integration step.
+inline constexpr double sway_limit_rad = 5.0 * rad_per_deg;
+/// The longest delay that can be simulated.
+inline constexpr double longest_delay_s = 1.0;
+
+/// f_theta: x + theta below -theta, 0 within, x - theta above.
+double dead_band(double x, double theta);
+
+struct Outcome {
+  bool valid;              ///< stayed within sway_limit_rad
+  double largest_sway_rad;  ///< max |a| over the steps that were simulated
+  double end_s;            ///< when the trial ended: its length, or when the body left the bound
+};
+
+/// Simulates trials of one protocol. Immutable: one serves all threads.
+class Simulator {
+ public:
+  /// Throws Error if the protocol is not valid.
+  explicit Simulator(Protocol protocol);
+
+  const Protocol& protocol() const noexcept { return protocol_; }
+  const Stimulus& stimulus() const noexcept { return stimulus_; }
+  int samples() const noexcept { return samples_; }
+
+  /// One trial from rest, upright. sway_rad: samples() values, sample k at t = k / rate; if the body leaves the bound
+  /// the rest of them is not written. `noise` gives the vestibular noise's normals. No sensor noise is added.
+  /// Throws Error for a non-finite or negative parameter, or a delay above longest_delay_s.
+  Outcome run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const;
+
+ private:
+  Protocol protocol_;
+  Stimulus stimulus_;
+  VestibularNoiseMaker noise_maker_;
+  int samples_;
+};
+
+/// The closed loop's transfer function from platform tilt to body sway at theta = 0, no noise, small angles:
+///   H(s) = (Kp_pass + s Kd_pass) / (J s^2 - m g h + 2 (Kp + s Kd) exp(-s delay) + Kp_pass + s Kd_pass), s = 2 pi i f.
+Complex closed_loop(const Parameters& parameters, const Body& body, double frequency_hz);
+
+}  // namespace decid::sim
