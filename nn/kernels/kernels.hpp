@@ -1,0 +1,134 @@
+// The engine's arithmetic: one table of kernels an instruction set, all with the same bits.
+//
+// The contract of bits. Every value is one chain of fused multiply-adds, acc = fma(a, b, acc), in the order given at
+// each kernel; a chain never depends on the vector width, the tile, the thread or the batch around a sample.
+// Reductions over the batch sum the 16 lanes of a block by the tree l + (l + 8), + 4, + 2, + 1, lanes without a
+// sample counting as 0, and the blocks by tree_sum. Nothing else is summed across lanes. What changes the bits: the
+// program's version. What does not: threads, instruction set, compiler, the samples that share a batch in inference.
+//
+// A kernel works on one block of 16 samples (or on plain arrays) and knows nothing of threads; layers share the
+// blocks out. Views given to kernels start at that block. T is float, or double in the gradient checks.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "nn/tensor.hpp"
+
+namespace decid::nn {
+
+/// A convolution's geometry: dst = floor((src + 2 pad - kernel) / stride) + 1 in each direction.
+struct Conv2dShape {
+  int src_channels, src_rows, src_columns;
+  int dst_channels, dst_rows, dst_columns;
+  int kernel_rows, kernel_columns;
+  int stride_rows, stride_columns;
+  int pad_rows, pad_columns;
+};
+
+/// Pooling windows: dst = floor((src - kernel) / stride) + 1, no padding.
+struct PoolShape {
+  int channels, src_rows, src_columns, dst_rows, dst_columns;
+  int kernel_rows, kernel_columns, stride_rows, stride_columns;
+};
+
+/// One channel's plane of a block.
+template <class T>
+struct Plane {
+  T* data;
+  std::ptrdiff_t row;  ///< stride of rows in values
+  int rows, columns;
+};
+
+template <class T>
+struct Kernels {
+  const char* name;
+
+  /// dst[o,i,j] = bias[o] + sum over (c, ky, kx), in that order, of weight[o,c,ky,kx] * src[c, i s + ky - p, j s + kx - p].
+  /// Padding counts as terms with value +0. src has a halo of at least the padding. For o in [first, last).
+  void (*conv2d_forward)(const Conv2dShape&, View<const T> src, const T* weight, const T* bias, View<T> dst, int first,
+                         int last);
+  /// diff_src[c,y,x] = 0 + sum over (o, ky, kx), in that order, of weight[o,c,ky,kx] * diff_dst[o, (y+p-ky)/s, (x+p-kx)/s];
+  /// only taps for which s divides; outside the plane diff_dst counts as +0 and is read from its halo
+  /// (diff_halo(shape)). For c in [first, last).
+  void (*conv2d_backward_src)(const Conv2dShape&, View<const T> diff_dst, const T* weight, View<T> diff_src, int first,
+                              int last);
+  /// diff_weight[o,c,ky,kx] = lane tree of: sum over (i, j) of src[c, i s + ky - p, j s + kx - p] * diff_dst[o,i,j];
+  /// diff_bias[o] = lane tree of: sum over (i, j) of diff_dst[o,i,j]. Lanes from `valid` on count as 0.
+  /// For o in [first, last); the arrays are whole.
+  void (*conv2d_backward_weight)(const Conv2dShape&, View<const T> src, View<const T> diff_dst, int valid,
+                                 T* diff_weight, T* diff_bias, int first, int last);
+
+  /// dst[o] = bias[o] + sum over k of weight[o,k] * src[k]; k runs over (channel, row, column). dst: outputs x lanes.
+  void (*fully_connected_forward)(Shape src_shape, View<const T> src, const T* weight, const T* bias, T* dst, int first,
+                                  int last);
+  /// diff_src[k] = 0 + sum over o of weight[o,k] * diff_dst[o]. For channels in [first, last).
+  void (*fully_connected_backward_src)(Shape src_shape, int outputs, const T* diff_dst, const T* weight, View<T> diff_src,
+                                       int first, int last);
+  /// diff_weight[o,k] = lane tree of src[k] * diff_dst[o]; diff_bias[o] = lane tree of diff_dst[o].
+  void (*fully_connected_backward_weight)(Shape src_shape, View<const T> src, const T* diff_dst, int valid,
+                                          T* diff_weight, T* diff_bias, int first, int last);
+
+  /// With d = src - pivot: sums[0] = lane tree, in double, of sum over rows, in double, of the row's chain of d + ...;
+  /// sums[1] the same of d * d.
+  void (*batchnorm_sums)(Plane<const T> src, T pivot, int valid, double sums[2]);
+  /// dst = fma(src, scale, shift).
+  void (*batchnorm_apply)(Plane<const T> src, T scale, T shift, Plane<T> dst);
+  /// sums[0] as above of diff_dst, sums[1] of diff_dst * (src - mean).
+  void (*batchnorm_backward_sums)(Plane<const T> src, Plane<const T> diff_dst, T mean, int valid, double sums[2]);
+  /// diff_src = fma(a, diff_dst, fma(b, src, c)); may overwrite diff_dst.
+  void (*batchnorm_backward_apply)(Plane<const T> src, Plane<const T> diff_dst, T a, T b, T c, Plane<T> diff_src);
+
+  /// value = value < 0 ? 0 : value, in place.
+  void (*relu_forward)(Plane<T> value);
+  /// diff = value > 0 ? diff : 0, in place; value is the layer's output.
+  void (*relu_backward)(Plane<const T> value, Plane<T> diff);
+
+  /// dst = (chain of additions over the window, row by row) * (1 / window size). All channels of the block.
+  void (*average_pool_forward)(const PoolShape&, View<const T> src, View<T> dst);
+  /// diff_src: zero, then every window in row order adds diff_dst * (1 / window size) to each of its values.
+  void (*average_pool_backward)(const PoolShape&, View<const T> diff_dst, View<T> diff_src);
+  /// dst: the window's largest value.
+  void (*max_pool_forward)(const PoolShape&, View<const T> src, View<T> dst);
+  /// diff_src: zero, then every window in row order adds its diff_dst to its first largest value.
+  void (*max_pool_backward)(const PoolShape&, View<const T> src, View<const T> diff_dst, View<T> diff_src);
+
+  /// gradient' = fma(weight_decay, value, gradient); velocity = fma(momentum, velocity, gradient');
+  /// value = fma(-learning_rate, velocity, value).
+  void (*sgd_step)(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity,
+                   T* value);
+};
+
+/// The plain definitions, for reading and for testing the others.
+template <class T>
+const Kernels<T>& reference_kernels();
+
+/// The kernels in use. For float the fastest set this machine runs, or the one named by the environment variable
+/// DECID_ISA (reference, baseline, avx2, avx512, neon); throws Error if that one is unknown or cannot run here. For
+/// double the reference.
+template <class T>
+const Kernels<T>& kernels();
+
+/// Names that kernels<float>() could be asked for on this machine, slowest first.
+std::vector<std::string> available_kernels();
+/// One of them by name. Throws Error if unknown or not available here.
+const Kernels<float>& kernels_named(const std::string& name);
+
+/// Halo that conv2d_backward_src reads around diff_dst.
+int diff_halo(const Conv2dShape& shape);
+
+/// Sum of parts[0 .. count) of `stride` values each, into parts[0]: part i + part i + n/2 for the smallest power of two
+/// n >= count, then n/4, ... A tree of fixed shape that depends on count alone.
+template <class T>
+void tree_sum(T* parts, int count, std::size_t stride) {
+  int half = 1;
+  while (half < count) half *= 2;
+  for (half /= 2; half > 0; half /= 2)
+    for (int i = 0; i < half && i + half < count; ++i)
+      for (std::size_t k = 0; k < stride; ++k)
+        parts[static_cast<std::size_t>(i) * stride + k] += parts[static_cast<std::size_t>(i + half) * stride + k];
+}
+
+}  // namespace decid::nn

@@ -1,0 +1,342 @@
+// The plain definitions of every kernel, one loop a sum: what the fast ones are tested against, and what gradient
+// checks run in double. The order of each chain is the contract written in kernels.hpp.
+#include <cmath>
+
+#include "nn/kernels/kernels.hpp"
+
+namespace decid::nn {
+namespace {
+
+/// Lane l at (channel, row, column), +0 outside the plane.
+template <class T>
+T value_or_zero(View<const T> v, int rows, int columns, int channel, int row, int column, int lane) {
+  if (row < 0 || row >= rows || column < 0 || column >= columns) return T(0);
+  return v.data[channel * v.channel + row * v.row + column * lanes + lane];
+}
+
+template <class T>
+T lane_tree(const T* value, int valid) {
+  T v[lanes];
+  for (int l = 0; l < lanes; ++l) v[l] = l < valid ? value[l] : T(0);
+  for (int half = lanes / 2; half > 0; half /= 2)
+    for (int l = 0; l < half; ++l) v[l] += v[l + half];
+  return v[0];
+}
+
+std::size_t weight_index(const Conv2dShape& s, int o, int c, int ky, int kx) {
+  return static_cast<std::size_t>(((o * s.src_channels + c) * s.kernel_rows + ky) * s.kernel_columns + kx);
+}
+
+template <class T>
+void conv2d_forward(const Conv2dShape& s, View<const T> src, const T* weight, const T* bias, View<T> dst, int first,
+                    int last) {
+  for (int o = first; o < last; ++o)
+    for (int i = 0; i < s.dst_rows; ++i)
+      for (int j = 0; j < s.dst_columns; ++j)
+        for (int l = 0; l < lanes; ++l) {
+          T acc = bias[o];
+          for (int c = 0; c < s.src_channels; ++c)
+            for (int ky = 0; ky < s.kernel_rows; ++ky)
+              for (int kx = 0; kx < s.kernel_columns; ++kx)
+                acc = std::fma(weight[weight_index(s, o, c, ky, kx)],
+                               value_or_zero(src, s.src_rows, s.src_columns, c, i * s.stride_rows + ky - s.pad_rows,
+                                             j * s.stride_columns + kx - s.pad_columns, l),
+                               acc);
+          dst.data[o * dst.channel + i * dst.row + j * lanes + l] = acc;
+        }
+}
+
+template <class T>
+void conv2d_backward_src(const Conv2dShape& s, View<const T> diff_dst, const T* weight, View<T> diff_src, int first,
+                         int last) {
+  // floor((position - tap) / stride): positions left of the plane are negative and must not round to 0.
+  const auto floor_div = [](int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); };
+  for (int c = first; c < last; ++c)
+    for (int y = 0; y < s.src_rows; ++y)
+      for (int x = 0; x < s.src_columns; ++x)
+        for (int l = 0; l < lanes; ++l) {
+          T acc = T(0);
+          for (int o = 0; o < s.dst_channels; ++o)
+            for (int ky = 0; ky < s.kernel_rows; ++ky)
+              for (int kx = 0; kx < s.kernel_columns; ++kx) {
+                const int iy = y + s.pad_rows - ky, jx = x + s.pad_columns - kx;
+                if (iy % s.stride_rows != 0 || jx % s.stride_columns != 0) continue;
+                acc = std::fma(weight[weight_index(s, o, c, ky, kx)],
+                               value_or_zero(diff_dst, s.dst_rows, s.dst_columns, o, floor_div(iy, s.stride_rows),
+                                             floor_div(jx, s.stride_columns), l),
+                               acc);
+              }
+          diff_src.data[c * diff_src.channel + y * diff_src.row + x * lanes + l] = acc;
+        }
+}
+
+template <class T>
+void conv2d_backward_weight(const Conv2dShape& s, View<const T> src, View<const T> diff_dst, int valid, T* diff_weight,
+                            T* diff_bias, int first, int last) {
+  for (int o = first; o < last; ++o) {
+    T sum[lanes];
+    for (int c = 0; c < s.src_channels; ++c)
+      for (int ky = 0; ky < s.kernel_rows; ++ky)
+        for (int kx = 0; kx < s.kernel_columns; ++kx) {
+          for (int l = 0; l < lanes; ++l) {
+            sum[l] = T(0);
+            for (int i = 0; i < s.dst_rows; ++i)
+              for (int j = 0; j < s.dst_columns; ++j)
+                sum[l] = std::fma(value_or_zero(src, s.src_rows, s.src_columns, c, i * s.stride_rows + ky - s.pad_rows,
+                                                j * s.stride_columns + kx - s.pad_columns, l),
+                                  diff_dst.data[o * diff_dst.channel + i * diff_dst.row + j * lanes + l], sum[l]);
+          }
+          diff_weight[weight_index(s, o, c, ky, kx)] = lane_tree(sum, valid);
+        }
+    for (int l = 0; l < lanes; ++l) {
+      sum[l] = T(0);
+      for (int i = 0; i < s.dst_rows; ++i)
+        for (int j = 0; j < s.dst_columns; ++j)
+          sum[l] += diff_dst.data[o * diff_dst.channel + i * diff_dst.row + j * lanes + l];
+    }
+    diff_bias[o] = lane_tree(sum, valid);
+  }
+}
+
+/// Calls f(k, pointer to the lanes of value k) in the order of weights: channel, row, column.
+template <class T, class F>
+void for_each_value(Shape shape, View<T> v, int first, int last, const F& f) {
+  for (int c = first; c < last; ++c)
+    for (int i = 0; i < shape.rows; ++i)
+      for (int j = 0; j < shape.columns; ++j)
+        f(static_cast<std::size_t>((c * shape.rows + i) * shape.columns + j), v.data + c * v.channel + i * v.row + j * lanes);
+}
+
+template <class T>
+void fully_connected_forward(Shape shape, View<const T> src, const T* weight, const T* bias, T* dst, int first, int last) {
+  for (int o = first; o < last; ++o) {
+    T* acc = dst + o * lanes;
+    const T* w = weight + static_cast<std::size_t>(o) * static_cast<std::size_t>(shape.size());
+    for (int l = 0; l < lanes; ++l) acc[l] = bias[o];
+    for_each_value(shape, src, 0, shape.channels, [&](std::size_t k, const T* x) {
+      for (int l = 0; l < lanes; ++l) acc[l] = std::fma(w[k], x[l], acc[l]);
+    });
+  }
+}
+
+template <class T>
+void fully_connected_backward_src(Shape shape, int outputs, const T* diff_dst, const T* weight, View<T> diff_src,
+                                  int first, int last) {
+  for_each_value(shape, diff_src, first, last, [&](std::size_t k, T* dx) {
+    for (int l = 0; l < lanes; ++l) {
+      T acc = T(0);
+      for (int o = 0; o < outputs; ++o)
+        acc = std::fma(weight[static_cast<std::size_t>(o) * static_cast<std::size_t>(shape.size()) + k],
+                       diff_dst[o * lanes + l], acc);
+      dx[l] = acc;
+    }
+  });
+}
+
+template <class T>
+void fully_connected_backward_weight(Shape shape, View<const T> src, const T* diff_dst, int valid, T* diff_weight,
+                                     T* diff_bias, int first, int last) {
+  for (int o = first; o < last; ++o) {
+    const T* dy = diff_dst + o * lanes;
+    T* dw = diff_weight + static_cast<std::size_t>(o) * static_cast<std::size_t>(shape.size());
+    for_each_value(shape, src, 0, shape.channels, [&](std::size_t k, const T* x) {
+      T product[lanes];
+      for (int l = 0; l < lanes; ++l) product[l] = x[l] * dy[l];
+      dw[k] = lane_tree(product, valid);
+    });
+    diff_bias[o] = lane_tree(dy, valid);
+  }
+}
+
+/// Lane tree in double of the rows' chains; f(row, column, lane, acc) continues a chain.
+template <class T, class F>
+double plane_sum(int rows, int columns, int valid, const F& f) {
+  double sum[lanes] = {};
+  for (int i = 0; i < rows; ++i)
+    for (int l = 0; l < lanes; ++l) {
+      T acc = T(0);
+      for (int j = 0; j < columns; ++j) acc = f(i, j, l, acc);
+      sum[l] += static_cast<double>(acc);
+    }
+  return lane_tree(sum, valid);
+}
+
+template <class T>
+T get(const Plane<T>& p, int i, int j, int l) {
+  return p.data[i * p.row + j * lanes + l];
+}
+
+template <class T>
+void batchnorm_sums(Plane<const T> src, T pivot, int valid, double sums[2]) {
+  sums[0] = plane_sum<T>(src.rows, src.columns, valid,
+                         [&](int i, int j, int l, T acc) { return acc + (get(src, i, j, l) - pivot); });
+  sums[1] = plane_sum<T>(src.rows, src.columns, valid, [&](int i, int j, int l, T acc) {
+    const T d = get(src, i, j, l) - pivot;
+    return std::fma(d, d, acc);
+  });
+}
+
+template <class T>
+void batchnorm_backward_sums(Plane<const T> src, Plane<const T> diff_dst, T mean, int valid, double sums[2]) {
+  sums[0] = plane_sum<T>(src.rows, src.columns, valid,
+                         [&](int i, int j, int l, T acc) { return acc + get(diff_dst, i, j, l); });
+  sums[1] = plane_sum<T>(src.rows, src.columns, valid, [&](int i, int j, int l, T acc) {
+    return std::fma(get(diff_dst, i, j, l), get(src, i, j, l) - mean, acc);
+  });
+}
+
+/// Calls f(value index within the rows of a, b and c) for every value of a plane.
+template <class T, class F>
+void for_each_row_value(const Plane<T>& plane, const F& f) {
+  for (int i = 0; i < plane.rows; ++i)
+    for (int j = 0; j < plane.columns * lanes; ++j) f(i, j);
+}
+
+template <class T>
+void batchnorm_apply(Plane<const T> src, T scale, T shift, Plane<T> dst) {
+  for_each_row_value(
+      src, [&](int i, int j) { dst.data[i * dst.row + j] = std::fma(src.data[i * src.row + j], scale, shift); });
+}
+
+template <class T>
+void batchnorm_backward_apply(Plane<const T> src, Plane<const T> diff_dst, T a, T b, T c, Plane<T> diff_src) {
+  for_each_row_value(src, [&](int i, int j) {
+    diff_src.data[i * diff_src.row + j] =
+        std::fma(a, diff_dst.data[i * diff_dst.row + j], std::fma(b, src.data[i * src.row + j], c));
+  });
+}
+
+template <class T>
+void relu_forward(Plane<T> value) {
+  for_each_row_value(value, [&](int i, int j) {
+    T& v = value.data[i * value.row + j];
+    v = v < T(0) ? T(0) : v;
+  });
+}
+
+template <class T>
+void relu_backward(Plane<const T> value, Plane<T> diff) {
+  for_each_row_value(value, [&](int i, int j) {
+    T& d = diff.data[i * diff.row + j];
+    d = value.data[i * value.row + j] > T(0) ? d : T(0);
+  });
+}
+
+/// Calls f(channel, i, j, lane) for every output, windows in row order.
+template <class F>
+void for_each_window(const PoolShape& s, const F& f) {
+  for (int c = 0; c < s.channels; ++c)
+    for (int i = 0; i < s.dst_rows; ++i)
+      for (int j = 0; j < s.dst_columns; ++j)
+        for (int l = 0; l < lanes; ++l) f(c, i, j, l);
+}
+
+template <class T>
+T& at(const View<T>& v, int c, int i, int j, int l) {
+  return v.data[c * v.channel + i * v.row + j * lanes + l];
+}
+
+template <class T>
+void clear(const PoolShape& s, View<T> v) {
+  for (int c = 0; c < s.channels; ++c)
+    for (int i = 0; i < s.src_rows; ++i)
+      for (int j = 0; j < s.src_columns * lanes; ++j) v.data[c * v.channel + i * v.row + j] = T(0);
+}
+
+template <class T>
+void average_pool_forward(const PoolShape& s, View<const T> src, View<T> dst) {
+  const T factor = T(1) / static_cast<T>(s.kernel_rows * s.kernel_columns);
+  for_each_window(s, [&](int c, int i, int j, int l) {
+    T acc = T(0);
+    for (int ky = 0; ky < s.kernel_rows; ++ky)
+      for (int kx = 0; kx < s.kernel_columns; ++kx)
+        acc += at(src, c, i * s.stride_rows + ky, j * s.stride_columns + kx, l);
+    at(dst, c, i, j, l) = acc * factor;
+  });
+}
+
+template <class T>
+void average_pool_backward(const PoolShape& s, View<const T> diff_dst, View<T> diff_src) {
+  const T factor = T(1) / static_cast<T>(s.kernel_rows * s.kernel_columns);
+  clear(s, diff_src);
+  for_each_window(s, [&](int c, int i, int j, int l) {
+    const T share = at(diff_dst, c, i, j, l) * factor;
+    for (int ky = 0; ky < s.kernel_rows; ++ky)
+      for (int kx = 0; kx < s.kernel_columns; ++kx)
+        at(diff_src, c, i * s.stride_rows + ky, j * s.stride_columns + kx, l) += share;
+  });
+}
+
+/// Offset in values of the first largest value of a window from the window's first value.
+template <class T>
+std::ptrdiff_t first_largest(const PoolShape& s, View<const T> src, const T* window) {
+  std::ptrdiff_t best = 0;
+  for (int ky = 0; ky < s.kernel_rows; ++ky)
+    for (int kx = 0; kx < s.kernel_columns; ++kx) {
+      const std::ptrdiff_t offset = ky * src.row + kx * lanes;
+      if (window[offset] > window[best]) best = offset;
+    }
+  return best;
+}
+
+template <class T>
+void max_pool_forward(const PoolShape& s, View<const T> src, View<T> dst) {
+  for_each_window(s, [&](int c, int i, int j, int l) {
+    const T* window = &at(src, c, i * s.stride_rows, j * s.stride_columns, l);
+    at(dst, c, i, j, l) = window[first_largest(s, src, window)];
+  });
+}
+
+template <class T>
+void max_pool_backward(const PoolShape& s, View<const T> src, View<const T> diff_dst, View<T> diff_src) {
+  clear(s, diff_src);
+  for_each_window(s, [&](int c, int i, int j, int l) {
+    const T* window = &at(src, c, i * s.stride_rows, j * s.stride_columns, l);
+    const std::ptrdiff_t offset = first_largest(s, src, window);
+    const std::ptrdiff_t ky = offset / src.row, kx = offset % src.row / lanes;
+    at(diff_src, c, i * s.stride_rows + static_cast<int>(ky), j * s.stride_columns + static_cast<int>(kx), l) +=
+        at(diff_dst, c, i, j, l);
+  });
+}
+
+template <class T>
+void sgd_step(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity, T* value) {
+  for (std::size_t i = 0; i < count; ++i) {
+    velocity[i] = std::fma(momentum, velocity[i], std::fma(weight_decay, value[i], gradient[i]));
+    value[i] = std::fma(-learning_rate, velocity[i], value[i]);
+  }
+}
+
+template <class T>
+constexpr Kernels<T> table{
+    "reference",
+    conv2d_forward<T>,
+    conv2d_backward_src<T>,
+    conv2d_backward_weight<T>,
+    fully_connected_forward<T>,
+    fully_connected_backward_src<T>,
+    fully_connected_backward_weight<T>,
+    batchnorm_sums<T>,
+    batchnorm_apply<T>,
+    batchnorm_backward_sums<T>,
+    batchnorm_backward_apply<T>,
+    relu_forward<T>,
+    relu_backward<T>,
+    average_pool_forward<T>,
+    average_pool_backward<T>,
+    max_pool_forward<T>,
+    max_pool_backward<T>,
+    sgd_step<T>,
+};
+
+}  // namespace
+
+template <class T>
+const Kernels<T>& reference_kernels() {
+  return table<T>;
+}
+
+template const Kernels<float>& reference_kernels();
+template const Kernels<double>& reference_kernels();
+
+}  // namespace decid::nn
