@@ -22,12 +22,14 @@ enum class Stream : std::uint32_t {
 };
 
 /// One block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.
-std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) noexcept;
+std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
+                                        std::array<std::uint32_t, 2> key) noexcept;
 
 /// The inverse of the standard normal distribution function for 0 < p < 1, relative error below 1e-15.
 double inverse_normal(double p) noexcept;
 
-/// The random numbers of one (seed, stream, item), addressed by index. Copies are cheap and independent of order.
+/// The random numbers of one (seed, stream, item), addressed by index below 2^57. Copies are cheap and independent of
+/// order.
 class Random {
  public:
   Random(std::uint64_t seed, Stream stream, std::uint64_t item) noexcept;
@@ -45,6 +47,9 @@ class Random {
   std::uint64_t below(std::uint64_t index, std::uint64_t bound) const noexcept;
 
  private:
+  /// Block `number` of the generator, as the numbers of index 2 * number and 2 * number + 1.
+  std::array<std::uint64_t, 2> block(std::uint64_t number) const noexcept;
+
   std::array<std::uint32_t, 2> key_;
   std::uint32_t stream_;
   std::uint64_t item_;
