@@ -4,6 +4,7 @@
 #pragma once
 
 #include <complex>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -11,31 +12,62 @@ namespace decid::sim {
 
 using Complex = std::complex<double>;
 
+/// The longest transform that can be planned.
+inline constexpr int longest_fft = 1 << 26;
+/// The largest prime factor of a length: its share of the work grows with its square.
+inline constexpr int largest_fft_prime = 10'000;
+
 /// A plan for one length; immutable, so one plan serves any number of threads, each with a workspace of its own.
 class Fft {
  public:
-  /// Throws Error if length < 1.
+  /// Throws Error if length < 1, length > longest_fft or a prime factor exceeds largest_fft_prime.
   explicit Fft(int length);
   int length() const noexcept { return length_; }
   /// Values that `work` must hold.
-  int work_length() const noexcept { return length_; }
+  int work_length() const noexcept { return length_ + fold_length_; }
 
   /// in and out: length() values each, may be the same memory. work: work_length() values, apart from both.
+  /// Throws Error if a span is shorter than that.
   void forward(std::span<const Complex> in, std::span<Complex> out, std::span<Complex> work) const;
   void inverse(std::span<const Complex> in, std::span<Complex> out, std::span<Complex> work) const;
+
+ private:
+  /// One pass over the data: `groups * stride` butterflies of `radix` points each.
+  struct Stage {
+    int radix;
+    int groups;            // butterflies with different twiddles
+    int stride;            // butterflies that share them
+    std::size_t twiddles;  // first of (radix - 1) * groups in twiddles_
+    std::size_t roots;     // first of the `radix` roots of unity in twiddles_, for the general radix
+  };
+  void run_stage(const Stage& stage, const Complex* in, Complex* out, Complex* fold) const;
+
+  int length_;
+  int fold_length_ = 0;  // room for one butterfly of the largest general radix
+  std::vector<Stage> stages_;
+  std::vector<Complex> twiddles_;
 };
 
 /// Real signals: length real values <-> bins() = length / 2 + 1 complex values (the other half is the mirror image).
+/// Even lengths: even and odd samples are the real and imaginary part of a complex signal of half the length.
 class RealFft {
  public:
+  /// Throws Error as Fft does.
   explicit RealFft(int length);
   int length() const noexcept { return length_; }
   int bins() const noexcept { return length_ / 2 + 1; }
-  int work_length() const noexcept;
+  /// Values that `work` must hold.
+  int work_length() const noexcept { return fft_.length() + fft_.work_length(); }
 
+  /// in: length() values, out: bins(), work: work_length(). Throws Error if a span is shorter than that.
   void forward(std::span<const double> in, std::span<Complex> out, std::span<Complex> work) const;
   /// The imaginary parts of bin 0 and, for even lengths, of bin length / 2 are taken as zero.
   void inverse(std::span<const Complex> in, std::span<double> out, std::span<Complex> work) const;
+
+ private:
+  int length_;
+  Fft fft_;                     // of half the length if that is even, else of the length
+  std::vector<Complex> roots_;  // exp(-2 pi i k / length), even lengths only
 };
 
 }  // namespace decid::sim
