@@ -60,7 +60,8 @@ class Tensor {
   Tensor(T* memory, Shape shape, int batch, int halo) : memory_(memory), shape_(shape), batch_(batch), halo_(halo) {}
 
   static std::size_t required(Shape shape, int batch, int halo) {
-    const auto plane = static_cast<std::size_t>(shape.rows + 2 * halo) * static_cast<std::size_t>(shape.columns + 2 * halo);
+    const auto plane =
+        static_cast<std::size_t>(shape.rows + 2 * halo) * static_cast<std::size_t>(shape.columns + 2 * halo);
     return blocks_of(batch) * static_cast<std::size_t>(shape.channels) * plane * lanes;
   }
   static std::size_t blocks_of(int batch) { return static_cast<std::size_t>((batch + lanes - 1) / lanes); }

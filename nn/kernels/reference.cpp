@@ -104,11 +104,13 @@ void for_each_value(Shape shape, View<T> v, int first, int last, const F& f) {
   for (int c = first; c < last; ++c)
     for (int i = 0; i < shape.rows; ++i)
       for (int j = 0; j < shape.columns; ++j)
-        f(static_cast<std::size_t>((c * shape.rows + i) * shape.columns + j), v.data + c * v.channel + i * v.row + j * lanes);
+        f(static_cast<std::size_t>((c * shape.rows + i) * shape.columns + j),
+          v.data + c * v.channel + i * v.row + j * lanes);
 }
 
 template <class T>
-void fully_connected_forward(Shape shape, View<const T> src, const T* weight, const T* bias, T* dst, int first, int last) {
+void fully_connected_forward(Shape shape, View<const T> src, const T* weight, const T* bias, T* dst, int first,
+                             int last) {
   for (int o = first; o < last; ++o) {
     T* acc = dst + o * lanes;
     const T* w = weight + static_cast<std::size_t>(o) * static_cast<std::size_t>(shape.size());
@@ -300,7 +302,8 @@ void max_pool_backward(const PoolShape& s, View<const T> src, View<const T> diff
 }
 
 template <class T>
-void sgd_step(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity, T* value) {
+void sgd_step(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity,
+              T* value) {
   for (std::size_t i = 0; i < count; ++i) {
     velocity[i] = std::fma(momentum, velocity[i], std::fma(weight_decay, value[i], gradient[i]));
     value[i] = std::fma(-learning_rate, velocity[i], value[i]);

@@ -1,0 +1,114 @@
+// Two-dimensional convolution (cross-correlation, as everyone's): forward, and backward by hand. Formulas and the order
+// of every sum in kernels/kernels.hpp.
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "nn/layers.hpp"
+#include "nn/sharing.hpp"
+
+namespace decid::nn {
+
+int diff_halo(const Conv2dShape& s) {
+  // Taps reach (position + pad - tap) / stride: from -(kernel - 1 - pad) / stride to (src - 1 + pad) / stride.
+  const auto reach = [](int src, int dst, int kernel, int stride, int pad) {
+    return std::max((kernel - 1 - pad) / stride, (src - 1 + pad) / stride - (dst - 1));
+  };
+  return std::max(reach(s.src_rows, s.dst_rows, s.kernel_rows, s.stride_rows, s.pad_rows),
+                  reach(s.src_columns, s.dst_columns, s.kernel_columns, s.stride_columns, s.pad_columns));
+}
+
+namespace {
+
+template <class T>
+class Conv2d final : public Layer<T> {
+ public:
+  explicit Conv2d(const Conv2dShape& s)
+      : Layer<T>({s.src_channels, s.src_rows, s.src_columns}, {s.dst_channels, s.dst_rows, s.dst_columns}),
+        shape_(s),
+        weight_("weight", {s.dst_channels, s.src_channels, s.kernel_rows, s.kernel_columns},
+                s.src_channels * s.kernel_rows * s.kernel_columns, T(0), true),
+        bias_("bias", {s.dst_channels}, 0, T(0), false) {}
+
+  std::string text() const override {
+    const auto pair = [](int a, int b) { return std::to_string(a) + "x" + std::to_string(b); };
+    return "conv " + std::to_string(shape_.dst_channels) + " " + pair(shape_.kernel_rows, shape_.kernel_columns) +
+           " stride " + pair(shape_.stride_rows, shape_.stride_columns) + " pad " +
+           pair(shape_.pad_rows, shape_.pad_columns);
+  }
+  long long flops() const override {
+    return 2LL * this->dst_shape().size() * shape_.src_channels * shape_.kernel_rows * shape_.kernel_columns;
+  }
+  int src_halo() const override { return std::max(shape_.pad_rows, shape_.pad_columns); }
+  int diff_dst_halo() const override { return diff_halo(shape_); }
+
+  void plan(int batch, Mode mode) override {
+    if (mode != Mode::training) return;
+    const std::size_t blocks = Tensor<T>::blocks_of(batch);
+    weight_parts_.reserve(blocks * weight_.value.size());
+    bias_parts_.reserve(blocks * bias_.value.size());
+  }
+
+  void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode) override {
+    for_each_group(src.blocks(), shape_.dst_channels, conv_group, [&](int block, int first, int last) {
+      kernels<T>().conv2d_forward(shape_, const_block_of(src, block), weight_.value.data(), bias_.value.data(),
+                                  block_of(dst, block), first, last);
+    });
+  }
+
+  void backward(const Tensor<T>& src, const Tensor<T>&, const Tensor<T>& diff_dst, const Tensor<T>* diff_src) override {
+    const std::size_t weights = weight_.value.size(), biases = bias_.value.size();
+    for_each_group(src.blocks(), shape_.dst_channels, conv_group, [&](int block, int first, int last) {
+      kernels<T>().conv2d_backward_weight(shape_, const_block_of(src, block), const_block_of(diff_dst, block),
+                                          src.valid_lanes(block),
+                                          weight_parts_.data() + static_cast<std::size_t>(block) * weights,
+                                          bias_parts_.data() + static_cast<std::size_t>(block) * biases, first, last);
+    });
+    tree_sum(weight_parts_.data(), src.blocks(), weights);
+    tree_sum(bias_parts_.data(), src.blocks(), biases);
+    std::copy_n(weight_parts_.data(), weights, weight_.gradient.data());
+    std::copy_n(bias_parts_.data(), biases, bias_.gradient.data());
+    if (diff_src == nullptr) return;
+    for_each_group(src.blocks(), shape_.src_channels, conv_group, [&](int block, int first, int last) {
+      kernels<T>().conv2d_backward_src(shape_, const_block_of(diff_dst, block), weight_.value.data(),
+                                       block_of(*diff_src, block), first, last);
+    });
+  }
+
+  std::vector<Parameter<T>*> parameters() override { return {&weight_, &bias_}; }
+
+ private:
+  Conv2dShape shape_;
+  Parameter<T> weight_, bias_;
+  AlignedBuffer<T> weight_parts_, bias_parts_;  // gradients of each block of samples
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<Layer<T>> make_conv2d(Shape src, Words& words) {
+  Conv2dShape s{};
+  s.src_channels = src.channels;
+  s.src_rows = src.rows;
+  s.src_columns = src.columns;
+  s.dst_channels = words.take_int(1, 4096);
+  std::tie(s.kernel_rows, s.kernel_columns) = words.take_pair(1, 255);
+  s.stride_rows = s.stride_columns = 1;
+  if (words.take_if("stride")) std::tie(s.stride_rows, s.stride_columns) = words.take_pair(1, 255);
+  if (words.take_if("pad")) std::tie(s.pad_rows, s.pad_columns) = words.take_pair(0, 254);
+  if (s.pad_rows >= s.kernel_rows || s.pad_columns >= s.kernel_columns)
+    words.fail("has padding as large as its kernel");
+  const auto extent = [&](int size, int kernel, int stride, int pad) {
+    if (size + 2 * pad < kernel)
+      words.fail("has a kernel larger than its padded input of " + std::to_string(src.rows) + "x" +
+                 std::to_string(src.columns));
+    return (size + 2 * pad - kernel) / stride + 1;
+  };
+  s.dst_rows = extent(s.src_rows, s.kernel_rows, s.stride_rows, s.pad_rows);
+  s.dst_columns = extent(s.src_columns, s.kernel_columns, s.stride_columns, s.pad_columns);
+  return std::make_unique<Conv2d<T>>(s);
+}
+
+template std::unique_ptr<Layer<float>> make_conv2d(Shape, Words&);
+template std::unique_ptr<Layer<double>> make_conv2d(Shape, Words&);
+
+}  // namespace decid::nn

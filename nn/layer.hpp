@@ -1,0 +1,126 @@
+// A layer: a forward/backward pair over batches, with its parameters and their gradients. Adding one means one file
+// that derives from Layer and a line in the table of layer.cpp.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nn/kernels/kernels.hpp"
+#include "nn/tensor.hpp"
+
+namespace decid::nn {
+
+/// training: batch statistics, activations kept for backward. inference: running statistics, nothing kept.
+enum class Mode { training, inference };
+
+/// A trained tensor with its gradient and its momentum.
+template <class T>
+struct Parameter {
+  std::string name;        ///< within the layer: "weight", "bias"
+  std::vector<int> shape;  ///< as in the file, row-major; convolutions (out, in, rows, columns)
+  int fan_in = 0;          ///< inputs of one output, for He's initialisation; 0: starts at `initial`
+  T initial = 0;
+  bool decays = false;  ///< L2 regularisation applies (weights, not biases or BatchNorm)
+  std::vector<T> value, gradient, velocity;
+
+  Parameter(std::string name_, std::vector<int> shape_, int fan_in_, T initial_, bool decays_);
+};
+
+/// A tensor that is measured, not trained: BatchNorm's running mean and variance.
+template <class T>
+struct Statistic {
+  std::string name;
+  std::vector<T> value;
+};
+
+template <class T>
+class Layer {
+ public:
+  explicit Layer(Shape src, Shape dst) : src_shape_(src), dst_shape_(dst) {}
+  virtual ~Layer() = default;
+
+  const Shape& src_shape() const { return src_shape_; }
+  const Shape& dst_shape() const { return dst_shape_; }
+  /// The layer's line in an architecture text, complete: "conv 64 3x3 stride 1x1 pad 1x1".
+  virtual std::string text() const = 0;
+  /// Floating-point operations of a forward pass of one sample (a fused multiply-add counts 2).
+  virtual long long flops() const = 0;
+  /// dst is src's memory, and backward turns diff_dst into diff_src where it stands.
+  virtual bool in_place() const { return false; }
+  /// Zeros this layer reads around src in forward and backward, and around diff_dst in backward.
+  virtual int src_halo() const { return 0; }
+  virtual int diff_dst_halo() const { return 0; }
+  /// Takes the scratch memory that steps of up to `batch` samples need; no later call allocates.
+  virtual void plan(int batch, Mode mode) {
+    (void)batch;
+    (void)mode;
+  }
+
+  virtual void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode mode) = 0;
+  /// After forward in training mode. Writes the parameters' gradients and, unless null, diff_src.
+  virtual void backward(const Tensor<T>& src, const Tensor<T>& dst, const Tensor<T>& diff_dst,
+                        const Tensor<T>* diff_src) = 0;
+
+  virtual std::vector<Parameter<T>*> parameters() { return {}; }
+  virtual std::vector<Statistic<T>*> statistics() { return {}; }
+
+ private:
+  Shape src_shape_, dst_shape_;
+};
+
+/// The words of a layer's line, read one by one with errors that name the line.
+class Words {
+ public:
+  explicit Words(const std::string& line);
+
+  const std::string& line() const { return line_; }
+  bool done() const { return next_ == words_.size(); }
+  /// The next word. Throws Error if there is none.
+  std::string take();
+  /// Takes the next word if it is `word`.
+  bool take_if(const std::string& word);
+  /// A whole number in [low, high].
+  int take_int(int low, int high);
+  /// "3" or "3x5": rows and columns, each in [low, high].
+  std::pair<int, int> take_pair(int low, int high);
+  [[noreturn]] void fail(const std::string& problem) const;
+
+ private:
+  int to_int(const std::string& word, int low, int high) const;
+  std::string line_;
+  std::vector<std::string> words_;
+  std::size_t next_ = 0;
+};
+
+/// The layer that `line` describes, for inputs of shape `src`:
+///   conv CHANNELS ROWSxCOLUMNS [stride RxC] [pad RxC]    batchnorm    relu
+///   maxpool RxC [stride RxC]    avgpool RxC [stride RxC]    globalavgpool    fc OUTPUTS
+/// Throws Error for an unknown word, or a geometry that leaves no output.
+template <class T>
+std::unique_ptr<Layer<T>> make_layer(Shape src, const std::string& line);
+
+/// One plane of one block of a tensor.
+template <class T>
+Plane<T> plane_of(const Tensor<T>& tensor, int block, int channel) {
+  return {tensor.row(block, channel, 0), tensor.view().row, tensor.shape().rows, tensor.shape().columns};
+}
+template <class T>
+Plane<const T> const_plane_of(const Tensor<T>& tensor, int block, int channel) {
+  return {tensor.row(block, channel, 0), tensor.view().row, tensor.shape().rows, tensor.shape().columns};
+}
+/// The view of one block, for kernels that read or write it.
+template <class T>
+View<T> block_of(const Tensor<T>& tensor, int block) {
+  View<T> v = tensor.view();
+  v.data += block * v.block;
+  return v;
+}
+template <class T>
+View<const T> const_block_of(const Tensor<T>& tensor, int block) {
+  const View<T> v = block_of(tensor, block);
+  return {v.data, v.block, v.channel, v.row};
+}
+
+}  // namespace decid::nn

@@ -1,0 +1,40 @@
+// Mean squared error: see loss.hpp.
+#include "nn/loss.hpp"
+
+#include <array>
+
+#include "nn/kernels/kernels.hpp"
+
+namespace decid::nn {
+
+template <class T>
+void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std::span<double> squares,
+                        const Tensor<T>* diff) {
+  const int outputs = output.shape().channels, batch = output.batch();
+  const T factor = T(2) / static_cast<T>(batch * outputs);
+  for (int o = 0; o < outputs; ++o) {
+    double sum = 0;
+    for (int block = 0; block < output.blocks(); ++block) {
+      std::array<double, lanes> squared{};
+      for (int l = 0; l < lanes; ++l) {
+        const int sample = block * lanes + l;
+        T gradient = T(0);
+        if (sample < batch) {
+          const T error = output.row(block, o, 0)[l] - targets[static_cast<std::size_t>(sample * outputs + o)];
+          squared[static_cast<std::size_t>(l)] = static_cast<double>(error) * static_cast<double>(error);
+          gradient = factor * error;
+        }
+        if (diff != nullptr) diff->row(block, o, 0)[l] = gradient;
+      }
+      tree_sum(squared.data(), lanes, 1);
+      sum += squared[0];
+    }
+    squares[static_cast<std::size_t>(o)] = sum;
+  }
+}
+
+template void mean_squared_error(const Tensor<float>&, std::span<const float>, std::span<double>, const Tensor<float>*);
+template void mean_squared_error(const Tensor<double>&, std::span<const double>, std::span<double>,
+                                 const Tensor<double>*);
+
+}  // namespace decid::nn

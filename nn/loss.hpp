@@ -1,0 +1,18 @@
+// Mean squared error over a batch, with its gradient.
+#pragma once
+
+#include <span>
+
+#include "nn/tensor.hpp"
+
+namespace decid::nn {
+
+/// Loss of a batch: squares[o] = sum over samples of (output - target)^2 of output o, in double: a lane tree a block,
+/// then the blocks in order, so the bits depend on the batch alone. targets: batch x outputs, row-major. output: a
+/// tensor of shape (outputs, 1, 1). Unless null, diff gets d MSE / d output = 2 (output - target) / (batch * outputs),
+/// with MSE = sum(squares) / (batch * outputs); lanes without a sample get 0.
+template <class T>
+void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std::span<double> squares,
+                        const Tensor<T>* diff);
+
+}  // namespace decid::nn

@@ -1,0 +1,199 @@
+// A chain of layers: construction from text, memory plan, forward and backward.
+#include "nn/network.hpp"
+
+#include <bit>
+#include <cmath>
+#include <sstream>
+
+#include "base/error.hpp"
+#include "base/random.hpp"
+#include "base/sha256.hpp"
+
+namespace decid::nn {
+
+template <class T>
+Network<T>::Network(Shape input, const std::string& architecture) : input_shape_(input) {
+  if (input.channels < 1 || input.rows < 1 || input.columns < 1)
+    throw Error("network input", "has no values", "give at least 1 channel, 1 row and 1 column");
+  std::string lines = architecture;
+  for (char& c : lines)
+    if (c == ';') c = '\n';
+  std::istringstream stream(lines);
+  Shape shape = input;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    layers_.push_back(make_layer<T>(shape, line));
+    shape = layers_.back()->dst_shape();
+  }
+  if (layers_.empty() || layers_.front()->in_place())
+    throw Error("network architecture", "does not begin with a layer that computes", "start with conv or fc");
+}
+
+template <class T>
+std::string Network<T>::architecture() const {
+  std::string text;
+  for (const auto& layer : layers_) text += (text.empty() ? "" : "\n") + layer->text();
+  return text;
+}
+
+template <class T>
+std::vector<Parameter<T>*> Network<T>::parameters() const {
+  std::vector<Parameter<T>*> all;
+  for (const auto& layer : layers_)
+    for (Parameter<T>* p : layer->parameters()) all.push_back(p);
+  return all;
+}
+
+template <class T>
+std::size_t Network<T>::parameter_count() const {
+  std::size_t count = 0;
+  for (const Parameter<T>* p : parameters()) count += p->value.size();
+  return count;
+}
+
+template <class T>
+long long Network<T>::flops() const {
+  long long sum = 0;
+  for (const auto& layer : layers_) sum += layer->flops();
+  return sum;
+}
+
+template <class T>
+void Network<T>::initialise(std::uint64_t seed) {
+  std::uint64_t item = 0;
+  for (Parameter<T>* p : parameters()) {
+    const Random random(seed, Stream::weights, item++);
+    const double deviation = p->fan_in > 0 ? std::sqrt(2.0 / p->fan_in) : 0.0;
+    for (std::size_t i = 0; i < p->value.size(); ++i)
+      p->value[i] = p->fan_in > 0 ? static_cast<T>(deviation * random.normal(i)) : p->initial;
+    p->velocity.assign(p->value.size(), T(0));
+  }
+}
+
+// The tensor behind activation `index` is read by the layers that follow it, up to the first not in place.
+template <class T>
+int Network<T>::activation_halo(std::size_t index) const {
+  int halo = 0;
+  for (std::size_t i = index; i < layers_.size(); ++i) {
+    halo = std::max(halo, layers_[i]->src_halo());
+    if (!reuses_source(i)) break;
+  }
+  return halo;
+}
+
+// Its derivative is read by the layer that made it, before any that worked in place.
+template <class T>
+int Network<T>::difference_halo(std::size_t index) const {
+  while (index > 0 && reuses_source(index - 1)) --index;
+  return index > 0 ? layers_[index - 1]->diff_dst_halo() : 0;
+}
+
+template <class T>
+void Network<T>::plan(int batch, Mode mode) {
+  if (batch < 1 || batch > 65536) throw Error("batch", "of " + std::to_string(batch) + " samples", "give 1 to 65536");
+  mode_ = mode;
+  planned_batch_ = batch;
+  // Training keeps every activation for backward, and two derivatives at a time; inference keeps two activations.
+  const std::size_t count = layers_.size() + 1;
+  std::vector<std::size_t> offset(count), difference_offset(count);
+  std::size_t kept = 0, even = 0, odd = 0;
+  std::vector<Shape> shape(count, input_shape_);
+  int turn = 0;
+  std::vector<int> turns(count, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0) shape[i] = layers_[i - 1]->dst_shape();
+    if (i > 0 && reuses_source(i - 1)) {
+      offset[i] = offset[i - 1];
+      turns[i] = turns[i - 1];
+      continue;
+    }
+    turn = 1 - turn;
+    turns[i] = turn;
+    const std::size_t need = Tensor<T>::required(shape[i], batch, activation_halo(i));
+    const std::size_t diff_need = Tensor<T>::required(shape[i], batch, difference_halo(i));
+    std::size_t& pair = turn == 0 ? even : odd;
+    if (mode == Mode::training) {
+      offset[i] = kept;
+      kept += need;
+      if (i > 0) pair = std::max(pair, diff_need);  // no one asks for the input's derivative
+    } else {
+      pair = std::max(pair, need);
+    }
+  }
+  memory_.reserve(kept + even + odd);
+  activations_.clear();
+  differences_.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    T* const pair = memory_.data() + kept + (turns[i] == 0 ? 0 : even);
+    activations_.emplace_back(mode == Mode::training ? memory_.data() + offset[i] : pair, shape[i], batch,
+                              activation_halo(i));
+    if (mode == Mode::training) {
+      activations_.back().clear_halo();
+      differences_.emplace_back(pair, shape[i], batch, difference_halo(i));
+    }
+  }
+  for (const auto& layer : layers_) layer->plan(batch, mode);
+}
+
+template <class T>
+void Network<T>::set_batch(int batch) {
+  if (batch < 1 || batch > planned_batch_)
+    throw Error("batch",
+                "of " + std::to_string(batch) + " samples where " + std::to_string(planned_batch_) + " were planned",
+                "plan() for the largest batch first");
+  for (Tensor<T>& t : activations_) t.set_batch(batch);
+  for (Tensor<T>& t : differences_) t.set_batch(batch);
+}
+
+template <class T>
+void Network<T>::forward() {
+  if (mode_ == Mode::inference) activations_.front().clear_halo();
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    if (mode_ == Mode::inference && !reuses_source(i)) activations_[i + 1].clear_halo();
+    layers_[i]->forward(activations_[i], activations_[i + 1], mode_);
+  }
+}
+
+template <class T>
+void Network<T>::backward() {
+  if (mode_ != Mode::training)
+    throw Error("network", "was planned for inference", "plan() it for training before backward()");
+  differences_.back().clear_halo();
+  for (std::size_t i = layers_.size(); i-- > 0;) {
+    const Tensor<T>* const diff_src = i > 0 ? &differences_[i] : nullptr;
+    if (diff_src != nullptr && !reuses_source(i)) diff_src->clear_halo();
+    layers_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
+  }
+}
+
+template <class T>
+void sgd_step(const Network<T>& network, double learning_rate, const SgdSettings& settings) {
+  for (const auto& layer : network.layers())
+    for (Parameter<T>* p : layer->parameters())
+      kernels<T>().sgd_step(p->value.size(), static_cast<T>(learning_rate), static_cast<T>(settings.momentum),
+                            static_cast<T>(p->decays ? settings.weight_decay : 0.0), p->gradient.data(),
+                            p->velocity.data(), p->value.data());
+}
+
+std::string weights_sha256(const Network<float>& network) {
+  static_assert(std::endian::native == std::endian::little, "values are hashed as they lie in memory");
+  Sha256 hash;
+  const auto add = [&](const std::string& name, const std::vector<float>& values) {
+    const std::string header = name + ":" + std::to_string(values.size()) + ";";
+    hash.update(header.data(), header.size());
+    hash.update(values.data(), values.size() * sizeof(float));
+  };
+  for (std::size_t i = 0; i < network.layers().size(); ++i) {
+    const std::string prefix = std::to_string(i) + ".";
+    for (const Parameter<float>* p : network.layers()[i]->parameters()) add(prefix + p->name, p->value);
+    for (const Statistic<float>* s : network.layers()[i]->statistics()) add(prefix + s->name, s->value);
+  }
+  return hash.hex();
+}
+
+template class Network<float>;
+template class Network<double>;
+template void sgd_step(const Network<float>&, double, const SgdSettings&);
+template void sgd_step(const Network<double>&, double, const SgdSettings&);
+
+}  // namespace decid::nn

@@ -1,0 +1,44 @@
+// Weights on disk: the safetensors format (8 bytes of header length, a JSON header, raw little-endian values), which
+// PyTorch, JAX, NumPy and others read. Only float32 is written and read here.
+// Format: https://github.com/huggingface/safetensors, README, section "Format".
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nn/network.hpp"
+
+namespace decid::nn {
+
+struct NamedTensor {
+  std::string name;
+  std::vector<long long> shape;
+  std::vector<float> values;
+};
+
+struct TensorFile {
+  std::map<std::string, std::string> metadata;
+  std::vector<NamedTensor> tensors;
+
+  /// Throws Error (naming `where`) if there is no such tensor or it has not `count` values.
+  const NamedTensor& find(const std::string& name, std::size_t count, const std::string& where) const;
+};
+
+/// The bytes of a file; equal contents give equal bytes. The values start at a multiple of 8 bytes.
+std::string to_safetensors(const TensorFile& file);
+
+/// Throws Error (naming `where`) for anything that the format does not allow: truncated or trailing bytes, bad JSON,
+/// overlapping or missing ranges, shapes that do not fit, names given twice, a type other than F32.
+TensorFile from_safetensors(std::string_view bytes, const std::string& where);
+
+/// Adds all parameters and running statistics as "layers.<i>.<name>"; with `momentum` also the velocities, as
+/// "momentum.<i>.<name>".
+void save_network(const Network<float>& network, TensorFile& file, bool momentum = false);
+/// Reads them back; throws Error if one is missing, of another shape, or not finite.
+void load_network(const Network<float>& network, const TensorFile& file, const std::string& where,
+                  bool momentum = false);
+
+}  // namespace decid::nn

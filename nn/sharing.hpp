@@ -1,0 +1,25 @@
+// How layers share a batch among threads: blocks of 16 samples times groups of channels, each computed on its own.
+#pragma once
+
+#include <algorithm>
+
+#include "base/parallel.hpp"
+
+namespace decid::nn {
+
+/// Calls body(block, first, last) for every block and every group of `group` channels. The groups have no say in the
+/// bits; they are small enough to keep two threads busy with a batch of one block, large enough to reuse what a kernel
+/// loads.
+template <class Body>
+void for_each_group(int blocks, int channels, int group, const Body& body) {
+  const int groups = (channels + group - 1) / group;
+  parallel_for(blocks * groups, [&](int item) {
+    const int first = item % groups * group;
+    body(item / groups, first, std::min(first + group, channels));
+  });
+}
+
+inline constexpr int conv_group = 16;
+inline constexpr int plane_group = 8;
+
+}  // namespace decid::nn
