@@ -11,31 +11,39 @@
 namespace decid::sim {
 
 /// Makes realisations of the vestibular noise of a protocol: independent Gaussian harmonics of the trial's length T,
-/// variance PSD(k/T)/T each, for low <= k/T <= high, by an inverse real FFT.
-/// The controller uses only the noise's velocity; that is what is made, linearly interpolated between the samples,
-/// its harmonics divided by sinc^2(f/rate) so that the interpolated spectrum is exact inside the band.
+/// nu(t) = sum over k of a_k cos(2 pi k t / T) + b_k sin(2 pi k t / T), where a_k and b_k have the variance PSD(k/T)/T
+/// for low <= k/T <= high and are zero elsewhere; by an inverse real FFT.
+/// The controller uses only the noise's velocity; that is what is made, to be linearly interpolated between the
+/// samples. Interpolation multiplies the spectrum by sinc^2(f / rate), so the harmonics are divided by that: the
+/// interpolated velocity is exact inside the band.
 class VestibularNoiseMaker {
  public:
+  /// The protocol must be valid. Throws Error if no harmonic of the trial lies in a band that is not silent.
   explicit VestibularNoiseMaker(const Protocol& protocol);
 
   /// rate[k] = d/dt nu at t = k / sample_rate, k = 0 .. samples (the trial is periodic: rate[samples] = rate[0]),
-  /// rad/s. Harmonic k takes normals 2k and 2k + 1 of `random`.
+  /// rad/s, divided by sinc^2. Harmonic k takes normals 2k and 2k + 1 of `random`. nv = 0: exactly zero.
+  /// Throws Error unless `rate` holds samples + 1 values.
   void velocity(double nv, const Random& random, std::span<double> rate) const;
   /// The noise itself at the same instants, rad; the same realisation.
   void angle(double nv, const Random& random, std::span<double> angle) const;
 
  private:
-  void synthesize(double nv, const Random& random, bool velocity, std::span<double> out) const;
+  /// One harmonic in the band. Deviations (standard, of cosine and sine) are those at Nv = 1.
+  struct Harmonic {
+    double angle_deviation;  // rad
+    double rate_deviation;   // rad/s, divided by sinc^2(f / rate)
+  };
+  enum class Quantity { angle, velocity };
+  void synthesize(Quantity quantity, double nv, const Random& random, std::span<double> out) const;
 
   int samples_;
-  int first_, last_;                    // harmonics in the band
-  double base_hz_;                      // 1 / T
-  std::vector<double> angle_deviation_;  // standard deviation of a harmonic's cosine and sine, at Nv = 1, rad
-  std::vector<double> rate_factor_;      // 2 pi f / sinc^2(f / rate)
+  int first_;                        // number k of the band's lowest harmonic
+  std::vector<Harmonic> harmonics_;  // first_, first_ + 1, ...
   RealFft fft_;
 };
 
-/// The level of sensor noise of trial `item`, rad: log-uniform in the protocol's range.
+/// The level of sensor noise of trial `item`, rad: log-uniform in the protocol's range, or 0 if that is 0.
 double sensor_noise_level(const SensorNoise& noise, std::uint64_t seed, std::uint64_t item);
 /// Adds that trial's sensor noise to its sway.
 void add_sensor_noise(const SensorNoise& noise, std::uint64_t seed, std::uint64_t item, std::span<double> sway_rad);

@@ -19,8 +19,8 @@ struct ParameterInfo {
   const char* option;       ///< as on the command line: "kp-pass"
   const char* description;  ///< for people: "Passive stiffness"
   const char* unit;
-  double low, high;         ///< range of the uniform distribution of the data set
-  bool per_mgh;             ///< value / (m g h) has a meaning
+  double low, high;  ///< range of the uniform distribution of the data set
+  bool per_mgh;      ///< value / (m g h) has a meaning
 
   double middle() const { return 0.5 * (low + high); }
 };

@@ -11,7 +11,7 @@ namespace decid::sim {
 
 inline constexpr double pi = 3.14159265358979323846;
 inline constexpr double rad_per_deg = pi / 180.0;
-inline constexpr double gravity = 9.81;  ///< m/s^2
+inline constexpr double gravity = 9.81;        ///< m/s^2
 inline constexpr int steps_per_second = 1000;  ///< the fixed integration step is 1 ms
 
 /// Shift register of a pseudo-random ternary sequence: each step computes v = (feedback . register) mod 3, shifts it
@@ -25,6 +25,8 @@ struct Sequence {
   int cycles = 2;                              ///< how often the whole sequence is played
   double lead_in_s = 0.0;                      ///< level platform before the first cycle
   double lead_out_s = 0.0;                     ///< platform at rest after the last cycle
+
+  friend bool operator==(const Sequence&, const Sequence&) = default;
 };
 
 /// The body above the ankle as a single inverted pendulum. Defaults: Winter's segments for 88.86 kg and 1.80 m.
@@ -35,6 +37,8 @@ struct Body {
 
   /// Gravitational stiffness m g h in N m/rad; 838.99 by default.
   double mgh() const { return mass_kg * gravity * com_height_m; }
+
+  friend bool operator==(const Body&, const Body&) = default;
 };
 
 /// Gaussian noise of the vestibular channel: one-sided PSD(f) = (Nv * scale)^2 / f^exponent between low and high,
@@ -85,9 +89,10 @@ Protocol short_protocol();
 /// register never returns to its start.
 std::vector<int> ternary_sequence(const Sequence& sequence);
 
-/// The stimulus of a trial on the 1 ms grid.
+/// The stimulus of a trial on the 1 ms grid. The tilt is a whole number of state steps times one factor, so that it
+/// does not drift.
 struct Stimulus {
-  std::vector<double> tilt_rad;   ///< platform in space at t = k ms, k = 0 .. steps
+  std::vector<double> tilt_rad;    ///< platform in space at t = k ms, k = 0 .. steps
   std::vector<double> rate_rad_s;  ///< its velocity in [k, k + 1) ms, k = 0 .. steps - 1
 };
 Stimulus make_stimulus(const Protocol& protocol);

@@ -25,9 +25,9 @@ inline constexpr double longest_delay_s = 1.0;
 double dead_band(double x, double theta);
 
 struct Outcome {
-  bool valid;              ///< stayed within sway_limit_rad
+  bool valid;               ///< stayed within sway_limit_rad
   double largest_sway_rad;  ///< max |a| over the steps that were simulated
-  double end_s;            ///< when the trial ended: its length, or when the body left the bound
+  double end_s;             ///< when the trial ended: its length, or when the body left the bound
 };
 
 /// Simulates trials of one protocol. Immutable: one serves all threads.
