@@ -1,0 +1,87 @@
+// Writes a report of made-up recordings, for looking at and for report_chromium.sh:
+//   report_sample PAGE.html [several]
+// One simulated trial with known parameters; "several" adds one whose fit fell over and one with an odd name.
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/random.hpp"
+#include "dataset/image.hpp"
+#include "sim/simulate.hpp"
+#include "tools/report.hpp"
+
+namespace {
+
+using decid::tools::Identification;
+namespace sim = decid::sim;
+
+std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& parameters) {
+  std::vector<double> sway_rad(static_cast<std::size_t>(simulator.samples()));
+  simulator.run(parameters, decid::Random(7, decid::Stream::vestibular_noise, 0), sway_rad);
+  return {sway_rad.begin(), sway_rad.end()};
+}
+
+Identification recording(std::vector<decid::dataset::Channel> channels) {
+  const sim::Simulator simulator(sim::default_protocol());
+  Identification made;
+  made.file = "recordings/subject-04/trial-2.csv";
+  made.column = "com_sway_deg";
+  made.protocol = simulator.protocol();
+  made.truth = sim::Parameters{790.0, 265.0, 171.0, 118.0, 0.62, 0.0017, 0.121};
+  made.parameters = {823.4, 251.9, 183.2, 124.6, 0.57, 0.0021, 0.114};
+  made.sway_rad = run(simulator, *made.truth);
+  sim::Parameters noise_free = made.parameters;
+  noise_free[sim::Nv] = 0.0;
+  made.fitted_rad = run(simulator, noise_free);
+  for (int k = 0; k < simulator.samples(); ++k) {
+    const int step = k * simulator.protocol().steps_per_sample();
+    made.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_rad[static_cast<std::size_t>(step)]));
+  }
+  made.rms_residual_deg = 0.2874;
+  made.variance_accounted_for = 0.631;
+  made.peak_to_peak_deg = 2.148;
+  made.image_settings.channels = std::move(channels);
+  const decid::dataset::ImageMaker maker(made.image_settings, simulator.samples());
+  made.image_shape = maker.shape();
+  made.image.resize(static_cast<std::size_t>(made.image_shape.size()));
+  maker.make(made.sway_rad, made.image);
+  return made;
+}
+
+std::vector<Identification> several() {
+  using decid::dataset::Channel;
+  Identification fallen = recording({Channel::log_modulus, Channel::cos_phase, Channel::sin_phase});
+  fallen.file = "recordings/subject-05/trial-1.csv";
+  fallen.truth.reset();
+  fallen.fitted_rad.resize(3417);
+  fallen.rms_residual_deg = fallen.variance_accounted_for = std::numeric_limits<double>::quiet_NaN();
+  fallen.parameters[sim::Delay] = 0.262;
+  fallen.warnings = {"delay is outside the range the model was trained on; do not rely on it",
+                     "the body simulated from the identified parameters fell over after 34.2 s"};
+  Identification odd = recording({Channel::real, Channel::imaginary});
+  odd.file = "</script><script>document.body.dataset.error='markup'</script>.csv";
+  return {recording({Channel::modulus, Channel::phase}), fallen, odd};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::fputs("usage: report_sample PAGE.html [several]\n", stderr);
+    return 2;
+  }
+  try {
+    using decid::dataset::Channel;
+    const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
+    decid::write_file(
+        argv[1], report_html(model, argc > 2 ? several() : std::vector{recording({Channel::modulus, Channel::phase})}));
+    return 0;
+  } catch (const decid::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}

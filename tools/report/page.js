@@ -1,0 +1,395 @@
+// Draws the report from the JSON block in the page. Text goes in through textContent only, never as markup.
+// When all is drawn, the body says so: data-charts-drawn="drawn/all", data-error if anything was thrown.
+"use strict";
+(() => {
+const blame = message => { document.body.dataset.error = String(message); };
+window.addEventListener("error", event => blame(event.message));
+window.addEventListener("unhandledrejection", event => blame(event.reason));
+
+const report = JSON.parse(document.getElementById("report-data").textContent);
+const colours = { sway: "#17527f", fitted: "#d1541f", tilt: "#6f7780" };
+const checks = [];   // a function each canvas: does it show what it should?
+const redraws = [];  // heat maps, which Chart.js does not look after
+
+// ---- text ----------------------------------------------------------------------------------------------------------
+
+function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children.filter(child => child !== null));
+  return made;
+}
+
+const absent = value => value === null || value === undefined;
+const minus = text => text.replace("-", "\u2212");
+const fixed = (value, decimals) => absent(value) ? "n/a" : minus(value.toFixed(decimals));
+const compact = value => absent(value) ? "n/a" : minus(String(Number(value.toPrecision(3))));
+// Decimals that resolve a thousandth of the range: the identification is not finer than that.
+const decimalsOf = parameter => Math.max(0, Math.floor(3 - Math.log10(parameter.high - parameter.low)));
+const percent = value => absent(value) ? "n/a" : fixed(100 * value, 0) + " %";
+const unitOf = parameter => parameter.unit === "1" ? "" : parameter.unit;
+const normalizedUnit = parameter => parameter.unit.includes(" s/") ? " s" : "";
+
+// The same value in the unit a reader may think in.
+function inOtherWords(parameter) {
+  if (absent(parameter.value)) return null;
+  if (parameter.unit === "rad/s") return fixed(parameter.value * 180 / Math.PI, 3) + " deg/s";
+  return parameter.unit === "s" ? fixed(1000 * parameter.value, 0) + " ms" : null;
+}
+
+function figure(name, value, remark) {
+  return element("div", {}, element("dt", {}, name), element("dd", {}, value, element("small", {}, remark)));
+}
+
+function warningBox(warnings) {
+  if (warnings.length === 0) return null;
+  return element("div", { class: "warning", role: "note", "aria-label": "Warnings" },
+    element("strong", {}, warnings.length === 1 ? "Warning" : "Warnings"),
+    element("ul", {}, ...warnings.map(text => element("li", {}, text))));
+}
+
+function describeProtocol({ name, duration_s, amplitude_deg, cycles, cycle_s, sample_rate_hz }) {
+  return `Protocol \u201c${name}\u201d: ${compact(duration_s)} s, platform tilt ${compact(amplitude_deg)} deg peak to ` +
+    `peak, ${cycles} cycle${cycles === 1 ? "" : "s"} of ${compact(cycle_s)} s, sampled at ${compact(sample_rate_hz)} Hz.`;
+}
+
+// ---- tables --------------------------------------------------------------------------------------------------------
+
+function rangeCell(parameter) {
+  const place = value => 100 * (value - parameter.low) / (parameter.high - parameter.low);
+  const bar = element("div", { class: "bar", "aria-hidden": "true" });
+  const mark = (value, kind) => {
+    if (absent(value)) return;
+    const at = place(value);
+    const outside = at < 0 || at > 100 ? " outside" : "";
+    const made = element("span", { class: kind + outside });
+    made.style.left = Math.min(100, Math.max(0, at)) + "%";
+    bar.append(made);
+  };
+  mark(parameter.truth, "truth-mark");
+  mark(parameter.value, "value-mark");
+  const decimals = decimalsOf(parameter);
+  const beyond = parameter.value < parameter.low || parameter.value > parameter.high;
+  return element("td", { class: "range" }, bar,
+    element("div", { class: "limits" }, element("span", {}, fixed(parameter.low, decimals)),
+      beyond && !absent(parameter.value) ? element("strong", {}, "outside the range") : null,
+      element("span", {}, fixed(parameter.high, decimals))));
+}
+
+function parameterTable(recording) {
+  const known = recording.parameters.some(parameter => "truth" in parameter);
+  const number = text => element("th", { scope: "col", class: "number" }, text);
+  const head = element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Value"),
+    element("th", { scope: "col" }, "Unit"), known ? number("True") : null, number("Value / (m g h)"),
+    element("th", { scope: "col" }, "Place in the model\u2019s range"));
+  const rows = recording.parameters.map(parameter => {
+    const decimals = decimalsOf(parameter);
+    const words = inOtherWords(parameter);
+    const normalized = !("normalized" in parameter) ? "\u2013"
+      : absent(parameter.normalized) ? "n/a" : fixed(parameter.normalized, 3) + normalizedUnit(parameter);
+    return element("tr", {},
+      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, parameter.description)),
+      element("td", { class: "number value" }, fixed(parameter.value, decimals), words && element("small", {}, words)),
+      element("td", {}, unitOf(parameter) || "\u2013"),
+      known ? element("td", { class: "number" }, fixed(parameter.truth, decimals)) : null,
+      element("td", { class: "number" }, normalized), rangeCell(parameter));
+  });
+  const { mgh, mass_kg, com_height_m } = recording.protocol;
+  return element("div", { class: "scroll" }, element("table", {},
+    element("caption", {}, `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of a body of ` +
+      `${compact(mass_kg)} kg above the ankles, its centre of mass at ${compact(com_height_m)} m. ` +
+      "The range is that of the data the model was trained on" +
+      (known ? "; the upright red line is the true value." : ".")),
+    element("thead", {}, head), element("tbody", {}, ...rows)));
+}
+
+function contents() {
+  const recordings = report.recordings;
+  if (recordings.length < 2) return;
+  const rows = recordings.map((recording, index) => element("tr", {},
+    element("th", { scope: "row", class: "file" }, element("a", { href: `#recording-${index + 1}` }, recording.file),
+      recording.warnings.length === 0 ? null
+        : element("span", { class: "description" }, `${recording.warnings.length} warning` + (recording.warnings.length === 1 ? "" : "s"))),
+    ...recording.parameters.map(parameter => element("td", { class: "number" }, fixed(parameter.value, decimalsOf(parameter)))),
+    element("td", { class: "number" }, percent(recording.variance_accounted_for))));
+  const nav = document.getElementById("contents");
+  nav.append(element("h2", {}, `${recordings.length} recordings`), element("div", { class: "scroll" }, element("table", {},
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Recording"),
+      ...recordings[0].parameters.map(parameter => element("th", { scope: "col", class: "number" }, parameter.name,
+        element("span", { class: "description" }, unitOf(parameter)))),
+      element("th", { scope: "col", class: "number" }, "Variance accounted for"))),
+    element("tbody", {}, ...rows))));
+  nav.hidden = false;
+}
+
+// ---- sway ----------------------------------------------------------------------------------------------------------
+
+// Points in degrees. Sway is drawn about its mean over the fitted span, as the residual is computed.
+function swayPoints(recording) {
+  const { per_degree, sway, fitted, tilt } = recording.series;
+  const rate = recording.protocol.sample_rate_hz;
+  const span = fitted.length || sway.length;
+  const mean = list => {
+    const finite = list.slice(0, span).filter(value => value !== null);
+    return finite.length ? finite.reduce((sum, value) => sum + value, 0) / finite.length : 0;
+  };
+  const points = (list, origin) => list.map((value, k) => ({ x: k / rate, y: value === null ? NaN : (value - origin) / per_degree }));
+  return { sway: points(sway, mean(sway)), fitted: points(fitted, mean(fitted)), tilt: points(tilt, 0) };
+}
+
+const rgb = hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
+
+// A copy is read: reading a canvas on the screen makes it slow, and browsers complain.
+function pixelsOf(canvas) {
+  const copy = element("canvas", { width: canvas.width, height: canvas.height }).getContext("2d", { willReadFrequently: true });
+  copy.drawImage(canvas, 0, 0);
+  return copy;
+}
+
+function hasColour(canvas, hex) {
+  const wanted = rgb(hex);
+  const { data } = pixelsOf(canvas).getImageData(0, 0, canvas.width, canvas.height);
+  for (let at = 0; at < data.length; at += 4) {
+    if (data[at + 3] > 128 && wanted.every((value, channel) => Math.abs(value - data[at + channel]) < 40)) return true;
+  }
+  return false;
+}
+
+function swayChart(points, label, from, to) {
+  const canvas = element("canvas", { role: "img", "aria-label": label });
+  const holder = element("div", { class: "chart" }, canvas);
+  const line = (name, key, width) => ({ label: name, data: points[key], borderColor: colours[key],
+    backgroundColor: colours[key], borderWidth: width, pointRadius: 0, pointHitRadius: 6 });
+  const axis = text => ({ type: "linear", title: { display: true, text, color: "#1c2733" },
+    ticks: { color: "#3d4853", includeBounds: false }, grid: { color: "#e6eaee" } });
+  const start = () => {
+    const chart = new Chart(canvas, {
+      type: "line",
+      data: { datasets: [line("Recorded sway", "sway", 1.6), line("Re-simulated sway", "fitted", 1.6), line("Platform tilt", "tilt", 1.2)] },
+      options: {
+        animation: false, normalized: true, parsing: false, responsive: true, maintainAspectRatio: false,
+        interaction: { mode: "nearest", axis: "x", intersect: false },
+        scales: { x: { ...axis("Time (s)"), min: from, max: to }, y: axis("Angle (deg)") },
+        plugins: {
+          decimation: { enabled: true, algorithm: "min-max" },
+          legend: { position: "top", align: "end", labels: { usePointStyle: true, pointStyle: "line", color: "#1c2733" } },
+          tooltip: { callbacks: { title: items => items.length ? `${items[0].parsed.x.toFixed(2)} s` : "",
+            label: item => `${item.dataset.label}: ${fixed(item.parsed.y, 3)} deg` } },
+        },
+      },
+    });
+    checks.push(() => Object.keys(points).every(key => {
+      const seen = points[key].some(({ x, y }) => x >= chart.scales.x.min && x <= chart.scales.x.max && !Number.isNaN(y));
+      return !seen || hasColour(canvas, colours[key]);
+    }));
+    return chart;
+  };
+  return { holder, start };
+}
+
+function windowFigure(recording, points, end) {
+  const { cycles, cycle_s, lead_in_s } = recording.protocol;
+  const length = element("select", { "aria-label": "Length of the window" });
+  for (const [text, seconds] of [["5 s", 5], ["10 s", 10], ["20 s", 20], ["one stimulus cycle", cycle_s]]) {
+    if (seconds < end) length.append(element("option", { value: seconds }, text));
+  }
+  if (length.options.length === 0) return null;
+  length.selectedIndex = Math.min(2, length.options.length - 1);
+  const slider = element("input", { type: "range", min: 0, step: 0.5, "aria-label": "Start of the window in seconds" });
+  const shown = element("output");
+  // The last cycle, when the start has died away; the beginning, if the fit ended before that.
+  const last = Math.min(lead_in_s + (cycles - 1) * cycle_s, end - Number(length.value));
+  const first = points.fitted.length > 0 && points.fitted.at(-1).x < last ? 0 : last;
+  const { holder, start } = swayChart(points, "Line chart: a part of the recorded sway, the re-simulated sway and the platform tilt",
+    first, first + Number(length.value));
+  const put = chart => {
+    slider.max = Math.max(0, end - Number(length.value));
+    const from = Number(slider.value), to = from + Number(length.value);
+    shown.textContent = `${fixed(from, 1)} to ${fixed(to, 1)} s`;
+    if (chart) Object.assign(chart.options.scales.x, { min: from, max: to }), chart.update("none");
+  };
+  slider.max = end;
+  slider.value = first;
+  put(null);
+  const made = element("figure", {}, element("h3", {}, "A closer look"),
+    element("div", { class: "window-controls" }, element("label", {}, "Show ", length), element("label", {}, "from ", slider)), holder,
+    element("figcaption", {}, "Shown: ", shown));
+  return { made, start: () => {
+    const chart = start();
+    for (const control of [length, slider]) control.addEventListener("input", () => put(chart));
+    put(chart);
+  } };
+}
+
+// ---- images --------------------------------------------------------------------------------------------------------
+
+const palettes = {  // viridis, red-blue, and a wheel that ends where it begins
+  sequential: ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"],
+  diverging: ["#2166ac", "#67a9cf", "#d1e5f0", "#f7f7f7", "#fddbc7", "#ef8a62", "#b2182b"],
+  cyclic: ["#e2d9e2", "#91b1c8", "#5f6fb9", "#4b2a83", "#2f1436", "#6b1d4b", "#ab4b50", "#cb9a84", "#e2d9e2"],
+};
+
+function colourTable(kind) {
+  const stops = palettes[kind].map(rgb);
+  return Array.from({ length: 256 }, (_, level) => {
+    const place = level / 255 * (stops.length - 1);
+    const below = Math.min(Math.floor(place), stops.length - 2);
+    return stops[below].map((value, channel) => Math.round(value + (place - below) * (stops[below + 1][channel] - value)));
+  });
+}
+
+function bitmap(width, height, colourAt) {
+  const canvas = element("canvas", { width, height });
+  const context = canvas.getContext("2d");
+  const pixels = context.createImageData(width, height);
+  for (let y = 0; y < height; ++y) {
+    for (let x = 0; x < width; ++x) pixels.data.set([...(colourAt(x, y) ?? [255, 255, 255]), 255], 4 * (y * width + x));
+  }
+  context.putImageData(pixels, 0, 0);
+  return canvas;
+}
+
+const channelTitles = {
+  modulus: "Modulus", log_modulus: "Logarithm of the modulus", phase: "Phase", cos_phase: "Cosine of the phase",
+  sin_phase: "Sine of the phase", real: "Real part", imaginary: "Imaginary part",
+};
+const channelUnits = { modulus: "rad", log_modulus: "ln rad", phase: "rad", real: "rad", imaginary: "rad" };
+
+function steps(limit, wanted) {
+  const rough = limit / wanted, power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find(factor => factor * power >= rough);
+  return Array.from({ length: Math.floor(limit / step + 1e-9) + 1 }, (_, i) => Number((i * step).toPrecision(12)));
+}
+
+function drawHeatmap(canvas, image, channel, map, bar) {
+  const ratio = window.devicePixelRatio || 1;
+  const width = canvas.clientWidth, height = canvas.clientHeight;
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
+  const pen = canvas.getContext("2d");
+  pen.scale(ratio, ratio);
+  pen.imageSmoothingEnabled = false;
+  pen.font = "12px system-ui, 'Liberation Sans', sans-serif";
+  pen.fillStyle = pen.strokeStyle = "#3d4853";
+  const left = 52, top = 8, right = width - 92, bottom = height - 42;
+  pen.drawImage(map, left, top, right - left, bottom - top);
+  pen.strokeRect(left, top, right - left, bottom - top);
+
+  const duration = image.columns * image.column_s, highest = image.rows * image.row_hz;
+  pen.textAlign = "center";
+  for (const time of steps(duration, Math.max(2, (right - left) / 70))) {
+    const x = left + time / duration * (right - left);
+    pen.fillRect(x, bottom, 1, 4);
+    pen.fillText(compact(time), x, bottom + 17);
+  }
+  pen.fillText("Time (s)", (left + right) / 2, height - 6);
+  pen.textAlign = "right";
+  for (const frequency of steps((image.rows - 1) * image.row_hz, 6)) {
+    const y = bottom - (frequency + image.row_hz / 2) / highest * (bottom - top);
+    pen.fillRect(left - 4, y, 4, 1);
+    pen.fillText(compact(frequency), left - 7, y + 4);
+  }
+  pen.save();
+  pen.translate(13, (top + bottom) / 2);
+  pen.rotate(-Math.PI / 2);
+  pen.textAlign = "center";
+  pen.fillText("Frequency (Hz)", 0, 0);
+  pen.restore();
+
+  const at = right + 14;
+  pen.drawImage(bar, at, top, 14, bottom - top);
+  pen.strokeRect(at, top, 14, bottom - top);
+  pen.textAlign = "left";
+  const limit = value => absent(value) ? "n/a" : channel.logarithmic ? (10 ** value).toExponential(0).replace("e+0", "").replace("e-", "e\u2212") : compact(value);
+  pen.fillText(limit(channel.high), at + 19, top + 10);
+  pen.fillText(limit((channel.low + channel.high) / 2), at + 19, (top + bottom) / 2 + 4);
+  pen.fillText(limit(channel.low), at + 19, bottom);
+  pen.fillText(channelUnits[channel.name] ?? "", at, bottom + 17);
+  return [left + 1, top + 1, right - left - 2, bottom - top - 2].map(length => Math.round(length * ratio));
+}
+
+function heatmap(image, channel) {
+  const colour = colourTable(channel.kind);
+  const level = (x, y) => channel.levels[(image.rows - 1 - y) * image.columns + x];  // low frequencies below
+  const map = bitmap(image.columns, image.rows, (x, y) => colour[level(x, y)]);
+  const bar = bitmap(1, 256, (x, y) => colour[255 - y]);
+  const title = (channelTitles[channel.name] ?? channel.name) + (channel.logarithmic ? ", logarithmic colours" : "");
+  const canvas = element("canvas", { role: "img", "aria-label":
+    `Heat map: ${title} of the sway\u2019s spectrum, time 0 to ${compact(image.columns * image.column_s)} s across, ` +
+    `frequency 0 to ${compact((image.rows - 1) * image.row_hz)} Hz upwards` });
+  let drawn = [0, 0, 1, 1];
+  redraws.push(() => { drawn = drawHeatmap(canvas, image, channel, map, bar); });
+  checks.push(() => {
+    const { data } = pixelsOf(canvas).getImageData(...drawn);
+    const seen = new Set();
+    for (let at = 0; at < data.length; at += 4) if (data[at + 3] === 255) seen.add(data[at] << 16 | data[at + 1] << 8 | data[at + 2]);
+    return seen.size >= Math.min(10, new Set(channel.levels).size);
+  });
+  return element("div", {}, element("h4", {}, title), canvas);
+}
+
+function imageFigure(image) {
+  return element("figure", {}, element("h3", {}, "What the network saw"),
+    element("div", { class: "heatmaps" }, ...image.channels.map(channel => heatmap(image, channel))),
+    element("figcaption", {}, `Spectrum of each ${compact(image.column_s)} s of sway, one column a window. ` +
+      (image.mirrored ? "Rows above half the sample rate mirror these and are left out. " : "") +
+      "Values beyond a colour scale take its last colour."));
+}
+
+// ---- the page ------------------------------------------------------------------------------------------------------
+
+function section(recording, index) {
+  const id = `recording-${index + 1}`;
+  const made = element("section", { id, "aria-labelledby": `${id}-title` },
+    element("h2", { id: `${id}-title` }, recording.file),
+    element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol)),
+    warningBox(recording.warnings));
+  document.getElementById("recordings").append(made);
+  made.append(element("dl", { class: "figures" },
+    figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording"),
+    figure("Variance accounted for", percent(recording.variance_accounted_for), "of the recording, by the re-simulated sway"),
+    figure("Residual, rms", absent(recording.rms_residual_deg) ? "n/a" : fixed(recording.rms_residual_deg, 3) + " deg", "recorded minus re-simulated")));
+  made.append(element("h3", {}, "Identified parameters"), parameterTable(recording));
+
+  const { sway, fitted } = recording.series;
+  if (sway.length > 1) {
+    const end = (sway.length - 1) / recording.protocol.sample_rate_hz;
+    const points = swayPoints(recording);
+    const whole = swayChart(points, `Line chart over ${compact(end)} s: recorded sway, ` +
+      `${fixed(recording.peak_to_peak_deg, 2)} deg peak to peak, re-simulated sway and platform tilt`, 0, end);
+    const fell = fitted.length < sway.length
+      ? ` The body re-simulated from these parameters left the model\u2019s limits ${fixed(fitted.length / recording.protocol.sample_rate_hz, 1)} s into the trial, so its line ends there.` : "";
+    made.append(element("figure", {}, element("h3", {}, "Recorded and re-simulated sway"), whole.holder,
+      element("figcaption", {}, "Both sways are drawn about their means. The re-simulated sway comes from the identified " +
+        "parameters without noise: it cannot follow the random part of the recording, so a low variance accounted for " +
+        "goes with a high noise gain Nv, too." + fell)));
+    whole.start();
+    const close = windowFigure(recording, points, end);
+    if (close) {
+      made.append(close.made);
+      close.start();
+    }
+  }
+  if (recording.image) made.append(imageFigure(recording.image));
+}
+
+function footer() {
+  const { name, sha256, version } = report.model;
+  document.getElementById("footer").append(
+    element("p", {}, element("strong", {}, "This is not a diagnosis. "),
+      "The numbers are a neural network\u2019s estimates of the parameters of a simplified model of posture control " +
+      "(a single inverted pendulum under disturbance estimation and compensation, DEC). They describe the recording " +
+      "as that model sees it, hold for the stated protocol only, and carry the errors of model, network and measurement."),
+    element("p", {}, "decid ", version, ", model \u201c", name, "\u201d, SHA-256 of its weights ", element("code", {}, sha256), "."));
+}
+
+const redraw = () => redraws.forEach(draw => draw());
+window.addEventListener("resize", redraw);
+
+if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posture control report`;
+contents();
+report.recordings.forEach(section);
+footer();
+redraw();
+document.body.dataset.chartsDrawn = `${checks.filter(check => check()).length}/${checks.length}`;
+})();
