@@ -14,21 +14,21 @@ namespace decid::tools {
 
 struct Identification {
   std::string file;
-  std::string column;                      ///< the sway column that was read
-  sim::Protocol protocol;                  ///< the model's
-  sim::Parameters parameters{};            ///< identified, SI units
-  std::optional<sim::Parameters> truth;    ///< when known (a simulated recording)
+  std::string column;                    ///< the sway column that was read
+  sim::Protocol protocol;                ///< the model's
+  sim::Parameters parameters{};          ///< identified, SI units
+  std::optional<sim::Parameters> truth;  ///< when known (a simulated recording)
 
-  std::vector<float> sway_rad;             ///< the recording at the protocol's rate
-  std::vector<float> fitted_rad;           ///< simulated from `parameters`, noise-free; shorter if it fell over
-  std::vector<float> tilt_rad;             ///< the platform, same instants
-  double rms_residual_deg = 0.0;           ///< over fitted_rad, means removed; NaN if the fitted trial fell over
-  double variance_accounted_for = 0.0;     ///< 1 - var(residual) / var(sway), can be negative; NaN likewise
+  std::vector<float> sway_rad;          ///< the recording at the protocol's rate
+  std::vector<float> fitted_rad;        ///< simulated from `parameters`, noise-free; shorter if it fell over
+  std::vector<float> tilt_rad;          ///< the platform, same instants
+  double rms_residual_deg = 0.0;        ///< over fitted_rad, means removed; NaN if the fitted trial fell over
+  double variance_accounted_for = 0.0;  ///< 1 - var(residual) / var(sway), can be negative; NaN likewise
   double peak_to_peak_deg = 0.0;
 
   dataset::ImageSettings image_settings;
   dataset::ImageShape image_shape{};
-  std::vector<float> image;                ///< the network's input before row scaling, channel-major
+  std::vector<float> image;  ///< the network's input before row scaling, channel-major
   std::vector<std::string> warnings;
 };
 

@@ -1,0 +1,29 @@
+// What the subcommands share: options that all have, and how a command is hung into the program.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace decid::tools {
+
+struct CommonOptions {
+  int threads = 0;  ///< 0: all cores
+  bool quiet = false;
+  bool json = false;
+};
+
+/// Adds --threads, --quiet and, for commands that print figures, --json.
+void add_common_options(CLI::App& command, CommonOptions& options, bool prints_figures);
+/// Puts --threads into force.
+void apply(const CommonOptions& options);
+
+/// Each adds one subcommand whose callback does the work. Bad input: Error. Anything else: any other exception.
+void add_simulate(CLI::App& program);
+void add_stimulus(CLI::App& program);
+void add_dataset(CLI::App& program);
+void add_train(CLI::App& program);
+void add_evaluate(CLI::App& program);
+void add_identify(CLI::App& program);
+void add_info(CLI::App& program);
+
+}  // namespace decid::tools

@@ -1,0 +1,82 @@
+// decid evaluate: a model's error on a data set.
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "dataset/npz.hpp"
+#include "dataset/protocol_json.hpp"
+#include "tools/command.hpp"
+#include "tools/text.hpp"
+#include "tools/training.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  CommonOptions common;
+  std::string model, data, split = "all";
+};
+
+void evaluate_model(const Options& options) {
+  Model model = model_or_built_in(options.model);
+  const dataset::Dataset data = dataset::read_npz(options.data);
+  if (!sim::same_experiment(model.protocol, data.protocol))
+    throw Error(options.data,
+                "was made for another experiment than " + model_name(options.model) + " (" +
+                    dataset::to_json(data.protocol) + ")",
+                "make a data set with the model's protocol, or train a model on this one");
+  std::vector<int> chosen;
+  std::vector<sim::Parameters> truth;
+  for (int i = 0; i < data.trials(); ++i) {
+    const bool training = data.split[static_cast<std::size_t>(i)] == 0;
+    if (options.split == "all" || training == (options.split == "training")) {
+      chosen.push_back(i);
+      truth.push_back(data.parameters[static_cast<std::size_t>(i)]);
+    }
+  }
+  if (chosen.empty()) throw Error(options.data, "has no trial in its " + options.split + " half", "leave out --split");
+  const std::vector<float> outputs = predict(model, static_cast<int>(chosen.size()),
+                                             [&](int i) { return data.trial(chosen[static_cast<std::size_t>(i)]); });
+  const Evaluation result = evaluate(model, outputs, truth);
+  if (options.common.json) {
+    Json per_parameter;
+    for (std::size_t p = 0; p < sim::parameter_count; ++p)
+      per_parameter[sim::parameter_info[p].name] = result.mse_per_parameter[p];
+    std::cout << Json{{"mse", result.mse()},
+                      {"matlab_loss", result.matlab_loss()},
+                      {"mse_per_parameter", per_parameter},
+                      {"trials", result.trials}}
+                     .dump(2)
+              << '\n';
+    return;
+  }
+  std::cout
+      << format("%d trials of %s with %s\n", result.trials, options.data.c_str(), model_name(options.model).c_str())
+      << format("MSE %.4f (mean over trials and 7 z-scored parameters; predicting the mean gives 1)\n", result.mse())
+      << format("MATLAB's loss %.4f (half the sum over the 7; predicting the mean gives 3.5)\n", result.matlab_loss());
+  for (std::size_t p = 0; p < sim::parameter_count; ++p)
+    std::cout << format("  %-8s %.4f\n", sim::parameter_info[p].name, result.mse_per_parameter[p]);
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand("evaluate", "Measure a model's error on a data set");
+  command->add_option("--model", options->model, "Model file; default: the built-in model");
+  command->add_option("--data", options->data, "Data set made by decid dataset")->required();
+  command->add_option("--split", options->split, "all, training or validation")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"all", "training", "validation"}));
+  add_common_options(*command, options->common, true);
+  command->footer("Example: decid evaluate --model model.safetensors --data fresh.npz --json");
+  command->callback([options] {
+    apply(options->common);
+    evaluate_model(*options);
+  });
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,167 @@
+// Identification of recordings: see identify.hpp.
+#include "tools/identify.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/simulate.hpp"
+#include "tools/text.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double mean(std::span<const float> values) {
+  double sum = 0;
+  for (const float v : values) sum += static_cast<double>(v);
+  return sum / static_cast<double>(values.size());
+}
+
+/// rms residual and variance accounted for, means removed.
+void compare(Identification& id) {
+  if (id.fitted_rad.size() < id.sway_rad.size()) {
+    id.rms_residual_deg = id.variance_accounted_for = std::nan("");
+    return;
+  }
+  const double sway_mean = mean(id.sway_rad), fitted_mean = mean(id.fitted_rad);
+  double residual = 0, variance = 0;
+  for (std::size_t k = 0; k < id.sway_rad.size(); ++k) {
+    const double sway = static_cast<double>(id.sway_rad[k]) - sway_mean;
+    const double difference = sway - (static_cast<double>(id.fitted_rad[k]) - fitted_mean);
+    residual += difference * difference;
+    variance += sway * sway;
+  }
+  id.rms_residual_deg = std::sqrt(residual / static_cast<double>(id.sway_rad.size())) / sim::rad_per_deg;
+  id.variance_accounted_for = 1 - residual / variance;
+}
+
+/// The noise-free trial of the identified parameters, as far as it stands. What the network says may lie a little
+/// outside of what can be simulated at all.
+void resimulate(const sim::Simulator& simulator, Identification& id) {
+  sim::Parameters parameters = id.parameters;
+  for (double& p : parameters) p = std::max(p, 0.0);
+  parameters[sim::Delay] = std::min(parameters[sim::Delay], sim::longest_delay_s);
+  parameters[sim::Nv] = 0.0;
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  const sim::Outcome outcome = simulator.run(parameters, Random(0, Stream::vestibular_noise, 0), sway);
+  const double rate = simulator.protocol().sample_rate_hz;
+  const auto stands = outcome.valid ? sway.size() : static_cast<std::size_t>(outcome.end_s * rate);
+  for (std::size_t k = 0; k < std::min(stands, sway.size()); ++k) id.fitted_rad.push_back(static_cast<float>(sway[k]));
+  for (std::size_t k = 0; k < sway.size(); ++k)
+    id.tilt_rad.push_back(static_cast<float>(
+        simulator.stimulus().tilt_rad[k * static_cast<std::size_t>(simulator.protocol().steps_per_sample())]));
+}
+
+void warn(Identification& id) {
+  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+    const sim::ParameterInfo& info = sim::parameter_info[p];
+    const double margin = 0.05 * (info.high - info.low);
+    if (id.parameters[p] < info.low - margin || id.parameters[p] > info.high + margin)
+      id.warnings.push_back(format("%s = %.4g %s lies outside the range the model was trained on (%g to %g)", info.name,
+                                   id.parameters[p], info.unit, info.low, info.high));
+  }
+  const auto [low, high] = std::ranges::minmax(id.sway_rad);
+  const double largest = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
+  if (largest > sim::sway_limit_rad)
+    id.warnings.push_back(
+        format("sway reaches %.1f degrees; trials beyond 5 degrees were never trained on", largest / sim::rad_per_deg));
+  if (id.fitted_rad.size() < id.sway_rad.size())
+    id.warnings.push_back(
+        "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
+  else if (id.variance_accounted_for < 0.3)
+    id.warnings.push_back(
+        format("the trial simulated from these parameters explains %.0f%% of the recording's variance: "
+               "the rest is noise, or the recording is not of this protocol",
+               100 * std::max(id.variance_accounted_for, 0.0)));
+}
+
+Json number_or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+}  // namespace
+
+std::vector<Identification> identify(Model& model, const std::vector<std::filesystem::path>& files,
+                                     const dataset::RecordingOptions& options,
+                                     const std::optional<sim::Parameters>& truth) {
+  std::vector<Identification> all(files.size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    Identification& id = all[i];
+    dataset::Recording recording = dataset::read_recording(files[i], options);
+    id.sway_rad = dataset::fit_to_protocol(recording, model.protocol);
+    id.file = recording.file;
+    id.column = recording.column;
+    id.warnings = std::move(recording.warnings);
+    id.protocol = model.protocol;
+    id.truth = truth;
+  }
+  const std::vector<float> outputs = predict(model, static_cast<int>(files.size()), [&](int i) {
+    return std::span<const float>(all[static_cast<std::size_t>(i)].sway_rad);
+  });
+  const sim::Simulator simulator(model.protocol);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Identification& id = all[i];
+    id.parameters = model.targets.unscale(std::span(outputs).subspan(i * sim::parameter_count, sim::parameter_count));
+    id.image_settings = model.image;
+    id.image_shape = model.images().shape();
+    id.image.resize(static_cast<std::size_t>(id.image_shape.size()));
+    model.images().make(id.sway_rad, id.image);
+    const auto [low, high] = std::ranges::minmax(id.sway_rad);
+    id.peak_to_peak_deg = static_cast<double>(high - low) / sim::rad_per_deg;
+    resimulate(simulator, id);
+    compare(id);
+    warn(id);
+  }
+  return all;
+}
+
+std::string identifications_json(const std::string& model, const std::vector<Identification>& all) {
+  Json recordings = Json::array();
+  for (const Identification& id : all) {
+    Json parameters = Json::array();
+    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+      const sim::ParameterInfo& info = sim::parameter_info[p];
+      Json parameter{{"name", info.name}, {"value", number_or_null(id.parameters[p])}, {"unit", info.unit}};
+      parameter["normalized"] =
+          info.per_mgh ? number_or_null(id.parameters[p] / id.protocol.body.mgh()) : Json(nullptr);
+      if (id.truth) parameter["true"] = (*id.truth)[p];
+      parameters.push_back(std::move(parameter));
+    }
+    recordings.push_back({{"file", id.file},
+                          {"parameters", std::move(parameters)},
+                          {"fit",
+                           {{"rms_residual_deg", number_or_null(id.rms_residual_deg)},
+                            {"variance_accounted_for", number_or_null(id.variance_accounted_for)}}},
+                          {"peak_to_peak_deg", id.peak_to_peak_deg},
+                          {"warnings", id.warnings}});
+  }
+  // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
+  return Json{{"model", model}, {"recordings", std::move(recordings)}}.dump(2, ' ', false,
+                                                                            Json::error_handler_t::replace) +
+         "\n";
+}
+
+std::string identifications_text(const std::vector<Identification>& all) {
+  std::string text;
+  for (const Identification& id : all) {
+    text += format("%s (%s): peak to peak %.3f degrees", id.file.c_str(), id.column.c_str(), id.peak_to_peak_deg);
+    if (std::isfinite(id.rms_residual_deg))
+      text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.rms_residual_deg,
+                     100 * id.variance_accounted_for);
+    text += format("\n  %-8s %12s %-10s %10s%s  %s\n", "", "identified", "unit", "/ (m g h)",
+                   id.truth ? "         true" : "", "range");
+    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+      const sim::ParameterInfo& info = sim::parameter_info[p];
+      text += format("  %-8s %12.5g %-10s ", info.name, id.parameters[p], info.unit);
+      text += info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.body.mgh()) : std::string(10, ' ');
+      if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
+      text += format("  %g to %g\n", info.low, info.high);
+    }
+    for (const std::string& warning : id.warnings) text += "  warning: " + warning + "\n";
+  }
+  return text;
+}
+
+}  // namespace decid::tools

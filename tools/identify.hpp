@@ -1,0 +1,25 @@
+// Identification of recordings: from files to parameters, and how well these explain what was recorded.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dataset/recording.hpp"
+#include "tools/identification.hpp"
+#include "tools/model.hpp"
+
+namespace decid::tools {
+
+/// Reads, identifies and re-simulates each recording. Throws Error for the first that cannot be used: all or nothing.
+std::vector<Identification> identify(Model& model, const std::vector<std::filesystem::path>& files,
+                                     const dataset::RecordingOptions& options,
+                                     const std::optional<sim::Parameters>& truth);
+
+/// {"recordings": [...]}: what scripts read.
+std::string identifications_json(const std::string& model, const std::vector<Identification>& all);
+/// What people read: a table a recording.
+std::string identifications_text(const std::vector<Identification>& all);
+
+}  // namespace decid::tools

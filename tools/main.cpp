@@ -1,0 +1,53 @@
+// The command line program. Exit codes: 0 done, 2 wrong usage or bad input (one line on stderr), 1 anything else.
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+
+#include "base/error.hpp"
+#include "nn/kernels/kernels.hpp"
+#include "tools/command.hpp"
+#include "tools/version.hpp"
+
+namespace {
+
+int run(int argc, char** argv) {
+  CLI::App program{"decid identifies the posture controller behind a recording of body sway on a tilting platform"};
+  program.name("decid");
+  program.set_version_flag("--version", std::string("decid ") + decid::tools::version);
+  program.require_subcommand(1);
+  program.footer("Example: decid identify recording.csv --report report.html");
+  decid::tools::add_identify(program);
+  decid::tools::add_simulate(program);
+  decid::tools::add_stimulus(program);
+  decid::tools::add_dataset(program);
+  decid::tools::add_train(program);
+  decid::tools::add_evaluate(program);
+  decid::tools::add_info(program);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
+    std::string command;
+    for (const CLI::App* sub : program.get_subcommands()) command = " " + sub->get_name();
+    std::cerr << "decid: " << error.what() << "; see decid" << command << " --help\n";
+    return 2;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const decid::Error& error) {
+    std::cerr << "decid: " << error.what() << '\n';
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::cerr << "decid: not enough memory; ask for fewer trials or a smaller batch\n";
+    return 1;
+  } catch (const std::exception& error) {
+    std::cerr << "decid: " << error.what() << '\n';
+    return 1;
+  }
+}

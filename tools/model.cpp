@@ -1,0 +1,137 @@
+// Model files and prediction: see model.hpp.
+#include "tools/model.hpp"
+
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/parallel.hpp"
+#include "dataset/protocol_json.hpp"
+#include "embedded/built_in_model.hpp"
+#include "nn/safetensors.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* format_name = "decid model 1";
+constexpr int predict_batch = 64;
+
+nn::Shape network_input(const dataset::ImageMaker& images) {
+  const dataset::ImageShape s = images.shape();
+  return {s.channels, s.rows, s.columns};
+}
+
+}  // namespace
+
+Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture)
+    : protocol(std::move(protocol_)),
+      image(std::move(image_)),
+      network(network_input(dataset::ImageMaker(image, protocol.samples())), architecture),
+      images_(image, protocol.samples()) {
+  const auto parameters = static_cast<int>(sim::parameter_count);
+  if (network.output_shape() != nn::Shape{parameters, 1, 1})
+    throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
+}
+
+void Model::make_input(std::span<const float> sway_rad, std::span<float> image_values) const {
+  images_.make(sway_rad, image_values);
+  if (image.standardize_rows) rows.apply(image_values, images_.shape().columns);
+}
+
+std::string to_bytes(const Model& model, const std::string& progress) {
+  nn::TensorFile file;
+  file.metadata = {
+      {"format", format_name},
+      {"architecture", model.network.architecture()},
+      {"protocol", dataset::to_json(model.protocol)},
+      {"image", dataset::to_json(model.image)},
+      {"targets", Json{{"mean", model.targets.mean}, {"deviation", model.targets.deviation}}.dump()},
+      {"origin", model.origin},
+  };
+  if (!progress.empty()) file.metadata["progress"] = progress;
+  if (model.image.standardize_rows) {
+    const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
+    file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
+    file.tensors.push_back({"image.row_deviation", shape, model.rows.deviation});
+  }
+  nn::save_network(model.network, file, !progress.empty());
+  return nn::to_safetensors(file);
+}
+
+Model model_from_bytes(std::string_view bytes, const std::string& where, std::string* progress) {
+  const nn::TensorFile file = nn::from_safetensors(bytes, where);
+  const std::string remedy = "give a model file written by decid train";
+  const auto text = [&](const std::string& key) {
+    const auto it = file.metadata.find(key);
+    if (it == file.metadata.end()) throw Error(where, "is no decid model: it says nothing of its " + key, remedy);
+    return it->second;
+  };
+  if (text("format") != format_name)
+    throw Error(where, "is of format '" + text("format") + "', not '" + format_name + "'", remedy);
+  if (progress != nullptr) *progress = text("progress");
+  Model model(dataset::protocol_from_json(text("protocol"), where),
+              dataset::image_settings_from_json(text("image"), where), text("architecture"));
+  model.origin = text("origin");
+  try {
+    const Json targets = Json::parse(text("targets"));
+    model.targets.mean = targets.at("mean").get<sim::Parameters>();
+    model.targets.deviation = targets.at("deviation").get<sim::Parameters>();
+  } catch (const Json::exception&) {
+    throw Error(where, "has a target scaling that cannot be read", remedy);
+  }
+  for (const double deviation : model.targets.deviation)
+    if (!(deviation > 0)) throw Error(where, "has a target scaling that is not positive", remedy);
+  if (model.image.standardize_rows) {
+    const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
+    model.rows.mean = file.find("image.row_mean", rows, where).values;
+    model.rows.deviation = file.find("image.row_deviation", rows, where).values;
+    for (std::size_t i = 0; i < rows; ++i)
+      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.deviation[i] > 0))
+        throw Error(where, "has an image scaling that is not positive", remedy);
+  }
+  nn::load_network(model.network, file, where, progress != nullptr);
+  return model;
+}
+
+Model load_model(const std::filesystem::path& path) {
+  return model_from_bytes(read_file(path), path.string());
+}
+
+Model built_in_model() {
+  return model_from_bytes(embedded::built_in_model(), "built-in model");
+}
+
+Model model_or_built_in(const std::string& path) {
+  return path.empty() ? built_in_model() : load_model(path);
+}
+
+std::string model_name(const std::string& path) {
+  return path.empty() ? "built-in model" : path;
+}
+
+std::vector<float> predict(Model& model, int trials, const std::function<std::span<const float>(int)>& sway) {
+  nn::Network<float>& network = model.network;
+  network.plan(std::min(trials, predict_batch), nn::Mode::inference);
+  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
+  const auto values = static_cast<std::size_t>(network.input_shape().size());
+  std::vector<float> result(static_cast<std::size_t>(trials) * outputs);
+  for (int first = 0; first < trials; first += predict_batch) {
+    const int batch = std::min(predict_batch, trials - first);
+    network.set_batch(batch);
+    parallel_for(batch, [&](int i) {
+      thread_local std::vector<float> image;
+      image.resize(values);
+      model.make_input(sway(first + i), image);
+      network.input().load(i, image);
+    });
+    network.forward();
+    for (int i = 0; i < batch; ++i)
+      network.output().store(i, std::span(result).subspan(static_cast<std::size_t>(first + i) * outputs, outputs));
+  }
+  return result;
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,54 @@
+// A trained model: the network with everything that identification needs - protocol, image settings, row scaling,
+// target scaling - in one safetensors file.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dataset/dataset.hpp"
+#include "dataset/image.hpp"
+#include "nn/network.hpp"
+
+namespace decid::tools {
+
+struct Model {
+  sim::Protocol protocol;
+  dataset::ImageSettings image;
+  dataset::RowScaling rows;  ///< empty unless image.standardize_rows
+  dataset::TargetScaling targets;
+  nn::Network<float> network;
+  std::string origin;  ///< how it was trained: a JSON text, for people
+
+  /// A fresh network for these images; weights are not initialised.
+  Model(sim::Protocol protocol, dataset::ImageSettings image, const std::string& architecture);
+
+  /// Makes the images of trials into the network's input; immutable apart from the network.
+  const dataset::ImageMaker& images() const { return images_; }
+  /// The image of a trial as the network sees it, row scaling applied.
+  void make_input(std::span<const float> sway_rad, std::span<float> image_values) const;
+
+ private:
+  dataset::ImageMaker images_;
+};
+
+/// The bytes of a model file. `progress`, unless empty, makes it a checkpoint: momentum is included.
+std::string to_bytes(const Model& model, const std::string& progress = {});
+
+/// Throws Error for a damaged file, or one that is no decid model. `progress` gets the checkpoint's text; unless it is
+/// null the file must be a checkpoint.
+Model model_from_bytes(std::string_view bytes, const std::string& where, std::string* progress = nullptr);
+Model load_model(const std::filesystem::path& path);
+
+/// The model inside the program.
+Model built_in_model();
+/// The model file at `path`, or the built-in one if the path is empty.
+Model model_or_built_in(const std::string& path);
+/// How people call it.
+std::string model_name(const std::string& path);
+
+/// Runs the network over trials in batches: outputs[trial * 7 + parameter], z-scored. `sway(i)` gives trial i.
+std::vector<float> predict(Model& model, int trials, const std::function<std::span<const float>(int)>& sway);
+
+}  // namespace decid::tools

@@ -1,0 +1,69 @@
+// Ready-made networks: see presets.hpp.
+#include "tools/presets.hpp"
+
+#include "base/error.hpp"
+
+namespace decid::tools {
+
+using dataset::Channel;
+
+const std::vector<Preset>& presets() {
+  static const std::vector<Preset> all{
+      {.name = "default",
+       .description = "stride-2 network on log modulus, cosine and sine of the phase",
+       .architecture =
+           "conv 32 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 48 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+           "conv 64 3x3 stride 2x2 pad 1x1; batchnorm; relu; conv 96 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+           "globalavgpool; fc 7",
+       .image = {.window = 110,
+                 .half_spectrum = true,
+                 .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
+                 .standardize_rows = true},
+       .epochs = 30,
+       .batch = 64,
+       .learning_rate = 0.02,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "cosine",
+       .warmup_epochs = 1},
+      {.name = "paper",
+       .description = "the paper's setting: 64 filters first, raw modulus and phase, 110 x 110",
+       .architecture =
+           "conv 64 3x3 pad 1x1; batchnorm; relu; maxpool 2x2; conv 64 3x3 pad 1x1; batchnorm; relu; "
+           "maxpool 2x2; conv 128 3x3 pad 1x1; batchnorm; relu; maxpool 2x2; conv 128 3x3 pad 1x1; batchnorm; "
+           "relu; globalavgpool; fc 7",
+       .image = {},
+       .epochs = 100,
+       .batch = 64,
+       .learning_rate = 0.01,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "step:30:0.3",
+       .warmup_epochs = 0},
+      {.name = "small",
+       .description = "trains in seconds, for trying things out",
+       .architecture =
+           "conv 8 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 16 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+           "conv 32 3x3 stride 2x2 pad 1x1; batchnorm; relu; globalavgpool; fc 7",
+       .image = {.window = 110,
+                 .half_spectrum = true,
+                 .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
+                 .standardize_rows = true},
+       .epochs = 10,
+       .batch = 32,
+       .learning_rate = 0.02,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "cosine",
+       .warmup_epochs = 0},
+  };
+  return all;
+}
+
+const Preset& preset_named(const std::string& name) {
+  std::string names;
+  for (const Preset& preset : presets()) {
+    if (preset.name == name) return preset;
+    names += (names.empty() ? "" : ", ") + preset.name;
+  }
+  throw Error("--preset", "'" + name + "' is not there", "choose one of " + names);
+}
+
+}  // namespace decid::tools

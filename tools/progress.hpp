@@ -1,0 +1,41 @@
+// Progress of long work on standard error: a bar with rate and time left on a terminal, plain lines elsewhere.
+// Also Ctrl-C: the first one asks the work to stop, the second one ends the program.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace decid::tools {
+
+class ProgressBar {
+ public:
+  /// `what` names the work, `unit` what is counted ("trials").
+  ProgressBar(std::string what, std::string unit, long long total, bool quiet);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// `note` is shown behind the figures ("validation MSE 0.41").
+  void update(long long done, const std::string& note = {});
+  /// A line of its own, kept on the screen.
+  void line(const std::string& text);
+
+ private:
+  std::string figures(long long done) const;
+  void clear();
+
+  std::string what_, unit_;
+  long long total_;
+  bool quiet_, terminal_;
+  std::size_t shown_ = 0;
+  std::chrono::steady_clock::time_point start_, next_;
+};
+
+/// From now on Ctrl-C only sets the flag that interrupted() reads.
+void catch_interrupt();
+bool interrupted();
+
+/// Seconds for people: "42 s", "3 min 20 s", "1 h 12 min".
+std::string duration_text(double seconds);
+
+}  // namespace decid::tools

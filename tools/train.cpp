@@ -1,0 +1,210 @@
+// decid train: a model from a data set, or from trials simulated on the fly.
+#include <sys/resource.h>
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "dataset/npz.hpp"
+#include "dataset/protocol_json.hpp"
+#include "tools/command.hpp"
+#include "tools/progress.hpp"
+#include "tools/text.hpp"
+#include "tools/training.hpp"
+#include "tools/version.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  CommonOptions common;
+  std::string data, protocol = "default", preset = "default", architecture_file, output;
+  bool stream = false, resume = false;
+  int stream_trials = 6400, validation_trials = 1000;
+  std::uint64_t seed = 1;
+  // Unset: the preset's.
+  std::optional<int> epochs, batch;
+  std::optional<double> learning_rate, momentum, weight_decay;
+  std::optional<std::string> schedule;
+};
+
+TrainingSettings settings_from(const Options& options) {
+  TrainingSettings settings;
+  settings.preset = preset_named(options.preset);
+  Preset& preset = settings.preset;
+  if (!options.architecture_file.empty()) preset.architecture = read_file(options.architecture_file, 1 << 20);
+  preset.epochs = options.epochs.value_or(preset.epochs);
+  preset.batch = options.batch.value_or(preset.batch);
+  preset.learning_rate = options.learning_rate.value_or(preset.learning_rate);
+  preset.sgd.momentum = options.momentum.value_or(preset.sgd.momentum);
+  preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
+  preset.schedule = options.schedule.value_or(preset.schedule);
+  settings.seed = options.seed;
+  settings.scaling_trials = options.stream ? 2000 : 0;
+  return settings;
+}
+
+/// Everything that decides the bits of the result, for people and for --resume.
+std::string origin_json(const Options& options, const TrainingSettings& settings, const TrialSource& source) {
+  const Preset& p = settings.preset;
+  Json origin{{"program", std::string("decid ") + version},
+              {"preset", p.name},
+              {"seed", settings.seed},
+              {"epochs", p.epochs},
+              {"batch", p.batch},
+              {"learning_rate", p.learning_rate},
+              {"momentum", p.sgd.momentum},
+              {"weight_decay", p.sgd.weight_decay},
+              {"schedule", p.schedule},
+              {"warmup_epochs", p.warmup_epochs},
+              {"trials", options.stream ? "simulated for each epoch" : "data set"},
+              {"training_trials", source.training_trials()},
+              {"validation_trials", source.validation_trials()}};
+  return origin.dump();
+}
+
+std::string progress_json(const std::vector<EpochLog>& log) {
+  Json lines = Json::array();
+  for (const EpochLog& e : log) lines.push_back({e.epoch, e.training_mse, e.validation_mse, e.learning_rate});
+  return lines.dump();
+}
+
+TrainingState resume_training(const std::string& path, const std::string& origin, const TrialSource& source) {
+  std::string progress;
+  TrainingState state{model_from_bytes(read_file(path), path, &progress), {}};
+  const std::string remedy = "resume with the options the training began with, or train without --resume";
+  if (state.model.origin != origin)
+    throw Error(path, "was made with other settings (" + state.model.origin + ")", remedy);
+  if (dataset::to_json(state.model.protocol) != dataset::to_json(source.protocol()))
+    throw Error(path, "was made for another protocol", remedy);
+  try {
+    for (const Json& line : Json::parse(progress))
+      state.log.push_back(
+          {line.at(0).get<int>(), line.at(1).get<double>(), line.at(2).get<double>(), line.at(3).get<double>()});
+  } catch (const Json::exception&) {
+    throw Error(path, "has a log that cannot be read", remedy);
+  }
+  return state;
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+void train(const Options& options) {
+  if (options.data.empty() != options.stream)
+    throw Error("train", "needs trials", "give either --data data.npz or --stream");
+  const std::string checkpoint = options.output + ".checkpoint";
+  const std::filesystem::path log_path = std::filesystem::path(options.output).replace_extension(".csv");
+  { PendingFile probe(options.output); }  // an unwritable place is told before the work, not after
+  const TrainingSettings settings = settings_from(options);
+  const std::unique_ptr<TrialSource> source =
+      options.stream ? stream_source(dataset::load_protocol(options.protocol), options.seed, options.stream_trials,
+                                     options.validation_trials)
+                     : dataset_source(dataset::read_npz(options.data));
+  const std::string origin = origin_json(options, settings, *source);
+  TrainingState state =
+      options.resume ? resume_training(checkpoint, origin, *source) : start_training(*source, settings);
+  state.model.origin = origin;
+  const Model& model = state.model;
+
+  catch_interrupt();
+  const Preset& preset = settings.preset;
+  const int trials = source->training_trials();
+  const long long total = static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size()));
+  ProgressBar bar("train", "samples", total, options.common.quiet);
+  bar.line(format("%s: %zu parameters, %.1f MFLOP a sample; %d training and %d validation trials; kernels %s",
+                  preset.name.c_str(), model.network.parameter_count(),
+                  static_cast<double>(model.network.flops()) * 1e-6, trials, source->validation_trials(),
+                  nn::kernels<float>().name));
+  long long done_before = 0;
+  auto epoch_start = std::chrono::steady_clock::now();
+  const bool finished = run_training(
+      *source, settings, state,
+      [&](int done, int) {
+        bar.update(done_before + done);
+        return !interrupted();
+      },
+      [&] {
+        done_before += trials;
+        const EpochLog& last = state.log.back();
+        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - epoch_start).count();
+        bar.line(
+            format("epoch %3d of %d: training MSE %.4f, validation MSE %.4f (MATLAB's loss %.4f); %.0f samples/s, "
+                   "peak memory %.0f MB",
+                   last.epoch, preset.epochs, last.training_mse, last.validation_mse,
+                   0.5 * sim::parameter_count * last.validation_mse, trials / seconds, peak_memory_mb()));
+        write_file(checkpoint, to_bytes(model, progress_json(state.log)));
+        write_file(log_path, log_csv(state.log));
+        epoch_start = std::chrono::steady_clock::now();
+      });
+  if (!finished)
+    throw std::runtime_error(state.log.empty() ? "stopped before the first epoch was done; nothing was written"
+                                               : "stopped; the same command with --resume goes on after epoch " +
+                                                     std::to_string(state.log.size()) + " (" + checkpoint + ")");
+  write_file(options.output, to_bytes(model));
+  std::filesystem::remove(checkpoint);
+  const EpochLog& last = state.log.back();
+  bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(), log_path.c_str(),
+                  nn::weights_sha256(model.network).c_str()));
+  if (options.common.json)
+    std::cout << Json{{"model", options.output},
+                      {"epochs", preset.epochs},
+                      {"training_mse", last.training_mse},
+                      {"validation_mse", last.validation_mse},
+                      {"validation_matlab_loss", 0.5 * sim::parameter_count * last.validation_mse},
+                      {"weights_sha256", nn::weights_sha256(model.network)}}
+                     .dump(2)
+              << '\n';
+}
+
+}  // namespace
+
+void add_train(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand("train", "Train a model");
+  CLI::Option* data = command->add_option("--data", options->data, "Data set made by decid dataset");
+  command->add_flag("--stream", options->stream, "Simulate fresh trials for every epoch instead")->excludes(data);
+  command->add_option("--protocol", options->protocol, "With --stream: default, short, or a JSON file")
+      ->capture_default_str();
+  command->add_option("--stream-trials", options->stream_trials, "With --stream: trials an epoch")
+      ->capture_default_str()
+      ->check(CLI::Range(16, 100'000'000));
+  command->add_option("--validation-trials", options->validation_trials, "With --stream: trials for validation")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1'000'000));
+  std::string names;
+  for (const Preset& p : presets()) names += (names.empty() ? "" : "; ") + p.name + ": " + p.description;
+  command->add_option("--preset", options->preset, "Network, image and training settings. " + names)
+      ->capture_default_str();
+  command->add_option("--architecture", options->architecture_file,
+                      "A text file with other layers, one a line, e.g. "
+                      "conv 32 3x3 stride 2x2 pad 1x1");
+  command->add_option("--epochs", options->epochs, "Passes over the training trials")->check(CLI::Range(1, 1'000'000));
+  command->add_option("--batch", options->batch, "Samples a step")->check(CLI::Range(1, 4096));
+  command->add_option("--lr", options->learning_rate, "Learning rate")->check(CLI::Range(1e-12, 1e3));
+  command->add_option("--momentum", options->momentum, "Momentum")->check(CLI::Range(0.0, 0.9999));
+  command->add_option("--weight-decay", options->weight_decay, "L2 regularisation of the weights")
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
+  command->add_option("--seed", options->seed, "Seed of weights, shuffling and, with --stream, trials")
+      ->capture_default_str();
+  command->add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
+  command->add_option("-o,--output", options->output, "Model file to write (.safetensors)")->required();
+  add_common_options(*command, options->common, true);
+  command->footer("Example: decid train --data data.npz --preset default -o model.safetensors");
+  command->callback([options] {
+    apply(options->common);
+    train(*options);
+  });
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,31 @@
+// Where training takes its trials from: a data set in memory, or the simulator, fresh ones by number.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "dataset/dataset.hpp"
+
+namespace decid::tools {
+
+class TrialSource {
+ public:
+  virtual ~TrialSource() = default;
+  virtual const sim::Protocol& protocol() const = 0;
+  /// Trials of an epoch. Those of one epoch may be others than those of the next.
+  virtual int training_trials() const = 0;
+  virtual int validation_trials() const = 0;
+  /// Trial `index` of an epoch, called from many threads. sway_rad: protocol().samples() values.
+  virtual sim::Parameters training_trial(int epoch, int index, std::span<float> sway_rad) const = 0;
+  virtual sim::Parameters validation_trial(int index, std::span<float> sway_rad) const = 0;
+};
+
+/// The halves of a data set. Throws Error if one of them is empty.
+std::unique_ptr<TrialSource> dataset_source(dataset::Dataset data);
+
+/// Trials simulated when they are asked for, each used in one epoch only. A trial depends on (seed, its number) alone:
+/// number n is the first valid one of attempts 1024 n, 1024 n + 1, ... Validation trials are the first numbers.
+std::unique_ptr<TrialSource> stream_source(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch,
+                                           int validation_trials);
+
+}  // namespace decid::tools
