@@ -1,0 +1,126 @@
+// Protocols to JSON and back. Doubles are printed with as many digits as bring back their bits.
+// Source of the keys: the doc in protocol_json.hpp.
+#include "dataset/protocol_json.hpp"
+
+#include <system_error>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "dataset/json_object.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+/// A protocol is a page of text; anything much larger is some other file.
+constexpr std::size_t protocol_limit_bytes = std::size_t{1} << 20;
+
+Json sensor_noise_json(const sim::SensorNoise& noise) {
+  if (noise.low_deg == noise.high_deg) return noise.low_deg;
+  return {noise.low_deg, noise.high_deg};
+}
+
+void read_sequence(const Json& json, const std::string& where, sim::Sequence& sequence) {
+  JsonObject object(json, where, "sequence");
+  object.read("feedback", sequence.feedback);
+  object.read("start", sequence.start);
+  object.read("state_s", sequence.state_s);
+  object.read("amplitude_deg", sequence.amplitude_deg);
+  object.read("offset_s", sequence.offset_s);
+  object.read("cycles", sequence.cycles);
+  object.read("lead_in_s", sequence.lead_in_s);
+  object.read("lead_out_s", sequence.lead_out_s);
+  object.finish();
+}
+
+void read_body(const Json& json, const std::string& where, sim::Body& body) {
+  JsonObject object(json, where, "body");
+  object.read("mass_kg", body.mass_kg);
+  object.read("com_height_m", body.com_height_m);
+  object.read("inertia_kgm2", body.inertia_kgm2);
+  object.finish();
+}
+
+void read_vestibular_noise(const Json& json, const std::string& where, sim::VestibularNoise& noise) {
+  JsonObject object(json, where, "vestibular_noise");
+  object.read("scale_deg", noise.scale_deg);
+  object.read("low_hz", noise.low_hz);
+  object.read("high_hz", noise.high_hz);
+  object.read("exponent", noise.exponent);
+  object.finish();
+}
+
+void read_sensor_noise(const JsonObject& parent, const Json& json, sim::SensorNoise& noise) {
+  if (json.is_number()) {
+    noise.low_deg = noise.high_deg = json.get<double>();
+  } else if (json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number()) {
+    noise = {json[0].get<double>(), json[1].get<double>()};
+  } else {
+    parent.wrong_type("sensor_noise_deg", "a number or [low, high]");
+  }
+}
+
+}  // namespace
+
+std::string to_json(const sim::Protocol& protocol) {
+  const sim::Sequence& sequence = protocol.sequence;
+  const sim::VestibularNoise& noise = protocol.vestibular_noise;
+  const Json json{
+      {"name", protocol.name},
+      {"sequence",
+       {{"feedback", sequence.feedback},
+        {"start", sequence.start},
+        {"state_s", sequence.state_s},
+        {"amplitude_deg", sequence.amplitude_deg},
+        {"offset_s", sequence.offset_s},
+        {"cycles", sequence.cycles},
+        {"lead_in_s", sequence.lead_in_s},
+        {"lead_out_s", sequence.lead_out_s}}},
+      {"sample_rate_hz", protocol.sample_rate_hz},
+      {"body",
+       {{"mass_kg", protocol.body.mass_kg},
+        {"com_height_m", protocol.body.com_height_m},
+        {"inertia_kgm2", protocol.body.inertia_kgm2}}},
+      {"vestibular_noise",
+       {{"scale_deg", noise.scale_deg},
+        {"low_hz", noise.low_hz},
+        {"high_hz", noise.high_hz},
+        {"exponent", noise.exponent}}},
+      {"sensor_noise_deg", sensor_noise_json(protocol.sensor_noise)},
+  };
+  return print_json(json);
+}
+
+sim::Protocol protocol_from_json(const std::string& text, const std::string& where) {
+  const Json json = parse_json(text, where);
+  sim::Protocol protocol = sim::default_protocol();
+  JsonObject object(json, where);
+  object.read("name", protocol.name);
+  if (const Json* part = object.find("sequence")) read_sequence(*part, where, protocol.sequence);
+  object.read("sample_rate_hz", protocol.sample_rate_hz);
+  if (const Json* part = object.find("body")) read_body(*part, where, protocol.body);
+  if (const Json* part = object.find("vestibular_noise"))
+    read_vestibular_noise(*part, where, protocol.vestibular_noise);
+  if (const Json* part = object.find("sensor_noise_deg")) read_sensor_noise(object, *part, protocol.sensor_noise);
+  object.finish();
+  try {
+    protocol.validate();
+  } catch (const Error& error) {
+    // validate() knows the setting, not the file.
+    throw Error(where, error.where() + ": " + error.problem(), error.remedy());
+  }
+  return protocol;
+}
+
+sim::Protocol load_protocol(const std::string& name_or_path) {
+  if (name_or_path == "default") return sim::default_protocol();
+  if (name_or_path == "short") return sim::short_protocol();
+  std::error_code ignored;
+  if (!std::filesystem::exists(name_or_path, ignored)) {
+    throw Error(name_or_path, "is neither a built-in protocol nor a file",
+                "use default, short, or the path of a JSON file");
+  }
+  return protocol_from_json(read_file(name_or_path, protocol_limit_bytes), name_or_path);
+}
+
+}  // namespace decid::dataset

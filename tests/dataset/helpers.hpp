@@ -1,0 +1,87 @@
+// What the tests of dataset share: a short protocol, folders that go away, and errors held to what they say.
+#pragma once
+
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <string>
+
+#include "base/error.hpp"
+#include "sim/protocol.hpp"
+
+namespace decid::test {
+
+/// A fresh folder below the system's temporary folder, removed with all it holds.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    static std::atomic<int> counter{0};
+    path_ = std::filesystem::temp_directory_path() /
+            ("decid-test-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
+    REQUIRE(std::filesystem::create_directory(path_));
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  std::filesystem::path operator/(const char* name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::filesystem::path write_text(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream stream(path, std::ios::binary);
+  stream << text;
+  REQUIRE(stream.good());
+  return path;
+}
+
+inline std::string read_text(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  REQUIRE(stream.good());
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Calls f, which must throw an Error with a remedy whose message has all the parts.
+template <class F>
+void check_error(const F& f, std::initializer_list<const char*> parts) {
+  try {
+    f();
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    CHECK_FALSE(error.remedy().empty());
+    for (const std::string part : parts) {
+      INFO("message: " << message);
+      INFO("part: " << part);
+      CHECK(message.find(part) != std::string::npos);
+    }
+    return;
+  }
+  const std::string expected = *parts.begin();
+  FAIL_CHECK("no Error was thrown; expected: " << expected);
+}
+
+/// 4 s at 100 Hz: 80 states of 50 ms. A tilt of 8 degrees makes some trials of it sway beyond 0.05 rad.
+inline sim::Protocol tiny_protocol() {
+  sim::Protocol protocol;
+  protocol.name = "tiny";
+  protocol.sequence.feedback = {0, 0, -1, 1};
+  protocol.sequence.start = {0, 0, 0, 1};
+  protocol.sequence.state_s = 0.05;
+  protocol.sequence.amplitude_deg = 8.0;
+  protocol.sequence.offset_s = 0.0;
+  protocol.sequence.cycles = 1;
+  return protocol;
+}
+
+}  // namespace decid::test
