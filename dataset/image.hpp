@@ -18,8 +18,8 @@ const char* name(Channel channel);
 Channel channel_from_name(const std::string& name);
 
 struct ImageSettings {
-  int window = 110;                                             ///< samples a window
-  bool half_spectrum = false;                                   ///< rows 0 .. window / 2 only; the rest mirror them
+  int window = 110;            ///< samples a window
+  bool half_spectrum = false;  ///< rows 0 .. window / 2 only; the rest mirror them
   std::vector<Channel> channels{Channel::modulus, Channel::phase};
   bool standardize_rows = false;  ///< (value - mean) / deviation with the training set's figures of each row
 
@@ -64,7 +64,7 @@ struct RowScaling {
   void apply(std::span<float> image, int columns) const;
 };
 
-/// Accumulates row statistics image by image, in double and in call order.
+/// Accumulates row statistics image by image, in double and in call order. The deviation is that over N.
 class RowStatistics {
  public:
   explicit RowStatistics(ImageShape shape);
@@ -74,7 +74,7 @@ class RowStatistics {
  private:
   ImageShape shape_;
   long long images_ = 0;
-  std::vector<double> mean_, squares_;  // Welford
+  std::vector<double> mean_, squares_;  // squares: sum of the squared differences from the mean
 };
 
 }  // namespace decid::dataset

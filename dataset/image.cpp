@@ -1,0 +1,228 @@
+// Images of trials: the FFT of each window, drawn as the settings say. The spectrum of a real signal is its own mirror
+// image, so only the lower half is computed: bin (window - k) is the conjugate of bin k.
+// Row statistics: mean and squares of each image exactly in two passes, joined by the update of Chan, Golub and
+// LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances", 1979.
+#include "dataset/image.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/math.hpp"
+#include "dataset/json_object.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+constexpr std::array<std::pair<Channel, const char*>, 7> channel_names{{
+    {Channel::modulus, "modulus"},
+    {Channel::log_modulus, "log_modulus"},
+    {Channel::phase, "phase"},
+    {Channel::cos_phase, "cos_phase"},
+    {Channel::sin_phase, "sin_phase"},
+    {Channel::real, "real"},
+    {Channel::imaginary, "imaginary"},
+}};
+
+std::string list_of_channels() {
+  std::string list;
+  for (const auto& [channel, name] : channel_names) list += (list.empty() ? "" : ", ") + std::string(name);
+  return list;
+}
+
+double modulus(sim::Complex z) {
+  return std::sqrt(z.real() * z.real() + z.imag() * z.imag());
+}
+
+double value_of(Channel channel, sim::Complex z) {
+  switch (channel) {
+    case Channel::modulus:
+      return modulus(z);
+    case Channel::log_modulus:
+      return decid::log(std::max(modulus(z), modulus_floor_rad));
+    case Channel::phase:
+      return decid::atan2(z.imag(), z.real());
+    case Channel::cos_phase: {
+      const double r = modulus(z);
+      return r > 0.0 ? z.real() / r : 1.0;
+    }
+    case Channel::sin_phase: {
+      const double r = modulus(z);
+      return r > 0.0 ? z.imag() / r : 0.0;
+    }
+    case Channel::real:
+      return z.real();
+    case Channel::imaginary:
+      return z.imag();
+  }
+  return 0.0;
+}
+
+/// What the channel shows of the conjugate of z, given what it shows of z.
+float mirrored(Channel channel, sim::Complex z, float value) {
+  const bool odd = channel == Channel::phase || channel == Channel::sin_phase || channel == Channel::imaginary;
+  // A real z is its own conjugate: its phase stays pi, where -pi would be outside (-pi, pi].
+  return odd && z.imag() != 0.0 ? -value : value;
+}
+
+}  // namespace
+
+const char* name(Channel channel) {
+  for (const auto& [known, text] : channel_names) {
+    if (known == channel) return text;
+  }
+  throw Error("image", "there is no channel " + std::to_string(static_cast<int>(channel)),
+              "use one of " + list_of_channels());
+}
+
+Channel channel_from_name(const std::string& name) {
+  for (const auto& [channel, known] : channel_names) {
+    if (name == known) return channel;
+  }
+  throw Error("image", "there is no channel '" + name + "'", "use one of " + list_of_channels());
+}
+
+void ImageSettings::validate() const {
+  if (window < 2 || window > 4096) {
+    throw Error("image", "a window of " + std::to_string(window) + " samples", "choose 2 to 4096");
+  }
+  if (channels.empty() || channels.size() > 16) {
+    throw Error("image", std::to_string(channels.size()) + " channels", "choose 1 to 16");
+  }
+  for (const Channel channel : channels) static_cast<void>(name(channel));
+}
+
+std::string to_json(const ImageSettings& settings) {
+  std::vector<std::string> channels;
+  for (const Channel channel : settings.channels) channels.emplace_back(name(channel));
+  return print_json({{"window", settings.window},
+                     {"half_spectrum", settings.half_spectrum},
+                     {"channels", channels},
+                     {"standardize_rows", settings.standardize_rows}});
+}
+
+ImageSettings image_settings_from_json(const std::string& text, const std::string& where) {
+  const Json json = parse_json(text, where);
+  ImageSettings settings;
+  JsonObject object(json, where);
+  object.read("window", settings.window);
+  object.read("half_spectrum", settings.half_spectrum);
+  std::vector<std::string> channels;
+  const bool has_channels = json.contains("channels");
+  object.read("channels", channels);
+  object.read("standardize_rows", settings.standardize_rows);
+  object.finish();
+  try {
+    if (has_channels) {
+      settings.channels.clear();
+      for (const std::string& channel : channels) settings.channels.push_back(channel_from_name(channel));
+    }
+    settings.validate();
+  } catch (const Error& error) {
+    throw Error(where, error.where() + ": " + error.problem(), error.remedy());
+  }
+  return settings;
+}
+
+ImageMaker::ImageMaker(ImageSettings settings, int samples)
+    : settings_((settings.validate(), std::move(settings))), samples_(samples), fft_(settings_.window) {
+  if (samples < settings_.window) {
+    throw Error("image",
+                "not one window of " + std::to_string(settings_.window) + " samples fits into a trial of " +
+                    std::to_string(samples),
+                "choose a shorter window or a longer trial");
+  }
+}
+
+ImageShape ImageMaker::shape() const noexcept {
+  return {static_cast<int>(settings_.channels.size()), settings_.half_spectrum ? fft_.bins() : settings_.window,
+          samples_ / settings_.window};
+}
+
+void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image) const {
+  const ImageShape size = shape();
+  if (sway_rad.size() != static_cast<std::size_t>(samples_) || image.size() != static_cast<std::size_t>(size.size())) {
+    throw Error("image",
+                "a trial of " + std::to_string(sway_rad.size()) + " samples for images of " + std::to_string(samples_),
+                "make images of trials of one length");
+  }
+  const auto window = static_cast<std::size_t>(settings_.window), bins = static_cast<std::size_t>(fft_.bins());
+  const auto rows = static_cast<std::size_t>(size.rows), columns = static_cast<std::size_t>(size.columns);
+  std::vector<double> signal(window);
+  std::vector<sim::Complex> spectrum(bins), work(static_cast<std::size_t>(fft_.work_length()));
+  for (std::size_t column = 0; column < columns; ++column) {
+    std::copy_n(sway_rad.begin() + static_cast<std::ptrdiff_t>(column * window), window, signal.begin());
+    fft_.forward(signal, spectrum, work);
+    // Bins 0 and window / 2 are real; adding 0 turns the -0 of any other real bin into 0, whose phase is +pi, not -pi.
+    for (sim::Complex& z : spectrum) z = {z.real() + 0.0, z.imag() + 0.0};
+    for (std::size_t c = 0; c < settings_.channels.size(); ++c) {
+      const Channel channel = settings_.channels[c];
+      float* plane = image.data() + c * rows * columns + column;
+      for (std::size_t k = 0; k < bins; ++k) {
+        const auto value = static_cast<float>(value_of(channel, spectrum[k]));
+        plane[k * columns] = value;
+        if (const std::size_t mirror = window - k; k > 0 && mirror >= bins && mirror < rows) {
+          plane[mirror * columns] = mirrored(channel, spectrum[k], value);
+        }
+      }
+    }
+  }
+}
+
+void RowScaling::apply(std::span<float> image, int columns) const {
+  if (columns < 1 || deviation.size() != mean.size() ||
+      image.size() != mean.size() * static_cast<std::size_t>(columns)) {
+    throw Error("image",
+                "an image of " + std::to_string(image.size()) + " values for row statistics of " +
+                    std::to_string(mean.size()) + " rows of " + std::to_string(columns),
+                "use the statistics made with these image settings");
+  }
+  auto value = image.begin();
+  for (std::size_t row = 0; row < mean.size(); ++row) {
+    for (int column = 0; column < columns; ++column, ++value) *value = (*value - mean[row]) / deviation[row];
+  }
+}
+
+RowStatistics::RowStatistics(ImageShape shape)
+    : shape_(shape), mean_(static_cast<std::size_t>(shape.channels * shape.rows), 0.0), squares_(mean_.size(), 0.0) {}
+
+void RowStatistics::add(std::span<const float> image) {
+  if (image.size() != static_cast<std::size_t>(shape_.size())) {
+    throw Error("image",
+                "an image of " + std::to_string(image.size()) + " values where " + std::to_string(shape_.size()) +
+                    " are expected",
+                "add images of one shape");
+  }
+  const auto columns = static_cast<std::size_t>(shape_.columns);
+  const double count = shape_.columns, before = static_cast<double>(images_) * count, after = before + count;
+  for (std::size_t row = 0; row < mean_.size(); ++row) {
+    const std::span<const float> values = image.subspan(row * columns, columns);
+    double sum = 0.0, squares = 0.0;
+    for (const float value : values) sum += value;
+    const double row_mean = sum / count;
+    for (const float value : values) squares += (value - row_mean) * (value - row_mean);
+    const double change = row_mean - mean_[row];
+    mean_[row] += change * (count / after);
+    squares_[row] += squares + change * change * (before * (count / after));
+  }
+  ++images_;
+}
+
+RowScaling RowStatistics::finish() const {
+  if (images_ == 0) throw Error("image", "row statistics of no images", "add the training set's images first");
+  const double count = static_cast<double>(images_) * shape_.columns;
+  RowScaling scaling;
+  for (std::size_t row = 0; row < mean_.size(); ++row) {
+    const double deviation = std::sqrt(squares_[row] / count);
+    // Below the resolution of float a deviation is rounding, not signal.
+    const bool constant = deviation <= 1e-7 * std::abs(mean_[row]);
+    scaling.mean.push_back(static_cast<float>(mean_[row]));
+    scaling.deviation.push_back(constant ? 1.0f : static_cast<float>(deviation));
+  }
+  return scaling;
+}
+
+}  // namespace decid::dataset

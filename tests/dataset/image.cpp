@@ -1,0 +1,254 @@
+// Images: every channel against a direct Fourier sum, the mirrored half, row statistics, settings as JSON.
+#include "dataset/image.hpp"
+
+#include <cmath>
+#include <complex>
+
+#include "base/random.hpp"
+#include "helpers.hpp"
+
+using namespace decid;
+using namespace decid::dataset;
+using namespace decid::test;
+
+namespace {
+
+const std::vector<Channel> all_channels{Channel::modulus,   Channel::log_modulus, Channel::phase,    Channel::cos_phase,
+                                        Channel::sin_phase, Channel::real,        Channel::imaginary};
+
+std::vector<float> noise(int samples, std::uint64_t item = 0) {
+  const Random random(5, Stream::sensor_noise, item);
+  std::vector<float> signal(static_cast<std::size_t>(samples));
+  for (std::size_t k = 0; k < signal.size(); ++k) signal[k] = static_cast<float>(0.01 * random.normal(k));
+  return signal;
+}
+
+std::vector<float> image_of(const ImageMaker& maker, std::span<const float> sway) {
+  std::vector<float> image(static_cast<std::size_t>(maker.shape().size()), -99.0f);
+  maker.make(sway, image);
+  return image;
+}
+
+std::complex<double> direct_bin(std::span<const float> window, int k) {
+  const auto n = static_cast<double>(window.size());
+  std::complex<double> sum = 0.0;
+  for (std::size_t i = 0; i < window.size(); ++i) {
+    sum += std::polar(static_cast<double>(window[i]), -2.0 * sim::pi * std::fmod(k * static_cast<double>(i), n) / n);
+  }
+  return sum;
+}
+
+/// Values of an image by channel, row and column.
+struct View {
+  const std::vector<float>& image;
+  ImageShape shape;
+  double operator()(std::size_t channel, int row, int column) const {
+    return image[(channel * static_cast<std::size_t>(shape.rows) + static_cast<std::size_t>(row)) *
+                     static_cast<std::size_t>(shape.columns) +
+                 static_cast<std::size_t>(column)];
+  }
+};
+
+void check_against_direct_sum(int window, bool half) {
+  const int columns = 3, samples = columns * window + 1;
+  const std::vector<float> sway = noise(samples);
+  const ImageMaker maker({window, half, all_channels, false}, samples);
+  const ImageShape shape = maker.shape();
+  CHECK(shape.channels == 7);
+  CHECK(shape.rows == (half ? window / 2 + 1 : window));
+  CHECK(shape.columns == columns);
+  const std::vector<float> image = image_of(maker, sway);
+  const View value{image, shape};
+  const double scale = 0.01 * std::sqrt(window), tolerance = 2e-7 * scale;  // float's rounding of values of that size
+  for (int column = 0; column < columns; ++column) {
+    const auto part =
+        std::span(sway).subspan(static_cast<std::size_t>(column * window), static_cast<std::size_t>(window));
+    for (int row = 0; row < shape.rows; ++row) {
+      std::complex<double> z = direct_bin(part, row);
+      if (row == 0 || 2 * row == window) z = z.real();
+      CAPTURE(window);
+      CAPTURE(row);
+      CAPTURE(column);
+      REQUIRE(std::abs(z) > 1e-3 * scale);  // so that the phase is well defined
+      CHECK(std::abs(value(0, row, column) - std::abs(z)) < 4 * tolerance);
+      CHECK(value(1, row, column) == doctest::Approx(std::log(std::abs(z))).epsilon(1e-6));
+      CHECK(std::abs(std::polar(1.0, value(2, row, column)) - z / std::abs(z)) < 1e-6);
+      CHECK(value(2, row, column) > -sim::pi);
+      CHECK(value(2, row, column) <= static_cast<double>(static_cast<float>(sim::pi)));
+      CHECK(std::abs(value(3, row, column) - z.real() / std::abs(z)) < 1e-6);
+      CHECK(std::abs(value(4, row, column) - z.imag() / std::abs(z)) < 1e-6);
+      CHECK(std::abs(value(5, row, column) - z.real()) < 4 * tolerance);
+      CHECK(std::abs(value(6, row, column) - z.imag()) < 4 * tolerance);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every channel shows the bins of a direct Fourier sum") {
+  for (const int window : {2, 3, 10, 11, 55, 110, 128}) {
+    check_against_direct_sum(window, false);
+    check_against_direct_sum(window, true);
+  }
+}
+
+TEST_CASE("the paper's image is 2 x 110 x 110 and keeps the energy of its windows (Parseval)") {
+  const ImageMaker maker({}, 12100);
+  CHECK(maker.shape().channels == 2);
+  CHECK(maker.shape().rows == 110);
+  CHECK(maker.shape().columns == 110);
+  const std::vector<float> sway = noise(12100);
+  const std::vector<float> image = image_of(maker, sway);
+  double energy = 0.0, spectrum = 0.0;
+  for (const float value : sway) energy += static_cast<double>(value) * value;
+  for (std::size_t i = 0; i < image.size() / 2; ++i) spectrum += static_cast<double>(image[i]) * image[i];
+  CHECK(spectrum / 110.0 == doctest::Approx(energy).epsilon(1e-6));
+}
+
+TEST_CASE("the upper half mirrors the lower") {
+  for (const int window : {8, 9}) {
+    const int samples = 4 * window;
+    const ImageMaker maker({window, false, all_channels, false}, samples);
+    const std::vector<float> image = image_of(maker, noise(samples));
+    const View value{image, maker.shape()};
+    for (int column = 0; column < 4; ++column) {
+      for (int k = 1; k < window; ++k) {
+        for (const std::size_t even : {0u, 1u, 3u, 5u})
+          CHECK(value(even, k, column) == value(even, window - k, column));
+        if (2 * k == window) continue;  // real: its own conjugate
+        for (const std::size_t odd : {2u, 4u, 6u}) CHECK(value(odd, k, column) == -value(odd, window - k, column));
+      }
+    }
+  }
+}
+
+TEST_CASE("half a spectrum is the upper rows of the whole") {
+  const std::vector<float> sway = noise(330);
+  const ImageMaker whole({110, false, all_channels, false}, 330), half({110, true, all_channels, false}, 330);
+  const std::vector<float> a = image_of(whole, sway), b = image_of(half, sway);
+  const View all{a, whole.shape()}, upper{b, half.shape()};
+  for (std::size_t channel = 0; channel < all_channels.size(); ++channel) {
+    for (int row = 0; row <= 55; ++row) {
+      for (int column = 0; column < 3; ++column) CHECK(all(channel, row, column) == upper(channel, row, column));
+    }
+  }
+}
+
+TEST_CASE("silence: modulus 0, its logarithm at the floor, phase 0") {
+  const ImageMaker maker({10, false, all_channels, false}, 10);
+  const std::vector<float> image = image_of(maker, std::vector<float>(10, 0.0f));
+  const View value{image, maker.shape()};
+  for (int row = 0; row < 10; ++row) {
+    CHECK(value(0, row, 0) == 0.0);
+    CHECK(value(1, row, 0) == doctest::Approx(std::log(1e-6)));
+    CHECK(value(2, row, 0) == 0.0);
+    CHECK(value(3, row, 0) == 1.0);
+    CHECK(value(4, row, 0) == 0.0);
+  }
+}
+
+TEST_CASE("the phase of negative real bins is +pi, in both halves") {
+  std::vector<float> impulse(8, 0.0f);
+  impulse[0] = -1.0f;  // every bin is -1
+  const ImageMaker maker({8, false, {Channel::phase}, false}, 8);
+  for (const float phase : image_of(maker, impulse)) CHECK(phase == static_cast<float>(sim::pi));
+}
+
+TEST_CASE("samples that fill no window are left out") {
+  const std::vector<float> sway = noise(25);
+  const ImageMaker longer({10, false, {Channel::real}, false}, 25), exact({10, false, {Channel::real}, false}, 20);
+  CHECK(longer.shape().columns == 2);
+  CHECK(image_of(longer, sway) == image_of(exact, std::span(sway).first(20)));
+}
+
+TEST_CASE("image sizes and settings out of bounds are refused") {
+  check_error([] { ImageMaker({}, 109); }, {"window of 110", "trial of 109"});
+  check_error([] { ImageSettings{.window = 1}.validate(); }, {"window of 1 ", "2 to 4096"});
+  check_error([] { ImageSettings{.window = 4097}.validate(); }, {"window of 4097 ", "2 to 4096"});
+  check_error([] { ImageMaker({.window = 0}, 100); }, {"window of 0 "});
+  check_error([] { ImageSettings{.channels = {}}.validate(); }, {"0 channels"});
+  check_error([] { ImageSettings{.channels = std::vector<Channel>(17)}.validate(); }, {"17 channels"});
+  const ImageMaker maker({.window = 10}, 20);
+  std::vector<float> sway(20), image(40);
+  check_error([&] { maker.make(std::span(sway).first(19), image); }, {"a trial of 19 samples", "images of 20"});
+  check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"trial of 20 samples"});
+}
+
+TEST_CASE("channels have names") {
+  for (const Channel channel : all_channels) CHECK(channel_from_name(name(channel)) == channel);
+  check_error([] { channel_from_name("Modulus"); }, {"'Modulus'", "log_modulus"});
+}
+
+TEST_CASE("image settings come back from JSON") {
+  for (const ImageSettings& settings : {ImageSettings{}, ImageSettings{64, true, all_channels, true},
+                                        ImageSettings{2, false, {Channel::real}, false}}) {
+    CHECK(image_settings_from_json(to_json(settings), "settings") == settings);
+  }
+  CHECK(image_settings_from_json("{}", "settings") == ImageSettings{});
+  const auto parsing = [](const char* text) { return [text] { image_settings_from_json(text, "m.json"); }; };
+  check_error(parsing("{\"window\": }"), {"m.json", "line 1, column 12"});
+  check_error(parsing(R"({"windows": 110})"), {"m.json", "unknown key 'windows'", "window, half_spectrum"});
+  check_error(parsing(R"({"window": "110"})"), {"m.json", "'window'", "a whole number"});
+  check_error(parsing(R"({"window": 1})"), {"m.json", "window of 1 "});
+  check_error(parsing(R"({"half_spectrum": 1})"), {"m.json", "'half_spectrum' is 1", "true or false"});
+  check_error(parsing(R"({"channels": "phase"})"), {"m.json", "'channels'", "a list of texts"});
+  check_error(parsing(R"({"channels": []})"), {"m.json", "0 channels"});
+  check_error(parsing(R"({"channels": ["phase", "colour"]})"), {"m.json", "'colour'"});
+  check_error(parsing(R"({"standardize_rows": null})"), {"m.json", "'standardize_rows' is null"});
+}
+
+TEST_CASE("row statistics are those of two passes over all images") {
+  const int samples = 200;
+  const ImageMaker maker({10, true, {Channel::log_modulus, Channel::phase, Channel::imaginary}, true}, samples);
+  const ImageShape shape = maker.shape();
+  RowStatistics statistics(shape);
+  std::vector<std::vector<float>> images;
+  for (std::uint64_t item = 0; item < 7; ++item) {
+    images.push_back(image_of(maker, noise(samples, item)));
+    statistics.add(images.back());
+  }
+  const RowScaling scaling = statistics.finish();
+  const auto rows = static_cast<std::size_t>(shape.channels * shape.rows);
+  const auto columns = static_cast<std::size_t>(shape.columns);
+  REQUIRE(scaling.mean.size() == rows);
+  const double count = 7.0 * shape.columns;
+  for (std::size_t row = 0; row < rows; ++row) {
+    double mean = 0.0, squares = 0.0;
+    for (const auto& image : images) {
+      for (std::size_t k = 0; k < columns; ++k) mean += image[row * columns + k] / count;
+    }
+    for (const auto& image : images) {
+      for (std::size_t k = 0; k < columns; ++k) squares += std::pow(image[row * columns + k] - mean, 2) / count;
+    }
+    CHECK(scaling.mean[row] == doctest::Approx(mean).epsilon(1e-6));
+    if (squares == 0.0) {
+      CHECK(scaling.deviation[row] == 1.0f);  // the imaginary part of bin 0
+    } else {
+      CHECK(scaling.deviation[row] == doctest::Approx(std::sqrt(squares)).epsilon(1e-6));
+    }
+  }
+  std::vector<float> scaled = images[3];
+  scaling.apply(scaled, shape.columns);
+  for (std::size_t i = 0; i < scaled.size(); ++i) {
+    const std::size_t row = i / columns;
+    CHECK(scaled[i] == (images[3][i] - scaling.mean[row]) / scaling.deviation[row]);
+  }
+}
+
+TEST_CASE("a constant row has deviation 1 even where its mean is rounded") {
+  RowStatistics statistics({1, 1, 7});
+  const std::vector<float> image(7, 0.1f);
+  for (int i = 0; i < 10; ++i) statistics.add(image);
+  CHECK(statistics.finish().mean[0] == 0.1f);
+  CHECK(statistics.finish().deviation[0] == 1.0f);
+}
+
+TEST_CASE("row statistics refuse images of another shape") {
+  RowStatistics statistics({1, 2, 3});
+  check_error([&] { statistics.finish(); }, {"no images"});
+  const std::vector<float> five(5), six{1, 2, 3, 4, 5, 6};
+  check_error([&] { statistics.add(five); }, {"5 values", "6 are expected"});
+  statistics.add(six);
+  std::vector<float> copy = five;
+  check_error([&] { statistics.finish().apply(copy, 3); }, {"an image of 5 values"});
+}
