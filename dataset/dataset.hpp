@@ -3,8 +3,10 @@
 // range)"; here a child's parameters are its parent's plus a uniform change of up to 10% of each range, clamped.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "sim/parameters.hpp"
@@ -20,11 +22,11 @@ inline constexpr double child_change = 0.1;
 struct Dataset {
   sim::Protocol protocol;
   std::uint64_t seed = 0;
-  int samples = 0;                           ///< of each trial
-  std::vector<float> sway;                   ///< trials x samples, rad
-  std::vector<sim::Parameters> parameters;   ///< one a trial, SI units
-  std::vector<std::int32_t> group;           ///< index of the trial's parent; a base trial's own index
-  std::vector<std::uint8_t> split;           ///< 0 training, 1 validation; a group is never divided
+  int samples = 0;                          ///< of each trial
+  std::vector<float> sway;                  ///< trials x samples, rad
+  std::vector<sim::Parameters> parameters;  ///< one a trial, SI units
+  std::vector<std::int32_t> group;          ///< index of the trial's parent; a base trial's own index
+  std::vector<std::uint8_t> split;          ///< 0 training, 1 validation; a group is never divided
 
   int trials() const { return static_cast<int>(parameters.size()); }
   std::span<const float> trial(int index) const {
@@ -58,21 +60,25 @@ struct BaseTrial {
 BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
                               std::span<double> sway_rad);
 
-/// Generates the data set; the bits depend only on the request. Throws Error if base > count, count < 1, children are
-/// asked for but there is no parent, or fewer than 1 in 1000 attempts are valid.
+/// Generates the data set; the bits depend only on the request. Sensor noise is that of the trial's position in the
+/// data set. Throws Error if base > count, count < 1, children are asked for but there is no parent, there is not
+/// enough memory, or, after 10,000 attempts, fewer than 1 in 1000 are valid.
 Dataset generate(const DatasetRequest& request, DatasetReport* report = nullptr, const Progress& progress = {});
 
+/// group[i] is the index of a trial (0 .. trials - 1), else Error; trials of equal group belong together.
 /// Splits groups into halves whose sizes differ by at most one if the groups allow: groups of several trials first,
-/// in order, each to the smaller half, then single trials.
+/// in order of their index, each to the smaller half (the training half if they are equal), then single trials.
 std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group);
 
-/// Mean and standard deviation of each parameter over the chosen trials; z-scored targets have mean 0, deviation 1.
+/// Mean and standard deviation (over N) of each parameter over some trials; z-scored targets have mean 0,
+/// deviation 1. The deviation is 1 where all values are the same.
 struct TargetScaling {
   sim::Parameters mean{}, deviation{};
 
   std::array<float, sim::parameter_count> scale(const sim::Parameters& parameters) const;
   sim::Parameters unscale(std::span<const float> target) const;
 };
-TargetScaling target_scaling(const Dataset& data, const std::vector<int>& trials);
+/// `parameters`: those of the training half. Throws Error if there are none.
+TargetScaling target_scaling(std::span<const sim::Parameters> parameters);
 
 }  // namespace decid::dataset
