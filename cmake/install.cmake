@@ -1,0 +1,27 @@
+# What `cmake --install` puts where, and the package that other projects find with find_package(decid 0.1).
+include(CMakePackageConfigHelpers)
+
+install(TARGETS decid_base decid_sim decid_dataset decid_nn EXPORT decid-targets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY base sim dataset nn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/decid
+        FILES_MATCHING PATTERN "*.hpp"
+        # The kernels themselves are compiled into the library, once an instruction set; only their table is for others.
+        PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE)
+if(DECID_TOOLS)
+  install(TARGETS decid RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/decid)
+install(EXPORT decid-targets NAMESPACE decid:: DESTINATION ${package})
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/decid-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/decid-config.cmake
+                              INSTALL_DESTINATION ${package} NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/decid-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/decid-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/decid-config-version.cmake
+        DESTINATION ${package})
+
+if(DECID_TESTS)
+  add_test(NAME consumer
+           COMMAND ${CMAKE_COMMAND} -D BUILD=${CMAKE_CURRENT_BINARY_DIR} -D CONFIG=$<CONFIG>
+                   -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER}
+                   -P ${PROJECT_SOURCE_DIR}/tests/consumer/check.cmake)
+endif()
