@@ -67,6 +67,8 @@ struct Protocol {
 
   /// Throws Error naming the setting if any is out of its bounds; all that follows assumes a valid protocol.
   void validate() const;
+  // The lengths below generate the sequence anew at each call: keep them out of inner loops.
+
   /// Length of a trial in 1 ms steps.
   int steps() const;
   int steps_per_sample() const;

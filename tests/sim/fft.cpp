@@ -1,0 +1,247 @@
+// Tests of sim/fft.hpp against the definition of the transform, summed in long double.
+// Tolerance: the rounding errors of a sum of p terms add like a random walk, eps sqrt(p) of its norm, and each prime
+// factor p of the length adds such sums once.
+#include "sim/fft.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "base/error.hpp"
+#include "base/random.hpp"
+
+using decid::sim::Complex;
+using decid::sim::Fft;
+using decid::sim::RealFft;
+
+namespace {
+
+using LongComplex = std::complex<long double>;
+using Signal = std::vector<Complex>;
+
+double tolerance(int length) {
+  double sum = 1.0;
+  for (int p = 2; length > 1; ++p) {
+    for (; length % p == 0; length /= p) sum += std::sqrt(p);
+  }
+  return std::numeric_limits<double>::epsilon() * sum;
+}
+
+Signal random_signal(int length, std::uint64_t item) {
+  Signal signal;
+  const decid::Random random(1, decid::Stream::weights, item);
+  for (int n = 0; n < length; ++n) {
+    const auto index = 2 * static_cast<std::uint64_t>(n);
+    signal.emplace_back(random.normal(index), random.normal(index + 1));
+  }
+  return signal;
+}
+
+std::vector<double> real_parts(const Signal& signal) {
+  std::vector<double> real;
+  for (const Complex x : signal) real.push_back(x.real());
+  return real;
+}
+
+// Bin k of the transform, by definition.
+LongComplex definition(const Signal& x, int k, const std::vector<LongComplex>& roots) {
+  LongComplex sum = 0.0L;
+  std::size_t power = 0;
+  for (const Complex value : x) {
+    sum += LongComplex(value) * roots[power];
+    power = (power + static_cast<std::size_t>(k)) % roots.size();
+  }
+  return sum;
+}
+
+std::vector<LongComplex> roots_of_unity(int length) {
+  std::vector<LongComplex> roots;
+  for (int n = 0; n < length; ++n) {
+    const long double angle = -2.0L * 3.14159265358979323846264338327950288L * n / length;
+    roots.emplace_back(std::cos(angle), std::sin(angle));
+  }
+  return roots;
+}
+
+Signal forward(const Signal& x) {
+  const Fft fft(static_cast<int>(x.size()));
+  Signal out(x.size()), work(static_cast<std::size_t>(fft.work_length()));
+  fft.forward(x, out, work);
+  return out;
+}
+
+Signal inverse(const Signal& x) {
+  const Fft fft(static_cast<int>(x.size()));
+  Signal out(x.size()), work(static_cast<std::size_t>(fft.work_length()));
+  fft.inverse(x, out, work);
+  return out;
+}
+
+Signal real_forward(const std::vector<double>& x) {
+  const RealFft fft(static_cast<int>(x.size()));
+  Signal out(static_cast<std::size_t>(fft.bins())), work(static_cast<std::size_t>(fft.work_length()));
+  fft.forward(x, out, work);
+  return out;
+}
+
+std::vector<double> real_inverse(const Signal& spectrum, int length) {
+  const RealFft fft(length);
+  std::vector<double> out(static_cast<std::size_t>(length));
+  Signal work(static_cast<std::size_t>(fft.work_length()));
+  fft.inverse(spectrum, out, work);
+  return out;
+}
+
+// In long double: a sum of 121000 squares would bring rounding errors of its own.
+double norm(const auto& x) {
+  long double sum = 0.0L;
+  for (const auto value : x) sum += std::norm(LongComplex(value));
+  return static_cast<double>(std::sqrt(sum));
+}
+
+// |a - b| / |b| in the 2-norm.
+double distance(const auto& a, const auto& b) {
+  REQUIRE(a.size() == b.size());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += std::norm(a[i] - b[i]);
+  return std::sqrt(sum) / norm(b);
+}
+
+}  // namespace
+
+TEST_CASE("Fft: equals the definition for every length from 1 to 200") {
+  for (int length = 1; length <= 200; ++length) {
+    const Signal x = random_signal(length, 1);
+    const std::vector<LongComplex> roots = roots_of_unity(length);
+    Signal exact;
+    for (int k = 0; k < length; ++k) exact.emplace_back(definition(x, k, roots));
+    CAPTURE(length);
+    CHECK(distance(forward(x), exact) < tolerance(length));
+    CHECK(distance(inverse(exact), x) < tolerance(length));
+  }
+}
+
+TEST_CASE("RealFft: equals the definition for every length from 1 to 200") {
+  for (int length = 1; length <= 200; ++length) {
+    const std::vector<double> x = real_parts(random_signal(length, 2));
+    const Signal as_complex(x.begin(), x.end());
+    const std::vector<LongComplex> roots = roots_of_unity(length);
+    Signal exact;
+    for (int k = 0; k <= length / 2; ++k) exact.emplace_back(definition(as_complex, k, roots));
+    CAPTURE(length);
+    const Signal spectrum = real_forward(x);
+    CHECK(distance(spectrum, exact) < tolerance(length));
+    CHECK(spectrum[0].imag() == 0.0);
+    if (length % 2 == 0) CHECK(spectrum.back().imag() == 0.0);
+    CHECK(distance(real_inverse(exact, length), x) < tolerance(length));
+  }
+}
+
+TEST_CASE("Fft: lengths of a trial") {
+  for (const int length : {6370, 12100}) {
+    const Signal x = random_signal(length, 3);
+    const std::vector<LongComplex> roots = roots_of_unity(length);
+    const Signal spectrum = forward(x);
+    const std::vector<double> real = real_parts(x);
+    const Signal real_spectrum = real_forward(real);
+    const Signal real_as_complex(real.begin(), real.end());
+    // A sample of the bins; the norm of all is sqrt(length) times that of the signal.
+    Signal some, exact, real_some, real_exact;
+    for (int k = 0; k < length; k += k < 20 ? 1 : 61) {
+      some.push_back(spectrum[static_cast<std::size_t>(k)]);
+      exact.emplace_back(definition(x, k, roots));
+      if (k > length / 2) continue;
+      real_some.push_back(real_spectrum[static_cast<std::size_t>(k)]);
+      real_exact.emplace_back(definition(real_as_complex, k, roots));
+    }
+    CHECK(distance(some, exact) < tolerance(length));
+    CHECK(distance(real_some, real_exact) < tolerance(length));
+  }
+}
+
+TEST_CASE("Fft: round trip, Parseval's theorem") {
+  for (const int length : {1, 2, 30, 97, 1001, 4096, 12100, 121000}) {
+    CAPTURE(length);
+    const Signal x = random_signal(length, 4);
+    const Signal spectrum = forward(x);
+    CHECK(distance(inverse(spectrum), x) < 2.0 * tolerance(length));
+    CHECK(std::abs(norm(spectrum) / std::sqrt(length) / norm(x) - 1.0) < tolerance(length));
+    const std::vector<double> real = real_parts(x);
+    CHECK(distance(real_inverse(real_forward(real), length), real) < 2.0 * tolerance(length));
+  }
+}
+
+TEST_CASE("Fft: linear, and real signals are a special case") {
+  for (const int length : {55, 110, 6050}) {
+    CAPTURE(length);
+    const Signal x = random_signal(length, 5), y = random_signal(length, 6);
+    const Signal transform_x = forward(x), transform_y = forward(y);
+    const Complex factor(-1.75, 0.5);
+    Signal sum, sum_of_transforms;
+    for (std::size_t n = 0; n < x.size(); ++n) {
+      sum.push_back(x[n] + factor * y[n]);
+      sum_of_transforms.push_back(transform_x[n] + factor * transform_y[n]);
+    }
+    CHECK(distance(forward(sum), sum_of_transforms) < 2.0 * tolerance(length));
+
+    const std::vector<double> real = real_parts(x);
+    Signal half = forward(Signal(real.begin(), real.end()));
+    half.resize(static_cast<std::size_t>(length / 2 + 1));
+    CHECK(distance(real_forward(real), half) < 2.0 * tolerance(length));
+  }
+}
+
+TEST_CASE("Fft: a single harmonic lands in its bin, with its sign") {
+  constexpr int length = 60, k = 7;
+  const std::vector<LongComplex> roots = roots_of_unity(length);
+  Signal x;
+  for (std::size_t n = 0; n < length; ++n) x.emplace_back(std::conj(roots[n * k % length]));
+  const Signal spectrum = forward(x);
+  CHECK(std::abs(spectrum[k] - 60.0) < 60.0 * tolerance(length));
+  CHECK(std::abs(spectrum[length - k]) < 60.0 * tolerance(length));
+}
+
+TEST_CASE("Fft: in place has the same bits") {
+  for (const int length : {1, 2, 5, 8, 7, 49, 64, 110, 210, 12100}) {  // odd and even numbers of passes
+    const Signal x = random_signal(length, 7);
+    const Fft fft(length);
+    Signal work(static_cast<std::size_t>(fft.work_length()));
+    Signal in_place = x;
+    fft.forward(in_place, in_place, work);
+    CHECK((in_place == forward(x)));
+    in_place = x;
+    fft.inverse(in_place, in_place, work);
+    CHECK((in_place == inverse(x)));
+  }
+}
+
+TEST_CASE("RealFft: the inverse takes the imaginary parts at both ends as zero") {
+  for (const int length : {1, 7, 2, 8, 110}) {
+    Signal spectrum = random_signal(length / 2 + 1, 8);
+    Signal clean = spectrum;
+    clean.front() = clean.front().real();
+    if (length % 2 == 0) clean.back() = clean.back().real();
+    CHECK(real_inverse(spectrum, length) == real_inverse(clean, length));
+  }
+}
+
+TEST_CASE("Fft: errors") {
+  for (const int length : {0, -1, (1 << 26) + 1, std::numeric_limits<int>::max()}) {
+    CHECK_THROWS_AS(Fft{length}, decid::Error);
+  }
+  CHECK_THROWS_AS(RealFft{0}, decid::Error);
+  CHECK_THROWS_AS(Fft{2 * 10'007}, decid::Error);  // a prime that would make the transform crawl
+  const Fft fft(8);
+  const RealFft real(8);
+  Signal eight(8), seven(7), work(static_cast<std::size_t>(real.work_length()));
+  std::vector<double> short_real(7), real_signal(8);
+  CHECK_THROWS_AS(fft.forward(seven, eight, work), decid::Error);
+  CHECK_THROWS_AS(fft.forward(eight, seven, work), decid::Error);
+  CHECK_THROWS_AS(fft.inverse(eight, eight, seven), decid::Error);
+  CHECK_THROWS_AS(real.forward(short_real, eight, work), decid::Error);
+  CHECK_THROWS_AS(real.inverse(eight, short_real, work), decid::Error);
+  CHECK_THROWS_AS(real.inverse(eight, real_signal, seven), decid::Error);
+}

@@ -1,0 +1,234 @@
+// Tests of sim/noise.hpp: the spectrum of many realisations, velocity against angle, the levels of sensor noise.
+// Everything is a fixed function of the seed; statistical bounds are multiples of the estimate's standard error.
+#include "sim/noise.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+
+using namespace decid::sim;
+using decid::Random;
+using decid::Stream;
+
+namespace {
+
+// Periodogram of the angle, averaged over realisations: rad^2/Hz at k / T, one-sided.
+std::vector<double> average_periodogram(const Protocol& protocol, double nv, int realisations) {
+  const VestibularNoiseMaker maker(protocol);
+  const int samples = protocol.samples();
+  const RealFft fft(samples);
+  std::vector<double> angle(static_cast<std::size_t>(samples) + 1);
+  std::vector<Complex> spectrum(static_cast<std::size_t>(fft.bins()));
+  std::vector<Complex> work(static_cast<std::size_t>(fft.work_length()));
+  std::vector<double> density(spectrum.size());
+  // A harmonic's power, |2 X / N|^2 / 2, lies in a band of 1 / T.
+  const double density_per_square = 2.0 / samples / samples * protocol.duration_s() / realisations;
+  for (int i = 0; i < realisations; ++i) {
+    maker.angle(nv, Random(5, Stream::vestibular_noise, static_cast<std::uint64_t>(i)), angle);
+    fft.forward(std::span(angle).first(static_cast<std::size_t>(samples)), spectrum, work);
+    for (std::size_t k = 0; k < density.size(); ++k) density[k] += density_per_square * std::norm(spectrum[k]);
+  }
+  return density;
+}
+
+// Checks level, slope and band of a protocol's noise.
+void check_spectrum(const Protocol& protocol, double nv, int first, int last) {
+  constexpr int realisations = 600;
+  const VestibularNoise& noise = protocol.vestibular_noise;
+  const std::vector<double> density = average_periodogram(protocol, nv, realisations);
+  const double duration = protocol.duration_s();
+  const auto expected = [&](int k) {
+    return std::pow(nv * noise.scale_deg * rad_per_deg, 2.0) / std::pow(k / duration, noise.exponent);
+  };
+  double worst = 0.0, level = 0.0, outside = 0.0;
+  // Least squares of log(density) on log(f).
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  for (int k = 0; k < static_cast<int>(density.size()); ++k) {
+    const double value = density[static_cast<std::size_t>(k)];
+    if (k < first || k > last) {
+      outside = std::max(outside, value);
+      continue;
+    }
+    const double ratio = value / expected(k), log_f = std::log(k / duration), log_value = std::log(value);
+    worst = std::max(worst, std::abs(ratio - 1.0));
+    level += ratio / (last - first + 1);
+    n += 1.0, x += log_f, y += log_value, xx += log_f * log_f, xy += log_f * log_value;
+  }
+  const double slope = (n * xy - x * y) / (n * xx - x * x);
+  // A harmonic's power has 2 degrees of freedom, its standard error is its mean / sqrt(realisations).
+  CHECK(worst < 4.5 / std::sqrt(realisations));
+  CHECK(std::abs(level - 1.0) < 4.0 / std::sqrt(realisations * n));
+  CHECK(std::abs(slope + noise.exponent) < 0.05);
+  // Rounding errors of the two transforms: below 1e-15 of the root of the largest density, each.
+  CHECK(outside < 1e-29 * expected(first));
+}
+
+}  // namespace
+
+TEST_CASE("VestibularNoiseMaker: the default spectrum") {
+  const Protocol protocol;
+  check_spectrum(protocol, 1.0, 1, 121);  // 1/121 Hz .. 1 Hz
+}
+
+TEST_CASE("VestibularNoiseMaker: other bands, scales and exponents") {
+  Protocol protocol = short_protocol();  // 63.7 s
+  protocol.vestibular_noise = {.scale_deg = 0.5, .low_hz = 0.1, .high_hz = 10.0, .exponent = 1.0};
+  check_spectrum(protocol, 0.3, 7, 637);
+  protocol.vestibular_noise = {.scale_deg = 0.1, .low_hz = 0.01, .high_hz = 2.0, .exponent = 2.0};
+  check_spectrum(protocol, 1.0, 1, 127);
+  protocol.vestibular_noise.exponent = 0.0;
+  check_spectrum(protocol, 2.0, 1, 127);
+}
+
+TEST_CASE("VestibularNoiseMaker: the variance is the spectrum's integral") {
+  const Protocol protocol;
+  const VestibularNoiseMaker maker(protocol);
+  std::vector<double> angle(12'101);
+  double variance = 0.0, mean = 0.0;
+  for (std::uint64_t i = 0; i < 400; ++i) {
+    maker.angle(1.0, Random(8, Stream::vestibular_noise, i), angle);
+    for (std::size_t k = 0; k < 12'100; ++k) {
+      variance += angle[k] * angle[k] / 12'100 / 400;
+      mean += angle[k] / 12'100 / 400;
+    }
+  }
+  double expected = 0.0, squares = 0.0;
+  for (int k = 1; k <= 121; ++k) {
+    expected += std::pow(0.2 * rad_per_deg, 2.0) / k;
+    squares += std::pow(std::pow(0.2 * rad_per_deg, 2.0) / k, 2.0);
+  }
+  CHECK(std::abs(variance - expected) < 4.0 * std::sqrt(squares / 400));
+  CHECK(std::abs(mean) < 1e-15);
+}
+
+TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative of the angle") {
+  for (const double rate_hz : {100.0, 20.0}) {
+    Protocol protocol;
+    protocol.sample_rate_hz = rate_hz;
+    protocol.vestibular_noise.high_hz = rate_hz / 10.0;
+    const VestibularNoiseMaker maker(protocol);
+    const auto samples = static_cast<std::size_t>(protocol.samples());
+    const Random random(2, Stream::vestibular_noise, 4);
+    std::vector<double> angle(samples + 1), rate(samples + 1);
+    maker.angle(0.7, random, angle);
+    maker.velocity(0.7, random, rate);
+    CHECK(angle.back() == angle.front());
+    CHECK(rate.back() == rate.front());
+
+    std::vector<double> fine;  // on the 1 ms grid, as the simulation has it
+    const auto per_sample = static_cast<std::size_t>(protocol.steps_per_sample());
+    for (std::size_t j = 0; j < samples; ++j) {
+      for (std::size_t i = 0; i < per_sample; ++i) {
+        const double part = static_cast<double>(i) / static_cast<double>(per_sample);
+        fine.push_back((1.0 - part) * rate[j] + part * rate[j + 1]);
+      }
+    }
+    const RealFft coarse_fft(protocol.samples()), fine_fft(protocol.steps());
+    std::vector<Complex> coarse(static_cast<std::size_t>(coarse_fft.bins()));
+    std::vector<Complex> interpolated(static_cast<std::size_t>(fine_fft.bins()));
+    std::vector<Complex> work(static_cast<std::size_t>(fine_fft.work_length()));
+    coarse_fft.forward(std::span(angle).first(samples), coarse, work);
+    fine_fft.forward(fine, interpolated, work);
+    double worst = 0.0;
+    for (std::size_t k = 1; k <= static_cast<std::size_t>(121.0 * rate_hz / 10.0); ++k) {
+      const double omega = 2.0 * pi * static_cast<double>(k) / 121.0;
+      const Complex derivative = Complex(0.0, omega) * coarse[k] * static_cast<double>(per_sample);
+      worst = std::max(worst, std::abs(interpolated[k] - derivative) / std::abs(derivative));
+    }
+    // sinc^2 is that of continuous time; on the grid it differs by (pi f / 1000 Hz)^2 / 3, at most 3.3e-4 at 10 Hz.
+    CHECK(worst < 1.01 * std::pow(pi * rate_hz / 10.0 / 1000.0, 2.0) / 3.0);
+  }
+}
+
+TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
+  Protocol protocol;
+  protocol.vestibular_noise.low_hz = protocol.vestibular_noise.high_hz = 40.0 / 121.0;
+  const VestibularNoiseMaker maker(protocol);
+  const Random random(2, Stream::child_noise, 6);
+  std::vector<double> angle(12'101);
+  maker.angle(1.0, random, angle);
+  const double deviation = std::sqrt(1.0 / (40.0 / 121.0) / 121.0) * 0.2 * rad_per_deg;
+  double worst = 0.0;
+  for (int j = 0; j < 12'100; ++j) {
+    const double phase = 2.0 * pi * (40 * j % 12'100) / 12'100;
+    const double exact = deviation * (random.normal(80) * std::cos(phase) + random.normal(81) * std::sin(phase));
+    worst = std::max(worst, std::abs(angle[static_cast<std::size_t>(j)] - exact));
+  }
+  CHECK(worst < 1e-15 * 12.0 * deviation);  // eps of the amplitude, in each of about a dozen additions
+}
+
+TEST_CASE("VestibularNoiseMaker: Nv scales, and is exactly zero at zero") {
+  const VestibularNoiseMaker maker{Protocol{}};
+  const Random random(2, Stream::vestibular_noise, 4);
+  std::vector<double> full(12'101), quarter(12'101), none(12'101, 1.0);
+  maker.velocity(1.0, random, full);
+  maker.velocity(0.25, random, quarter);
+  maker.velocity(0.0, random, none);
+  CHECK(std::all_of(none.begin(), none.end(), [](double x) { return x == 0.0; }));
+  CHECK(std::equal(full.begin(), full.end(), quarter.begin(), [](double a, double b) { return 0.25 * a == b; }));
+
+  Protocol silent;
+  silent.vestibular_noise = {.scale_deg = 0.0, .low_hz = 0.01, .high_hz = 0.0101, .exponent = 1.0};
+  VestibularNoiseMaker(silent).velocity(1.0, random, none);
+  CHECK(std::all_of(none.begin(), none.end(), [](double x) { return x == 0.0; }));
+}
+
+TEST_CASE("VestibularNoiseMaker: errors") {
+  Protocol protocol;
+  const VestibularNoiseMaker maker(protocol);
+  std::vector<double> wrong(12'100);
+  CHECK_THROWS_AS(maker.velocity(1.0, Random(1, Stream::vestibular_noise, 0), wrong), decid::Error);
+  protocol.vestibular_noise.low_hz = 0.01;
+  protocol.vestibular_noise.high_hz = 0.0101;
+  CHECK_THROWS_AS(VestibularNoiseMaker{protocol}, decid::Error);
+}
+
+TEST_CASE("sensor_noise_level: log-uniform in its range") {
+  const SensorNoise noise{.low_deg = 0.001, .high_deg = 0.1};
+  constexpr int count = 20'000, cells = 20;
+  std::vector<int> histogram(cells);
+  bool inside = true;
+  for (std::uint64_t item = 0; item < count; ++item) {
+    const double level_deg = sensor_noise_level(noise, 3, item) / rad_per_deg;
+    const double position = std::log10(level_deg / 0.001) / 2.0;
+    inside = inside && position > 0.0 && position < 1.0;
+    if (inside) ++histogram[static_cast<std::size_t>(position * cells)];
+  }
+  CHECK(inside);
+  double chi_square = 0.0;
+  constexpr double expected = static_cast<double>(count) / cells;
+  for (const int n : histogram) chi_square += (n - expected) * (n - expected) / expected;
+  CHECK(std::abs(chi_square - (cells - 1)) < 4.0 * std::sqrt(2.0 * (cells - 1)));
+
+  CHECK(sensor_noise_level({.low_deg = 0.0, .high_deg = 0.0}, 3, 1) == 0.0);
+  CHECK(sensor_noise_level({.low_deg = 0.02, .high_deg = 0.02}, 3, 1) == 0.02 * rad_per_deg);
+}
+
+TEST_CASE("add_sensor_noise: white, of the trial's level") {
+  const SensorNoise noise{.low_deg = 0.01, .high_deg = 0.1};
+  std::vector<double> sway(200'000, 0.5);
+  add_sensor_noise(noise, 3, 17, sway);
+  const double level = sensor_noise_level(noise, 3, 17);
+  double mean = 0.0, square = 0.0, neighbours = 0.0;
+  for (std::size_t k = 0; k < sway.size(); ++k) {
+    const double x = (sway[k] - 0.5) / level;
+    mean += x / 200'000;
+    square += x * x / 200'000;
+    if (k > 0) neighbours += x * (sway[k - 1] - 0.5) / level / 200'000;
+  }
+  const double error = 1.0 / std::sqrt(200'000);
+  CHECK(std::abs(mean) < 4.0 * error);
+  CHECK(std::abs(square - 1.0) < 4.0 * std::sqrt(2.0) * error);
+  CHECK(std::abs(neighbours) < 4.0 * error);
+
+  std::vector<double> other(200'000, 0.5), same(200'000, 0.5), none(10, 0.5);
+  add_sensor_noise(noise, 3, 18, other);
+  add_sensor_noise(noise, 3, 17, same);
+  add_sensor_noise({}, 3, 17, none);
+  CHECK(other != sway);
+  CHECK(same == sway);
+  CHECK(none == std::vector<double>(10, 0.5));
+}

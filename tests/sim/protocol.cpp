@@ -1,0 +1,302 @@
+// Tests of sim/protocol.hpp: the ternary sequences, the stimulus made of them, and every bound of the settings.
+#include "sim/protocol.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "base/error.hpp"
+
+using namespace decid::sim;
+
+namespace {
+
+const auto not_a_number = std::numeric_limits<double>::quiet_NaN();
+const auto infinity = std::numeric_limits<double>::infinity();
+
+auto occurrences(const std::vector<int>& values, int value) {
+  return std::count(values.begin(), values.end(), value);
+}
+
+// Highest minus lowest of the accumulated sum.
+int divisor(const std::vector<int>& values) {
+  int sum = 0, low = 0, high = 0;
+  for (const int value : values) {
+    sum += value;
+    low = std::min(low, sum);
+    high = std::max(high, sum);
+  }
+  return high - low;
+}
+
+double peak_to_peak(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return *high - *low;
+}
+
+}  // namespace
+
+TEST_CASE("ternary_sequence: the default sequence") {
+  const std::vector<int> values = ternary_sequence(Sequence{});
+  REQUIRE(values.size() == 242);
+  CHECK(occurrences(values, 0) == 80);
+  CHECK(occurrences(values, 1) == 81);
+  CHECK(occurrences(values, -1) == 81);
+  bool negated = true;
+  for (std::size_t i = 0; i < 121; ++i) negated = negated && values[i + 121] == -values[i];
+  CHECK(negated);
+  CHECK(divisor(values) == 17);
+  // By hand, v = (r3 - r4 - r5) mod 3: register 20202 gives 0, 02020 gives 1, 10202 0, 01020 1, 10102 2, 21010 2.
+  const std::vector<int> first(values.begin(), values.begin() + 6);
+  CHECK(first == std::vector<int>{0, 1, 0, 1, -1, -1});
+}
+
+TEST_CASE("ternary_sequence: the short sequence") {
+  const std::vector<int> values = ternary_sequence(short_protocol().sequence);
+  CHECK(values.size() == 80);
+  CHECK(occurrences(values, 0) == 26);
+  CHECK(occurrences(values, 1) == 27);
+  CHECK(occurrences(values, -1) == 27);
+}
+
+TEST_CASE("ternary_sequence: errors") {
+  Sequence sequence;
+  sequence.feedback = {0, 0, 1, -1, 0};  // forgets its last stage
+  CHECK_THROWS_AS(ternary_sequence(sequence), decid::Error);
+  sequence.feedback = {0, 0, 1, -1};
+  CHECK_THROWS_AS(ternary_sequence(sequence), decid::Error);
+}
+
+TEST_CASE("make_stimulus: default protocol") {
+  const Protocol protocol = default_protocol();
+  protocol.validate();
+  CHECK(protocol.steps() == 121'000);
+  CHECK(protocol.samples() == 12'100);
+  CHECK(protocol.steps_per_sample() == 10);
+  CHECK(protocol.duration_s() == 121.0);
+  CHECK(protocol.cycle_s() == 60.5);
+
+  const Stimulus stimulus = make_stimulus(protocol);
+  const std::vector<double>& tilt = stimulus.tilt_rad;
+  REQUIRE(tilt.size() == 121'001);
+  REQUIRE(stimulus.rate_rad_s.size() == 121'000);
+  CHECK(tilt[0] == 0.0);
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  CHECK(std::abs(peak_to_peak(tilt) / rad_per_deg - 1.0) < 2.0 * eps);
+
+  const double rate = rad_per_deg / 4.25;
+  double rate_error = 0.0, tilt_error = 0.0;
+  bool cycles_equal = true, ternary = true;
+  for (std::size_t k = 0; k < 121'000; ++k) {
+    const double v = stimulus.rate_rad_s[k] / rate;
+    ternary = ternary && (std::abs(v) < 4.0 * eps || std::abs(std::abs(v) - 1.0) < 4.0 * eps);
+    rate_error = std::max(rate_error, std::abs((tilt[k + 1] - tilt[k]) * 1000.0 - stimulus.rate_rad_s[k]));
+    if (k >= 60'500) {
+      cycles_equal =
+          cycles_equal && tilt[k] == tilt[k - 60'500] && stimulus.rate_rad_s[k] == stimulus.rate_rad_s[k - 60'500];
+    } else {
+      // The second half is the first negated: the tilt goes back the way it came.
+      tilt_error = std::max(tilt_error, std::abs((tilt[k + 30'250] - tilt[30'250]) + tilt[k] - tilt[0]));
+    }
+  }
+  CHECK(ternary);
+  CHECK(cycles_equal);
+  CHECK(tilt.back() == 0.0);
+  // Tilts are below rad_per_deg and rounded to eps / 2 of it; a difference of two, a thousandfold.
+  CHECK(rate_error < 1000.0 * eps * rad_per_deg);
+  CHECK(tilt_error < 4.0 * eps * rad_per_deg);
+}
+
+TEST_CASE("make_stimulus: the trial starts at its offset, 120 ms before a new state") {
+  const Protocol protocol = default_protocol();
+  const std::vector<int> values = ternary_sequence(protocol.sequence);
+  const Stimulus stimulus = make_stimulus(protocol);
+  const double rate = rad_per_deg / 4.25;
+  // 25.63 s = 102 states and 130 ms.
+  for (const auto& [step, state] : {std::pair{0, 102}, {119, 102}, {120, 103}, {369, 103}, {370, 104}}) {
+    const double expected = values[static_cast<std::size_t>(state)] * rate;
+    CAPTURE(step);
+    CHECK(stimulus.rate_rad_s[static_cast<std::size_t>(step)] == doctest::Approx(expected).epsilon(1e-14));
+  }
+  // Where it starts is in the middle of the range, to within a state.
+  const auto [low, high] = std::minmax_element(stimulus.tilt_rad.begin(), stimulus.tilt_rad.end());
+  CHECK(std::abs(*low + *high) < rad_per_deg / 8.0);
+}
+
+TEST_CASE("make_stimulus: short protocol") {
+  const Protocol protocol = short_protocol();
+  protocol.validate();
+  CHECK(protocol.steps() == 63'700);
+  CHECK(protocol.samples() == 6'370);
+  CHECK(protocol.cycle_s() == 20.0);
+  const Stimulus stimulus = make_stimulus(protocol);
+  CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(rad_per_deg).epsilon(1e-15));
+  const auto& rate = stimulus.rate_rad_s;
+  const auto is_zero = [](double x) { return x == 0.0; };
+  CHECK(std::all_of(rate.begin(), rate.begin() + 1970, is_zero));
+  CHECK(std::all_of(rate.begin() + 61'970, rate.end(), is_zero));
+  CHECK(std::all_of(stimulus.tilt_rad.begin(), stimulus.tilt_rad.begin() + 1970, is_zero));
+  CHECK(std::all_of(stimulus.tilt_rad.begin() + 61'970, stimulus.tilt_rad.end(), is_zero));
+  CHECK(std::equal(rate.begin() + 1970, rate.begin() + 21'970, rate.begin() + 41'970));
+  const std::vector<int> values = ternary_sequence(protocol.sequence);
+  for (const std::size_t state : {0u, 1u, 2u, 3u, 79u}) {
+    const double expected = values[state] * rad_per_deg / (0.25 * divisor(values));
+    CHECK(rate[1970 + 250 * state] == doctest::Approx(expected).epsilon(1e-14));
+  }
+}
+
+TEST_CASE("make_stimulus: amplitude scales the tilt; rest after the last cycle keeps it") {
+  Protocol protocol;
+  protocol.sequence.amplitude_deg = 4.0;
+  protocol.sequence.cycles = 1;
+  protocol.sequence.lead_out_s = 0.5;
+  const Stimulus stimulus = make_stimulus(protocol);
+  CHECK(stimulus.tilt_rad.size() == 61'001);
+  CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(4.0 * rad_per_deg).epsilon(1e-15));
+  CHECK(stimulus.tilt_rad.back() == 0.0);
+}
+
+TEST_CASE("Protocol::validate: every bound") {
+  struct Case {
+    const char* setting;  // part of what the error says
+    std::function<void(Protocol&)> spoil;
+  };
+  const std::vector<Case> cases{
+      {"sequence", [](Protocol& p) { p.sequence.feedback = {1}, p.sequence.start = {1}; }},
+      {"sequence", [](Protocol& p) { p.sequence.feedback.assign(13, 1), p.sequence.start.assign(13, 1); }},
+      {"sequence",
+       [](Protocol& p) {
+         p.sequence.start = {1, 0, 0};
+       }},
+      {"sequence", [](Protocol& p) { p.sequence.feedback.back() = 0; }},
+      {"feedback", [](Protocol& p) { p.sequence.feedback[0] = 3; }},
+      {"feedback", [](Protocol& p) { p.sequence.feedback[0] = -3; }},
+      {"feedback",
+       [](Protocol& p) {
+         p.sequence.feedback = {0, 1}, p.sequence.start = {1, 1};
+       }},  // 1 1 1 ...: a ramp
+      {"start", [](Protocol& p) { p.sequence.start[1] = 3; }},
+      {"start", [](Protocol& p) { p.sequence.start[1] = -1; }},
+      {"start", [](Protocol& p) { p.sequence.start.assign(5, 0); }},
+      {"state_s", [](Protocol& p) { p.sequence.state_s = 0.0; }},
+      {"state_s", [](Protocol& p) { p.sequence.state_s = 0.2505; }},
+      {"state_s", [](Protocol& p) { p.sequence.state_s = not_a_number; }},
+      {"state_s", [](Protocol& p) { p.sequence.state_s = infinity; }},
+      {"amplitude_deg", [](Protocol& p) { p.sequence.amplitude_deg = 0.0; }},
+      {"amplitude_deg", [](Protocol& p) { p.sequence.amplitude_deg = -1.0; }},
+      {"amplitude_deg", [](Protocol& p) { p.sequence.amplitude_deg = 46.0; }},
+      {"amplitude_deg", [](Protocol& p) { p.sequence.amplitude_deg = not_a_number; }},
+      {"offset_s", [](Protocol& p) { p.sequence.offset_s = -0.001; }},
+      {"offset_s", [](Protocol& p) { p.sequence.offset_s = 60.5; }},
+      {"offset_s", [](Protocol& p) { p.sequence.offset_s = 1.0005; }},
+      {"offset_s", [](Protocol& p) { p.sequence.offset_s = not_a_number; }},
+      {"cycles", [](Protocol& p) { p.sequence.cycles = 0; }},
+      {"cycles", [](Protocol& p) { p.sequence.cycles = std::numeric_limits<int>::max(); }},
+      {"lead_in_s", [](Protocol& p) { p.sequence.lead_in_s = -1.0; }},
+      {"lead_in_s", [](Protocol& p) { p.sequence.lead_in_s = 0.0005; }},
+      {"lead_in_s", [](Protocol& p) { p.sequence.lead_in_s = not_a_number; }},
+      {"lead_out_s", [](Protocol& p) { p.sequence.lead_out_s = infinity; }},
+      {"lead_out_s", [](Protocol& p) { p.sequence.lead_out_s = 1.0001; }},
+      {"at most 3600 s", [](Protocol& p) { p.sequence.cycles = 60; }},
+      {"at most 3600 s", [](Protocol& p) { p.sequence.state_s = 3600.0; }},
+      {"at most 3600 s", [](Protocol& p) { p.sequence.lead_in_s = 3600.0; }},
+      {"number of samples", [](Protocol& p) { p.sequence.lead_out_s = 0.005; }},
+      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 0.0; }},
+      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 62.5; }},
+      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 30.0; }},
+      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 2000.0; }},
+      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = not_a_number; }},
+      {"mass_kg", [](Protocol& p) { p.body.mass_kg = 0.0; }},
+      {"mass_kg", [](Protocol& p) { p.body.mass_kg = 1000.0; }},
+      {"com_height_m", [](Protocol& p) { p.body.com_height_m = -1.0; }},
+      {"com_height_m", [](Protocol& p) { p.body.com_height_m = 6.0; }},
+      {"inertia_kgm2", [](Protocol& p) { p.body.inertia_kgm2 = not_a_number; }},
+      {"inertia_kgm2", [](Protocol& p) { p.body.inertia_kgm2 = 1e5; }},
+      {"scale_deg", [](Protocol& p) { p.vestibular_noise.scale_deg = -0.1; }},
+      {"scale_deg", [](Protocol& p) { p.vestibular_noise.scale_deg = infinity; }},
+      {"high_hz", [](Protocol& p) { p.vestibular_noise.high_hz = 10.001; }},
+      {"high_hz", [](Protocol& p) { p.vestibular_noise.high_hz = not_a_number; }},
+      {"low_hz", [](Protocol& p) { p.vestibular_noise.low_hz = 0.0; }},
+      {"low_hz", [](Protocol& p) { p.vestibular_noise.low_hz = 1.1; }},
+      {"exponent", [](Protocol& p) { p.vestibular_noise.exponent = -0.1; }},
+      {"exponent", [](Protocol& p) { p.vestibular_noise.exponent = 4.1; }},
+      {"sensor_noise_deg",
+       [](Protocol& p) {
+         p.sensor_noise = {-0.1, 0.1};
+       }},
+      {"sensor_noise_deg",
+       [](Protocol& p) {
+         p.sensor_noise = {0.2, 0.1};
+       }},
+      {"sensor_noise_deg",
+       [](Protocol& p) {
+         p.sensor_noise = {0.0, 0.1};
+       }},
+      {"sensor_noise_deg",
+       [](Protocol& p) {
+         p.sensor_noise = {0.1, infinity};
+       }},
+      {"sensor_noise_deg",
+       [](Protocol& p) {
+         p.sensor_noise = {not_a_number, 0.1};
+       }},
+  };
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    Protocol protocol;
+    cases[i].spoil(protocol);
+    CAPTURE(i);
+    std::string message = "no error";
+    try {
+      protocol.validate();
+    } catch (const decid::Error& error) {
+      message = error.what();
+    }
+    CAPTURE(message);
+    CHECK(message.find(cases[i].setting) != std::string::npos);
+  }
+}
+
+TEST_CASE("Protocol::validate: the ends of the bounds are inside") {
+  Protocol protocol;
+  protocol.sequence.offset_s = 60.499;
+  protocol.sequence.amplitude_deg = 45.0;
+  protocol.vestibular_noise.high_hz = 10.0;
+  protocol.vestibular_noise.exponent = 0.0;
+  protocol.sensor_noise = {0.1, 0.1};
+  CHECK_NOTHROW(protocol.validate());
+  protocol.vestibular_noise.high_hz = protocol.vestibular_noise.low_hz = 1.0;
+  protocol.sample_rate_hz = 1000.0;
+  CHECK_NOTHROW(protocol.validate());
+  protocol.vestibular_noise = {.scale_deg = 0.0, .low_hz = 0.05, .high_hz = 0.1, .exponent = 4.0};
+  protocol.sample_rate_hz = 1.0;
+  CHECK_NOTHROW(protocol.validate());
+}
+
+TEST_CASE("same_experiment: noise and name may differ, nothing else") {
+  const Protocol a;
+  Protocol b;
+  b.name = "other";
+  b.vestibular_noise.scale_deg = 1.0;
+  b.sensor_noise = {0.1, 0.2};
+  CHECK(same_experiment(a, b));
+  const auto differs = [&](auto change) {
+    Protocol c;
+    change(c);
+    return !same_experiment(a, c);
+  };
+  CHECK(differs([](Protocol& p) { p.sequence.feedback[0] = 1; }));
+  CHECK(differs([](Protocol& p) { p.sequence.start[1] = 1; }));
+  CHECK(differs([](Protocol& p) { p.sequence.state_s = 0.2; }));
+  CHECK(differs([](Protocol& p) { p.sequence.amplitude_deg = 2.0; }));
+  CHECK(differs([](Protocol& p) { p.sequence.offset_s = 0.0; }));
+  CHECK(differs([](Protocol& p) { p.sequence.cycles = 1; }));
+  CHECK(differs([](Protocol& p) { p.sequence.lead_in_s = 1.0; }));
+  CHECK(differs([](Protocol& p) { p.sequence.lead_out_s = 1.0; }));
+  CHECK(differs([](Protocol& p) { p.sample_rate_hz = 50.0; }));
+  CHECK(differs([](Protocol& p) { p.body.mass_kg = 80.0; }));
+  CHECK(differs([](Protocol& p) { p.body.com_height_m = 1.0; }));
+  CHECK(differs([](Protocol& p) { p.body.inertia_kgm2 = 100.0; }));
+}
