@@ -11,7 +11,7 @@ template <class T>
 void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std::span<double> squares,
                         const Tensor<T>* diff) {
   const int outputs = output.shape().channels, batch = output.batch();
-  const T factor = T(2) / static_cast<T>(batch * outputs);
+  const T factor = T(2) / static_cast<T>(static_cast<long long>(batch) * outputs);
   for (int o = 0; o < outputs; ++o) {
     double sum = 0;
     for (int block = 0; block < output.blocks(); ++block) {
@@ -20,7 +20,9 @@ void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std
         const int sample = block * lanes + l;
         T gradient = T(0);
         if (sample < batch) {
-          const T error = output.row(block, o, 0)[l] - targets[static_cast<std::size_t>(sample * outputs + o)];
+          const T error = output.row(block, o, 0)[l] -
+                          targets[static_cast<std::size_t>(sample) * static_cast<std::size_t>(outputs) +
+                                  static_cast<std::size_t>(o)];
           squared[static_cast<std::size_t>(l)] = static_cast<double>(error) * static_cast<double>(error);
           gradient = factor * error;
         }
