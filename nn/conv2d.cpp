@@ -105,6 +105,7 @@ std::unique_ptr<Layer<T>> make_conv2d(Shape src, Words& words) {
   };
   s.dst_rows = extent(s.src_rows, s.kernel_rows, s.stride_rows, s.pad_rows);
   s.dst_columns = extent(s.src_columns, s.kernel_columns, s.stride_columns, s.pad_columns);
+  words.limit(static_cast<long long>(s.dst_channels) * s.src_channels * s.kernel_rows * s.kernel_columns, "weights");
   return std::make_unique<Conv2d<T>>(s);
 }
 

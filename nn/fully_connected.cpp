@@ -19,16 +19,22 @@ class FullyConnected final : public Layer<T> {
   long long flops() const override { return 2LL * this->dst_shape().channels * this->src_shape().size(); }
 
   void plan(int batch, Mode mode) override {
-    if (mode != Mode::training) return;
     const std::size_t blocks = Tensor<T>::blocks_of(batch);
+    dense_.reserve(blocks * bias_.value.size() * lanes);
+    if (mode != Mode::training) return;
     weight_parts_.reserve(blocks * weight_.value.size());
     bias_parts_.reserve(blocks * bias_.value.size());
   }
 
   void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode) override {
     for_each_group(src.blocks(), this->dst_shape().channels, output_group, [&](int block, int first, int last) {
+      // The kernel writes its outputs side by side; a halo, for a padded convolution to come, parts them.
+      T* const dense = dst.halo() == 0 ? dst.row(block, 0, 0)
+                                       : dense_.data() + static_cast<std::size_t>(block) * bias_.value.size() * lanes;
       kernels<T>().fully_connected_forward(this->src_shape(), const_block_of(src, block), weight_.value.data(),
-                                           bias_.value.data(), dst.row(block, 0, 0), first, last);
+                                           bias_.value.data(), dense, first, last);
+      if (dst.halo() != 0)
+        for (int o = first; o < last; ++o) std::copy_n(dense + o * lanes, lanes, dst.row(block, o, 0));
     });
   }
 
@@ -58,13 +64,16 @@ class FullyConnected final : public Layer<T> {
   static constexpr int output_group = 32;
   Parameter<T> weight_, bias_;
   AlignedBuffer<T> weight_parts_, bias_parts_;  // gradients of each block of samples
+  AlignedBuffer<T> dense_;                      // outputs, where dst has a halo
 };
 
 }  // namespace
 
 template <class T>
 std::unique_ptr<Layer<T>> make_fully_connected(Shape src, Words& words) {
-  return std::make_unique<FullyConnected<T>>(src, words.take_int(1, 65536));
+  const int outputs = words.take_int(1, 65536);
+  words.limit(static_cast<long long>(outputs) * src.size(), "weights");
+  return std::make_unique<FullyConnected<T>>(src, outputs);
 }
 
 template std::unique_ptr<Layer<float>> make_fully_connected(Shape, Words&);

@@ -31,6 +31,11 @@ void Words::fail(const std::string& problem) const {
               "avgpool RxC [stride RxC], globalavgpool, fc OUTPUTS");
 }
 
+void Words::limit(long long count, const std::string& what) const {
+  if (count > most_values)
+    fail("has " + std::to_string(count) + " " + what + ", more than " + std::to_string(most_values));
+}
+
 std::string Words::take() {
   if (done()) fail("ends where another word is expected");
   return words_[next_++];
@@ -78,6 +83,8 @@ std::unique_ptr<Layer<T>> make_layer(Shape src, const std::string& line) {
   if (maker == makers.end()) words.fail("is not a layer this program knows");
   auto layer = maker->second(src, words);
   if (!words.done()) words.fail("has '" + words.take() + "' left over");
+  const Shape& dst = layer->dst_shape();
+  words.limit(static_cast<long long>(dst.rows) * dst.columns * dst.channels, "outputs");
   return layer;
 }
 

@@ -28,10 +28,14 @@ struct Parameter {
   Parameter(std::string name_, std::vector<int> shape_, int fan_in_, T initial_, bool decays_);
 };
 
+/// The most values of a parameter, or of one sample of a tensor: a gigabyte; indices fit an int.
+inline constexpr long long most_values = 1LL << 28;
+
 /// A tensor that is measured, not trained: BatchNorm's running mean and variance.
 template <class T>
 struct Statistic {
   std::string name;
+  T initial = 0;
   std::vector<T> value;
 };
 
@@ -86,6 +90,8 @@ class Words {
   /// "3" or "3x5": rows and columns, each in [low, high].
   std::pair<int, int> take_pair(int low, int high);
   [[noreturn]] void fail(const std::string& problem) const;
+  /// Fails if `count` of `what` are more than most_values.
+  void limit(long long count, const std::string& what) const;
 
  private:
   int to_int(const std::string& word, int low, int high) const;
