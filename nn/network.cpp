@@ -15,6 +15,8 @@ template <class T>
 Network<T>::Network(Shape input, const std::string& architecture) : input_shape_(input) {
   if (input.channels < 1 || input.rows < 1 || input.columns < 1)
     throw Error("network input", "has no values", "give at least 1 channel, 1 row and 1 column");
+  if (input.channels > most_values / input.rows / input.columns)
+    throw Error("network input", "has more than " + std::to_string(most_values) + " values a sample", "give fewer");
   std::string lines = architecture;
   for (char& c : lines)
     if (c == ';') c = '\n';
@@ -27,6 +29,8 @@ Network<T>::Network(Shape input, const std::string& architecture) : input_shape_
   }
   if (layers_.empty() || layers_.front()->in_place())
     throw Error("network architecture", "does not begin with a layer that computes", "start with conv or fc");
+  for (const auto& layer : layers_)
+    for (Parameter<T>* p : layer->parameters()) parameters_.push_back(p);
 }
 
 template <class T>
@@ -37,17 +41,9 @@ std::string Network<T>::architecture() const {
 }
 
 template <class T>
-std::vector<Parameter<T>*> Network<T>::parameters() const {
-  std::vector<Parameter<T>*> all;
-  for (const auto& layer : layers_)
-    for (Parameter<T>* p : layer->parameters()) all.push_back(p);
-  return all;
-}
-
-template <class T>
 std::size_t Network<T>::parameter_count() const {
   std::size_t count = 0;
-  for (const Parameter<T>* p : parameters()) count += p->value.size();
+  for (const Parameter<T>* p : parameters_) count += p->value.size();
   return count;
 }
 
@@ -61,13 +57,15 @@ long long Network<T>::flops() const {
 template <class T>
 void Network<T>::initialise(std::uint64_t seed) {
   std::uint64_t item = 0;
-  for (Parameter<T>* p : parameters()) {
+  for (Parameter<T>* p : parameters_) {
     const Random random(seed, Stream::weights, item++);
     const double deviation = p->fan_in > 0 ? std::sqrt(2.0 / p->fan_in) : 0.0;
     for (std::size_t i = 0; i < p->value.size(); ++i)
       p->value[i] = p->fan_in > 0 ? static_cast<T>(deviation * random.normal(i)) : p->initial;
     p->velocity.assign(p->value.size(), T(0));
   }
+  for (const auto& layer : layers_)
+    for (Statistic<T>* s : layer->statistics()) s->value.assign(s->value.size(), s->initial);
 }
 
 // The tensor behind activation `index` is read by the layers that follow it, up to the first not in place.
@@ -147,6 +145,7 @@ void Network<T>::set_batch(int batch) {
 
 template <class T>
 void Network<T>::forward() {
+  if (planned_batch_ == 0) throw Error("network", "has no memory yet", "plan() it before forward()");
   if (mode_ == Mode::inference) activations_.front().clear_halo();
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     if (mode_ == Mode::inference && !reuses_source(i)) activations_[i + 1].clear_halo();
@@ -168,25 +167,27 @@ void Network<T>::backward() {
 
 template <class T>
 void sgd_step(const Network<T>& network, double learning_rate, const SgdSettings& settings) {
-  for (const auto& layer : network.layers())
-    for (Parameter<T>* p : layer->parameters())
-      kernels<T>().sgd_step(p->value.size(), static_cast<T>(learning_rate), static_cast<T>(settings.momentum),
-                            static_cast<T>(p->decays ? settings.weight_decay : 0.0), p->gradient.data(),
-                            p->velocity.data(), p->value.data());
+  for (Parameter<T>* p : network.parameters())
+    kernels<T>().sgd_step(p->value.size(), static_cast<T>(learning_rate), static_cast<T>(settings.momentum),
+                          static_cast<T>(p->decays ? settings.weight_decay : 0.0), p->gradient.data(),
+                          p->velocity.data(), p->value.data());
 }
 
 std::string weights_sha256(const Network<float>& network) {
   static_assert(std::endian::native == std::endian::little, "values are hashed as they lie in memory");
   Sha256 hash;
-  const auto add = [&](const std::string& name, const std::vector<float>& values) {
-    const std::string header = name + ":" + std::to_string(values.size()) + ";";
+  const auto add = [&](const std::string& name, const std::vector<int>& shape, const std::vector<float>& values) {
+    std::string header = name + ":";
+    for (const int extent : shape) header += std::to_string(extent) + ",";
+    header += ";";
     hash.update(header.data(), header.size());
     hash.update(values.data(), values.size() * sizeof(float));
   };
   for (std::size_t i = 0; i < network.layers().size(); ++i) {
     const std::string prefix = std::to_string(i) + ".";
-    for (const Parameter<float>* p : network.layers()[i]->parameters()) add(prefix + p->name, p->value);
-    for (const Statistic<float>* s : network.layers()[i]->statistics()) add(prefix + s->name, s->value);
+    for (const Parameter<float>* p : network.layers()[i]->parameters()) add(prefix + p->name, p->shape, p->value);
+    for (const Statistic<float>* s : network.layers()[i]->statistics())
+      add(prefix + s->name, {static_cast<int>(s->value.size())}, s->value);
   }
   return hash.hex();
 }

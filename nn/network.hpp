@@ -23,13 +23,14 @@ class Network {
   std::string architecture() const;
   const std::vector<std::unique_ptr<Layer<T>>>& layers() const { return layers_; }
   /// All trained tensors, in order of the layers.
-  std::vector<Parameter<T>*> parameters() const;
+  const std::vector<Parameter<T>*>& parameters() const { return parameters_; }
   std::size_t parameter_count() const;
   /// Of a forward pass of one sample.
   long long flops() const;
 
   /// He's initialisation (Delving deep into rectifiers, ICCV 2015): weights normal with variance 2 / fan_in, from
-  /// (seed, Stream::weights, number of the tensor); biases 0, BatchNorm 1 and 0; momentum 0.
+  /// (seed, Stream::weights, number of the tensor); biases 0, BatchNorm 1 and 0, its running mean 0 and
+  /// variance 1; momentum 0.
   void initialise(std::uint64_t seed);
 
   /// Takes all memory for steps of up to `batch` samples. Nothing allocates afterwards.
@@ -55,6 +56,7 @@ class Network {
 
   Shape input_shape_;
   std::vector<std::unique_ptr<Layer<T>>> layers_;
+  std::vector<Parameter<T>*> parameters_;
   Mode mode_ = Mode::inference;
   int planned_batch_ = 0;
   AlignedBuffer<T> memory_;
