@@ -1,0 +1,252 @@
+// Tests of the derivatives in nn/: backward passes against central differences of the loss, in double.
+// The difference of step h errs by h^2 / 6 of the third derivative and by the loss's rounding error over h; both are
+// smallest together for h near epsilon^(1/3). A step that carries a value across a kink of ReLU or past the runner-up
+// of a maximum is left out: its pattern of active values differs between x - h, x and x + h.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "nn/loss.hpp"
+#include "nn/network.hpp"
+#include "tests/nn/chain.hpp"
+
+using namespace decid::nn;
+using namespace decid::nn::testing;
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+struct Deviation {
+  double worst = 0;  // relative error as defined in `relative_error`
+  int checked = 0, kinks = 0;
+};
+
+class GradientCheck {
+ public:
+  GradientCheck(Chain<double>& chain, std::uint32_t id) : chain_(chain) {
+    std::uint32_t next = 100 * id;
+    for (Parameter<double>* p : chain.parameters()) {
+      const double offset = p->name == "gamma" ? 1.0 : 0.0;
+      const double scale = p->fan_in > 0 ? std::sqrt(6.0 / p->fan_in) : 0.4;
+      p->value = hashed_values<double>(next++, p->value.size(), scale, offset);
+    }
+    for (Statistic<double>* s : chain.statistics()) statistics_.push_back(s->value);
+    const auto count = [&](const Tensor<double>& t) {
+      return static_cast<std::size_t>(t.batch()) * static_cast<std::size_t>(t.shape().size());
+    };
+    load_batch<double>(chain.input(), input_ = hashed_values<double>(next++, count(chain.input()), 1.5, 0.2));
+    targets_ = hashed_values<double>(next++, count(chain.output()));
+    fill_unused_lanes(chain.input(), std::numeric_limits<double>::quiet_NaN());
+  }
+
+  /// Mean square of output - target over all values, summed in long double: what rounds is the network, not the sum.
+  double loss() {
+    // In-place layers overwrite the input; BatchNorm's pivot moves with its running mean.
+    load_batch<double>(chain_.input(), input_);
+    const auto statistics = chain_.statistics();
+    for (std::size_t i = 0; i < statistics.size(); ++i) statistics[i]->value = statistics_[i];
+    chain_.forward(Mode::training);
+    const std::vector<double> output = store_batch(chain_.output());
+    long double sum = 0;
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      const long double error = static_cast<long double>(output[i]) - static_cast<long double>(targets_[i]);
+      sum += error * error;
+    }
+    return static_cast<double>(sum / static_cast<long double>(output.size()));
+  }
+
+  /// Compares the derivatives of all parameters and of the input; of tensors larger than `most` a sample of them.
+  Deviation run(std::size_t most) {
+    loss_ = loss();
+    pattern_ = pattern();
+    std::vector<double> diff = store_batch(chain_.output());
+    for (std::size_t i = 0; i < diff.size(); ++i)
+      diff[i] = 2 * (diff[i] - targets_[i]) / static_cast<double>(diff.size());
+    fill_unused_lanes(chain_.output_diff(), std::numeric_limits<double>::quiet_NaN());
+    load_batch<double>(chain_.output_diff(), diff);
+    chain_.backward();
+    std::vector<std::vector<double>> gradients;
+    for (const Parameter<double>* p : chain_.parameters()) gradients.push_back(p->gradient);
+    const std::vector<double> input_gradient = store_batch(chain_.input_diff());
+
+    Deviation deviation;
+    std::uint32_t id = 7;
+    const auto compare = [&](std::vector<double>& values, const std::vector<double>& analytic) {
+      const bool all = values.size() <= most;
+      for (std::size_t i = 0; i < (all ? values.size() : most); ++i) {
+        const auto drawn = static_cast<std::size_t>((hashed(id, i) + 1) / 2 * static_cast<double>(values.size()));
+        compare_one(values[all ? i : drawn], analytic[all ? i : drawn], deviation);
+      }
+      ++id;
+    };
+    const auto parameters = chain_.parameters();
+    for (std::size_t k = 0; k < parameters.size(); ++k) compare(parameters[k]->value, gradients[k]);
+    compare(input_, input_gradient);
+    return deviation;
+  }
+
+ private:
+  void compare_one(double& value, double analytic, Deviation& deviation) {
+    const double kept = value, step = std::cbrt(epsilon) * std::max(1.0, std::abs(kept));
+    value = kept + step;
+    const double right = value, loss_right = loss();
+    const bool kink_right = pattern() != pattern_;
+    value = kept - step;
+    const double left = value, loss_left = loss();
+    const bool kink = kink_right || pattern() != pattern_;
+    value = kept;
+    ++deviation.checked;
+    if (kink) {
+      ++deviation.kinks;
+      return;
+    }
+    const double numeric = (loss_right - loss_left) / (right - left);
+    // The losses round to a few epsilon of themselves. A derivative so small that this alone makes 1e-6 of it is
+    // compared to that much.
+    const double scale = 4 * epsilon * loss_ / step / 1e-6;
+    const double error = std::abs(analytic - numeric) / std::max({std::abs(analytic), std::abs(numeric), scale});
+    deviation.worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(deviation.worst, error);
+  }
+
+  /// Which values pass each ReLU and which win each maximum, hashed (FNV-1a).
+  std::uint64_t pattern() const {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (std::size_t i = 0; i < chain_.layers().size(); ++i) {
+      const Tensor<double>&src = chain_.activations()[i], &dst = chain_.activations()[i + 1];
+      const std::string text = chain_.layers()[i]->text();
+      int rows = 1, columns = 1, stride_rows = 1, stride_columns = 1;
+      const bool maximum =
+          std::sscanf(text.c_str(), "maxpool %dx%d stride %dx%d", &rows, &columns, &stride_rows, &stride_columns) == 4;
+      if (!maximum && text != "relu") continue;
+      const Shape& s = dst.shape();
+      for (int v = 0; v < dst.batch() * s.size(); ++v) {
+        const int n = v / s.size(), c = v / (s.rows * s.columns) % s.channels, y = v / s.columns % s.rows,
+                  x = v % s.columns;
+        const double value = dst.at(n, c, y, x);
+        for (int k = 0; k < rows * columns; ++k) {
+          const bool on = maximum
+                              ? src.at(n, c, y * stride_rows + k / columns, x * stride_columns + k % columns) == value
+                              : value > 0;
+          hash = (hash ^ static_cast<std::uint64_t>(on)) * 0x100000001b3u;
+        }
+      }
+    }
+    return hash;
+  }
+
+  Chain<double>& chain_;
+  std::vector<double> input_, targets_;
+  std::vector<std::vector<double>> statistics_;
+  double loss_ = 0;
+  std::uint64_t pattern_ = 0;
+};
+
+void check_gradients(Shape input, const std::string& architecture, std::uint32_t id, std::size_t most = 40) {
+  CAPTURE(architecture);
+  const OneThread one_thread;
+  for (const int batch : {3, 16, 19}) {
+    CAPTURE(batch);
+    Chain<double> chain(input, architecture, batch);
+    GradientCheck check(chain, id + static_cast<std::uint32_t>(batch));
+    const Deviation deviation = check.run(most);
+    CHECK(deviation.worst < 1e-6);
+    CHECK(deviation.checked >= 3);
+    CHECK(deviation.kinks * 20 <= deviation.checked);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("gradients: convolutions") {
+  check_gradients({3, 5, 4}, "conv 4 1x1", 1000);
+  check_gradients({2, 6, 5}, "conv 3 3x3", 1100);
+  check_gradients({2, 6, 5}, "conv 3 3x3 pad 1", 1200);
+  check_gradients({2, 6, 5}, "conv 3 3x3 pad 2", 1300);
+  check_gradients({2, 7, 6}, "conv 2 5x5 pad 2", 1400);
+  check_gradients({2, 7, 6}, "conv 2 5x3 pad 0x2", 1500);
+  check_gradients({1, 6, 7}, "conv 3 5x5 pad 4", 1600);
+  check_gradients({2, 7, 6}, "conv 3 3x3 stride 2", 1700);
+  check_gradients({2, 7, 6}, "conv 3 3x3 stride 2 pad 1", 1800);
+  check_gradients({2, 7, 6}, "conv 3 3x3 stride 2x1 pad 1x0", 1900);
+  check_gradients({2, 8, 9}, "conv 3 5x5 stride 3 pad 2", 2000);
+  check_gradients({2, 8, 9}, "conv 3 2x4 stride 3x2 pad 1x3", 2100);
+  check_gradients({3, 7, 8}, "conv 4 1x1 stride 3", 2200);
+  check_gradients({2, 3, 4}, "conv 3 3x4", 2300);
+  check_gradients({17, 2, 3}, "conv 18 2x2 pad 1", 2400);  // more channels than a group
+}
+
+TEST_CASE("gradients: batch normalisation") {
+  check_gradients({3, 4, 5}, "batchnorm", 3000, 60);
+  check_gradients({9, 1, 1}, "batchnorm", 3100, 60);  // more channels than a group
+}
+
+TEST_CASE("gradients: ReLU and pooling") {
+  check_gradients({3, 4, 5}, "relu", 4000, 180);
+  check_gradients({2, 6, 4}, "maxpool 2", 4100, 96);
+  check_gradients({2, 7, 5}, "maxpool 2", 4200, 96);           // a row and a column left out
+  check_gradients({2, 7, 5}, "maxpool 3 stride 2", 4300, 96);  // windows overlap
+  check_gradients({9, 5, 6}, "maxpool 2x3 stride 1x2", 4400, 96);
+  check_gradients({2, 5, 7}, "maxpool 2 stride 3", 4500, 96);  // windows leave values out
+  check_gradients({2, 6, 4}, "avgpool 2", 4600, 96);
+  check_gradients({2, 7, 5}, "avgpool 2", 4700, 96);
+  check_gradients({2, 7, 5}, "avgpool 3 stride 2", 4800, 96);
+  check_gradients({9, 5, 6}, "avgpool 2x3 stride 1x2", 4900, 96);
+  check_gradients({2, 5, 7}, "avgpool 2 stride 3", 5000, 96);
+  check_gradients({3, 4, 5}, "globalavgpool", 5100, 96);
+}
+
+TEST_CASE("gradients: fully connected") {
+  check_gradients({2, 3, 4}, "fc 5", 6000, 60);
+  check_gradients({9, 1, 1}, "fc 34", 6100, 60);                         // more outputs than a group
+  check_gradients({2, 3, 2}, "fc 3; conv 2 3x3 pad 1; fc 2", 6200, 60);  // outputs with a halo
+}
+
+TEST_CASE("gradients: networks") {
+  check_gradients({2, 8, 8},
+                  "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; conv 3 3x3 pad 1; batchnorm; relu; avgpool 2; fc 3",
+                  7000);
+  check_gradients({2, 9, 8}, "conv 4 3x3 stride 2 pad 1; relu; batchnorm; conv 3 2x2; relu; globalavgpool; fc 3", 7100);
+  check_gradients({1, 7, 7}, "batchnorm; conv 3 5x5 pad 2; relu; maxpool 3 stride 2; fc 6; relu; fc 2", 7200);
+}
+
+TEST_CASE("gradients: Network's are those of its layers one by one") {
+  const OneThread one_thread;
+  for (const char* architecture :
+       {"conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; conv 3 3x3 pad 1; batchnorm; relu; avgpool 2; fc 3",
+        "conv 4 3x3 stride 2 pad 1; relu; batchnorm; conv 3 2x2; relu; globalavgpool; fc 3",
+        "batchnorm; conv 3 5x5 pad 4; relu; relu; conv 2 3x3 stride 2; maxpool 2; fc 6; relu; conv 5 3x3 pad 2; fc "
+        "3"}) {
+    for (const int batch : {3, 16, 19}) {
+      CAPTURE(architecture);
+      CAPTURE(batch);
+      Network<double> network({2, 8, 8}, architecture);
+      network.initialise(5);
+      network.plan(batch, Mode::training);
+      network.set_batch(batch);
+      const auto samples = static_cast<std::size_t>(batch);
+      const auto input = hashed_values<double>(1, samples * 128), targets = hashed_values<double>(2, samples * 3);
+      load_batch<double>(network.input(), input);
+      network.forward();
+      std::vector<double> squares(3);
+      mean_squared_error<double>(network.output(), targets, squares, &network.output_diff());
+      network.backward();
+      const std::vector<double> output = store_batch(network.output());
+      std::vector<std::vector<double>> gradients;
+      for (const auto* p : network.parameters()) gradients.push_back(p->gradient);
+
+      network.initialise(5);  // running statistics too: they are BatchNorm's pivots
+      Chain<double> chain(network.layers(), batch);
+      load_batch<double>(chain.input(), input);
+      chain.forward(Mode::training);
+      std::vector<double> chain_squares(3);
+      mean_squared_error<double>(chain.output(), targets, chain_squares, &chain.output_diff());
+      chain.backward();
+      CHECK(store_batch(chain.output()) == output);
+      CHECK(chain_squares == squares);
+      for (std::size_t k = 0; k < gradients.size(); ++k) CHECK(network.parameters()[k]->gradient == gradients[k]);
+    }
+  }
+}
