@@ -1,0 +1,147 @@
+// Batch normalisation, ReLU and the optimiser's step: one pass over memory each, which is what bounds them.
+#pragma once
+
+#include "nn/kernels/generic_lanes.hpp"
+
+namespace decid::nn {
+namespace {
+
+/// Calls f(row, value of the row) for every register of a plane.
+template <class V, class T, class F>
+[[gnu::always_inline]] inline void for_each_register(const Plane<T>& plane, const F& f) {
+  for (int i = 0; i < plane.rows; ++i)
+    for (int j = 0; j < plane.columns * lanes; j += V::width) f(i, j);
+}
+
+/// Chains of R rows at once, each of two sums of 16 lanes, into the sums in double, row after row. f(row, value of the
+/// row, first, second) continues both chains of a register.
+template <class V, int R, class F>
+[[gnu::always_inline]] inline void sum_rows(int row, int columns, double (&first)[lanes], double (&second)[lanes],
+                                            const F& f) {
+  constexpr int parts_of_row = lanes / V::width;
+  typename V::Float a[R][parts_of_row], b[R][parts_of_row];
+  for (int r = 0; r < R; ++r)
+    for (int p = 0; p < parts_of_row; ++p) a[r][p] = b[r][p] = V::broadcast(0);
+  for (int j = 0; j < columns; ++j)
+    for (int r = 0; r < R; ++r)
+      for (int p = 0; p < parts_of_row; ++p) f(row + r, j * lanes + p * V::width, a[r][p], b[r][p]);
+  for (int r = 0; r < R; ++r) {
+    alignas(64) float row_sum[2 * lanes];
+    for (int p = 0; p < parts_of_row; ++p) {
+      V::store(row_sum + p * V::width, a[r][p]);
+      V::store(row_sum + lanes + p * V::width, b[r][p]);
+    }
+    for (int l = 0; l < lanes; ++l) first[l] += static_cast<double>(row_sum[l]);
+    for (int l = 0; l < lanes; ++l) second[l] += static_cast<double>(row_sum[lanes + l]);
+  }
+}
+
+/// Two sums over a plane. A row's chain waits for its own last addition, so as many rows go side by side as give eight
+/// registers of chains.
+template <class V, class F>
+[[gnu::always_inline]] inline void plane_sums(int rows, int columns, int valid, double sums[2], const F& f) {
+  constexpr int rows_at_once = larger(1, 4 * V::width / lanes);
+  double first[lanes] = {}, second[lanes] = {};
+  int i = 0;
+  for (; i + rows_at_once <= rows; i += rows_at_once) sum_rows<V, rows_at_once>(i, columns, first, second, f);
+  for (; i < rows; ++i) sum_rows<V, 1>(i, columns, first, second, f);
+  for (int l = valid; l < lanes; ++l) first[l] = second[l] = 0;
+  sums[0] = lane_tree(first);
+  sums[1] = lane_tree(second);
+}
+
+template <class V>
+void batchnorm_sums(Plane<const float> src, float pivot, int valid, double sums[2]) {
+  using Float = typename V::Float;
+  const Float centre = V::broadcast(pivot);
+  plane_sums<V>(src.rows, src.columns, valid, sums, [&](int i, int j, Float& sum, Float& square) {
+    const Float d = V::sub(V::load(src.data + i * src.row + j), centre);
+    sum = V::add(sum, d);
+    square = V::fma(d, d, square);
+  });
+}
+
+template <class V>
+void batchnorm_backward_sums(Plane<const float> src, Plane<const float> diff_dst, float mean, int valid,
+                             double sums[2]) {
+  using Float = typename V::Float;
+  const Float centre = V::broadcast(mean);
+  plane_sums<V>(src.rows, src.columns, valid, sums, [&](int i, int j, Float& sum, Float& dot) {
+    const Float dy = V::load(diff_dst.data + i * diff_dst.row + j);
+    sum = V::add(sum, dy);
+    dot = V::fma(dy, V::sub(V::load(src.data + i * src.row + j), centre), dot);
+  });
+}
+
+template <class V>
+void batchnorm_apply(Plane<const float> src, float scale, float shift, Plane<float> dst) {
+  const typename V::Float a = V::broadcast(scale), b = V::broadcast(shift);
+  for_each_register<V>(src, [&](int i, int j) {
+    V::store(dst.data + i * dst.row + j, V::fma(V::load(src.data + i * src.row + j), a, b));
+  });
+}
+
+template <class V>
+void batchnorm_backward_apply(Plane<const float> src, Plane<const float> diff_dst, float a, float b, float c,
+                              Plane<float> diff_src) {
+  const typename V::Float va = V::broadcast(a), vb = V::broadcast(b), vc = V::broadcast(c);
+  for_each_register<V>(src, [&](int i, int j) {
+    const typename V::Float inner = V::fma(vb, V::load(src.data + i * src.row + j), vc);
+    V::store(diff_src.data + i * diff_src.row + j, V::fma(va, V::load(diff_dst.data + i * diff_dst.row + j), inner));
+  });
+}
+
+template <class V>
+void relu_forward(Plane<float> value) {
+  const typename V::Float zero = V::broadcast(0);
+  for_each_register<V>(value, [&](int i, int j) {
+    float* p = value.data + i * value.row + j;
+    const typename V::Float v = V::load(p);
+    V::store(p, V::if_greater(zero, v, zero, v));
+  });
+}
+
+template <class V>
+void relu_backward(Plane<const float> value, Plane<float> diff) {
+  const typename V::Float zero = V::broadcast(0);
+  for_each_register<V>(value, [&](int i, int j) {
+    float* p = diff.data + i * diff.row + j;
+    V::store(p, V::if_greater(V::load(value.data + i * value.row + j), zero, V::load(p), zero));
+  });
+}
+
+/// Momentum and step of V::width parameters.
+template <class V>
+[[gnu::always_inline]] inline void sgd_register(float learning_rate, float momentum, float weight_decay,
+                                                const float* gradient, float* velocity, float* value) {
+  using Float = typename V::Float;
+  const Float old = V::load(value);
+  const Float regularised = V::fma(V::broadcast(weight_decay), old, V::load(gradient));
+  const Float v = V::fma(V::broadcast(momentum), V::load(velocity), regularised);
+  V::store(velocity, v);
+  V::store(value, V::fma(V::broadcast(-learning_rate), v, old));
+}
+
+template <class V>
+void sgd_step(std::size_t count, float learning_rate, float momentum, float weight_decay, const float* gradient,
+              float* velocity, float* value) {
+  constexpr std::size_t width = V::width;
+  std::size_t i = 0;
+  for (; i + width <= count; i += width)
+    sgd_register<V>(learning_rate, momentum, weight_decay, gradient + i, velocity + i, value + i);
+  if (i == count) return;
+  float tail[3][width] = {};
+  for (std::size_t k = i; k < count; ++k) {
+    tail[0][k - i] = gradient[k];
+    tail[1][k - i] = velocity[k];
+    tail[2][k - i] = value[k];
+  }
+  sgd_register<V>(learning_rate, momentum, weight_decay, tail[0], tail[1], tail[2]);
+  for (std::size_t k = i; k < count; ++k) {
+    velocity[k] = tail[1][k - i];
+    value[k] = tail[2][k - i];
+  }
+}
+
+}  // namespace
+}  // namespace decid::nn

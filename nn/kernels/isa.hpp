@@ -1,0 +1,22 @@
+// The float tables compiled for one instruction set each, as dispatch.cpp sees them. Which exist depends on the
+// processor family; whether one may run is asked at run time.
+#pragma once
+
+#include "nn/kernels/kernels.hpp"
+
+namespace decid::nn {
+
+#if defined(__x86_64__)
+const Kernels<float>& baseline_kernels();
+const Kernels<float>& avx2_kernels();
+const Kernels<float>& avx512_kernels();
+#elif defined(__aarch64__)
+const Kernels<float>& neon_kernels();
+#endif
+
+/// The baseline's exact fused multiply-add of 4 lanes, for its test: result = fma(a, b, c) rounded once.
+#if defined(__x86_64__)
+void baseline_fma(const float a[4], const float b[4], const float c[4], float result[4]);
+#endif
+
+}  // namespace decid::nn

@@ -1,0 +1,31 @@
+// One register of 16 lanes with AVX-512 F, and the tile of accumulators that suits it.
+// Everything here is inlined and of internal linkage: nothing compiled for AVX-512 can be linked into other code.
+#pragma once
+
+#include <immintrin.h>
+
+namespace decid::nn {
+namespace {
+
+struct Avx512 {
+  using Float = __m512;
+  static constexpr int width = 16;
+  // 24 accumulators + 6 values + 1 broadcast weight of 32 registers; 10 loads for 24 multiply-adds, where the two load
+  // ports could serve 24, and far more chains than 2 FMA ports x 4 cycles of latency need.
+  static constexpr int tile_channels = 4, tile_columns = 6;
+
+  [[gnu::always_inline]] static Float load(const float* p) { return _mm512_loadu_ps(p); }
+  [[gnu::always_inline]] static void store(float* p, Float v) { _mm512_storeu_ps(p, v); }
+  [[gnu::always_inline]] static Float broadcast(float v) { return _mm512_set1_ps(v); }
+  [[gnu::always_inline]] static Float add(Float a, Float b) { return _mm512_add_ps(a, b); }
+  [[gnu::always_inline]] static Float sub(Float a, Float b) { return _mm512_sub_ps(a, b); }
+  [[gnu::always_inline]] static Float mul(Float a, Float b) { return _mm512_mul_ps(a, b); }
+  [[gnu::always_inline]] static Float fma(Float a, Float b, Float c) { return _mm512_fmadd_ps(a, b, c); }
+  /// a > b ? x : y, false for NaN.
+  [[gnu::always_inline]] static Float if_greater(Float a, Float b, Float x, Float y) {
+    return _mm512_mask_blend_ps(_mm512_cmp_ps_mask(a, b, _CMP_GT_OQ), y, x);
+  }
+};
+
+}  // namespace
+}  // namespace decid::nn

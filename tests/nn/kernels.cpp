@@ -1,0 +1,456 @@
+// Every instruction set's kernels against the plain definitions, bit for bit (memcmp: signs of zero count), over many
+// geometries; the emulated fused multiply-add against the C library's; the choice of kernels by name.
+// Rows beyond a plane and whole halos are compared too: no kernel may write there.
+#include "nn/kernels/kernels.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <sstream>
+#include <vector>
+
+#include "base/error.hpp"
+#include "nn/kernels/isa.hpp"
+
+using namespace decid::nn;
+
+namespace {
+
+/// SplitMix64: numbers for tests, the same everywhere.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t bits() {
+    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  int between(int low, int high) { return low + static_cast<int>(bits() % static_cast<std::uint64_t>(high - low + 1)); }
+  /// In (-1, 1); one in eight is a zero of either sign.
+  float value() {
+    const std::uint64_t b = bits();
+    if (b % 8 == 0) return b & 8 ? -0.0F : 0.0F;
+    return static_cast<float>(static_cast<std::int64_t>(b >> 40) - (1 << 23)) / static_cast<float>(1 << 23);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+enum class Fill { values, nothing };
+
+/// A block of 16 samples in its own memory, with more halo than asked for now and then.
+struct Block {
+  std::vector<float> memory;
+  Tensor<float> tensor;
+  Block(Shape shape, int halo, Dice& dice, Fill fill, float scale = 1) {
+    memory.assign(Tensor<float>::required(shape, lanes, halo), 0.0F);
+    tensor = Tensor<float>(memory.data(), shape, lanes, halo);
+    for (int c = 0; c < shape.channels; ++c)
+      for (int i = 0; i < shape.rows; ++i)
+        for (int k = 0; k < shape.columns * lanes; ++k)
+          tensor.row(0, c, i)[k] = fill == Fill::values ? scale * dice.value() : -77.0F;
+  }
+  View<float> view() const { return tensor.view(); }
+  View<const float> const_view() const {
+    const View<float> v = tensor.view();
+    return {v.data, v.block, v.channel, v.row};
+  }
+  Plane<float> plane() const { return {tensor.row(0, 0, 0), view().row, tensor.shape().rows, tensor.shape().columns}; }
+  Plane<const float> const_plane() const { return {tensor.row(0, 0, 0), view().row, plane().rows, plane().columns}; }
+  void spoil_lanes(int valid) {
+    for (std::size_t i = 0; i < memory.size(); ++i)
+      if (static_cast<int>(i % lanes) >= valid)
+        memory[i] = i % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : -1e30F;
+  }
+};
+
+std::vector<float> random_values(std::size_t count, Dice& dice, float scale = 1) {
+  std::vector<float> v(count);
+  for (float& x : v) x = scale * dice.value();
+  return v;
+}
+
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+/// Equal, or both NaN: which NaN comes out of two differs between processors.
+bool same_values(const std::vector<float>& a, const std::vector<float>& b) {
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (std::bit_cast<std::uint32_t>(a[i]) != std::bit_cast<std::uint32_t>(b[i]) &&
+        !(std::isnan(a[i]) && std::isnan(b[i])))
+      return false;
+  return true;
+}
+
+/// The fast tables of this machine.
+std::vector<const Kernels<float>*> fast_tables() {
+  std::vector<const Kernels<float>*> tables;
+  for (const std::string& name : available_kernels())
+    if (name != "reference") tables.push_back(&kernels_named(name));
+  return tables;
+}
+
+/// Runs `run(table)`, which returns the memory that the kernels wrote, for every table: all must equal the reference's.
+template <class F>
+void check_all(const std::string& what, const F& run) {
+  const auto expected = run(reference_kernels<float>());
+  for (const Kernels<float>* table : fast_tables()) {
+    INFO(what << " on " << table->name);
+    CHECK(same_bits(run(*table), expected));
+  }
+}
+
+std::string text(const Conv2dShape& s) {
+  std::ostringstream out;
+  out << s.src_channels << "-" << s.dst_channels << " @ " << s.src_rows << "x" << s.src_columns << ", kernel "
+      << s.kernel_rows << "x" << s.kernel_columns << ", stride " << s.stride_rows << "x" << s.stride_columns << ", pad "
+      << s.pad_rows << "x" << s.pad_columns;
+  return out.str();
+}
+
+struct Pair {
+  int rows, columns;
+};
+
+Conv2dShape conv_shape(int src_channels, int dst_channels, Pair size, Pair kernel, Pair stride, Pair pad) {
+  return {src_channels,
+          size.rows,
+          size.columns,
+          dst_channels,
+          (size.rows + 2 * pad.rows - kernel.rows) / stride.rows + 1,
+          (size.columns + 2 * pad.columns - kernel.columns) / stride.columns + 1,
+          kernel.rows,
+          kernel.columns,
+          stride.rows,
+          stride.columns,
+          pad.rows,
+          pad.columns};
+}
+
+/// All three directions of one convolution, over all channels in one call and in uneven groups. scale: of the values;
+/// small ones make subnormal sums.
+void check_conv(const Conv2dShape& s, std::uint64_t seed, float scale = 1) {
+  Dice dice(seed);
+  const int valid = dice.between(1, lanes);
+  const Block src({s.src_channels, s.src_rows, s.src_columns}, std::max(s.pad_rows, s.pad_columns) + dice.between(0, 2),
+                  dice, Fill::values, scale);
+  const Block diff_dst({s.dst_channels, s.dst_rows, s.dst_columns}, diff_halo(s) + dice.between(0, 2), dice,
+                       Fill::values, scale);
+  const auto weights = static_cast<std::size_t>(s.dst_channels * s.src_channels * s.kernel_rows * s.kernel_columns);
+  const std::vector<float> weight = random_values(weights, dice, scale);
+  const std::vector<float> bias = random_values(static_cast<std::size_t>(s.dst_channels), dice, scale * scale);
+  Block spoiled_src = src, spoiled_diff = diff_dst;
+  spoiled_src.tensor = Tensor<float>(spoiled_src.memory.data(), src.tensor.shape(), lanes, src.tensor.halo());
+  spoiled_diff.tensor =
+      Tensor<float>(spoiled_diff.memory.data(), diff_dst.tensor.shape(), lanes, diff_dst.tensor.halo());
+  spoiled_src.spoil_lanes(valid);
+  spoiled_diff.spoil_lanes(valid);
+  const int dst_halo = dice.between(0, 3), src_halo = dice.between(0, 3);
+
+  check_all("forward " + text(s), [&](const Kernels<float>& k) {
+    const Block dst({s.dst_channels, s.dst_rows, s.dst_columns}, dst_halo, dice, Fill::nothing);
+    const int split = &k == &reference_kernels<float>() ? 0 : s.dst_channels / 3;
+    k.conv2d_forward(s, src.const_view(), weight.data(), bias.data(), dst.view(), 0, split);
+    k.conv2d_forward(s, src.const_view(), weight.data(), bias.data(), dst.view(), split, s.dst_channels);
+    return dst.memory;
+  });
+  check_all("backward src " + text(s), [&](const Kernels<float>& k) {
+    const Block diff_src({s.src_channels, s.src_rows, s.src_columns}, src_halo, dice, Fill::nothing);
+    const int split = &k == &reference_kernels<float>() ? 0 : s.src_channels / 2;
+    k.conv2d_backward_src(s, diff_dst.const_view(), weight.data(), diff_src.view(), 0, split);
+    k.conv2d_backward_src(s, diff_dst.const_view(), weight.data(), diff_src.view(), split, s.src_channels);
+    return diff_src.memory;
+  });
+  check_all("backward weight " + text(s), [&](const Kernels<float>& k) {
+    std::vector<float> gradient(weights + bias.size(), -77.0F);
+    const int split = &k == &reference_kernels<float>() ? 0 : s.dst_channels / 3;
+    const Block& x = &k == &reference_kernels<float>() || valid == lanes ? src : spoiled_src;
+    const Block& dy = &k == &reference_kernels<float>() || valid == lanes ? diff_dst : spoiled_diff;
+    for (const auto& [first, last] : {Pair{0, split}, Pair{split, s.dst_channels}})
+      k.conv2d_backward_weight(s, x.const_view(), dy.const_view(), valid, gradient.data(), gradient.data() + weights,
+                               first, last);
+    return gradient;
+  });
+}
+
+}  // namespace
+
+TEST_CASE("convolutions: chosen geometries") {
+  check_conv(conv_shape(3, 5, {13, 13}, {3, 3}, {1, 1}, {1, 1}), 1);
+  check_conv(conv_shape(2, 16, {14, 14}, {3, 3}, {1, 1}, {1, 1}), 2);
+  check_conv(conv_shape(17, 17, {6, 7}, {3, 3}, {1, 1}, {1, 1}), 3);
+  check_conv(conv_shape(33, 2, {5, 4}, {3, 3}, {1, 1}, {1, 1}), 4);   // several blocks of taps
+  check_conv(conv_shape(2, 33, {4, 31}, {3, 3}, {2, 2}, {1, 1}), 5);  // several groups of channels
+  check_conv(conv_shape(7, 3, {11, 9}, {5, 5}, {2, 2}, {2, 2}), 6);
+  check_conv(conv_shape(2, 3, {15, 12}, {11, 3}, {2, 1}, {5, 1}), 7);
+  check_conv(conv_shape(3, 2, {9, 8}, {5, 1}, {1, 3}, {4, 0}), 8);
+  check_conv(conv_shape(3, 4, {7, 8}, {1, 1}, {3, 2}, {0, 0}), 9);  // positions no tap reaches
+  check_conv(conv_shape(1, 1, {1, 1}, {1, 1}, {1, 1}, {0, 0}), 10);
+  check_conv(conv_shape(2, 5, {1, 1}, {3, 3}, {3, 1}, {1, 2}), 11);
+  check_conv(conv_shape(1, 2, {20, 20}, {17, 19}, {1, 2}, {16, 3}), 12);  // one channel's taps exceed a block
+  check_conv(conv_shape(1, 1, {3, 150}, {2, 2}, {1, 1}, {0, 1}), 13);     // rows longer than a block of positions
+}
+
+TEST_CASE("convolutions: random geometries") {
+  Dice dice(20260101);
+  constexpr int channels[] = {1, 2, 3, 5, 7, 16, 17};
+  for (std::uint64_t trial = 0; trial < 90; ++trial) {
+    Conv2dShape s{};
+    long long work = 0;
+    do {
+      const Pair kernel{dice.between(1, trial % 3 == 0 ? 11 : 5), dice.between(1, trial % 3 == 0 ? 11 : 5)};
+      const Pair pad{dice.between(0, kernel.rows - 1), dice.between(0, kernel.columns - 1)};
+      const Pair size{dice.between(1, 20), dice.between(1, 20)};
+      s = conv_shape(channels[dice.between(0, 6)], channels[dice.between(0, 6)], size, kernel,
+                     {dice.between(1, 3), dice.between(1, 3)}, pad);
+      work = static_cast<long long>(s.src_channels) * s.dst_channels * s.src_rows * s.src_columns * kernel.rows *
+             kernel.columns;
+      if (size.rows + 2 * pad.rows < kernel.rows || size.columns + 2 * pad.columns < kernel.columns) work = 0;
+    } while (work == 0 || work > 150000);
+    check_conv(s, trial + 100);
+  }
+}
+
+TEST_CASE("convolutions: subnormal sums") {
+  check_conv(conv_shape(4, 5, {7, 7}, {3, 3}, {1, 1}, {1, 1}), 31, 3e-21F);
+  check_conv(conv_shape(4, 5, {7, 7}, {3, 3}, {2, 1}, {1, 1}), 32, 1e-22F);
+}
+
+TEST_CASE("fully connected") {
+  struct Case {
+    Shape shape;
+    int outputs;
+  };
+  for (const Case& layer : {Case{{3, 5, 6}, 7}, {{1, 1, 1}, 1}, {{17, 3, 9}, 21}, {{128, 1, 1}, 7}, {{2, 4, 1}, 8}}) {
+    const Shape shape = layer.shape;
+    const int outputs = layer.outputs;
+    Dice dice(static_cast<std::uint64_t>(outputs) + 500);
+    const int valid = dice.between(1, lanes);
+    const auto values = static_cast<std::size_t>(shape.size()), count = static_cast<std::size_t>(outputs);
+    const Block src(shape, dice.between(0, 2), dice, Fill::values);
+    const std::vector<float> weight = random_values(values * count, dice), bias = random_values(count, dice),
+                             diff = random_values(count * lanes, dice);
+    const int split = outputs / 3;
+    check_all("forward", [&](const Kernels<float>& k) {
+      std::vector<float> dst(count * lanes);
+      k.fully_connected_forward(shape, src.const_view(), weight.data(), bias.data(), dst.data(), 0, split);
+      k.fully_connected_forward(shape, src.const_view(), weight.data(), bias.data(), dst.data(), split, outputs);
+      return dst;
+    });
+    check_all("backward src", [&](const Kernels<float>& k) {
+      const Block diff_src(shape, 1, dice, Fill::nothing);
+      k.fully_connected_backward_src(shape, outputs, diff.data(), weight.data(), diff_src.view(), 0,
+                                     shape.channels / 2);
+      k.fully_connected_backward_src(shape, outputs, diff.data(), weight.data(), diff_src.view(), shape.channels / 2,
+                                     shape.channels);
+      return diff_src.memory;
+    });
+    check_all("backward weight", [&](const Kernels<float>& k) {
+      std::vector<float> gradient((values + 1) * count, -77.0F);
+      for (const auto& [first, last] : {Pair{0, split}, Pair{split, outputs}})
+        k.fully_connected_backward_weight(shape, src.const_view(), diff.data(), valid, gradient.data(),
+                                          gradient.data() + values * count, first, last);
+      return gradient;
+    });
+  }
+}
+
+TEST_CASE("batch normalisation, ReLU") {
+  Dice dice(700);
+  for (const Shape shape : {Shape{1, 1, 1}, Shape{1, 13, 13}, Shape{1, 6, 1}, Shape{1, 4, 27}, Shape{1, 31, 110}})
+    for (const int valid : {1, 5, 15, 16}) {
+      const Block x(shape, dice.between(0, 2), dice, Fill::values), dy(shape, dice.between(0, 2), dice, Fill::values);
+      check_all("sums", [&](const Kernels<float>& k) {
+        std::vector<double> sums(4);
+        k.batchnorm_sums(x.const_plane(), 0.37F, valid, sums.data());
+        k.batchnorm_backward_sums(x.const_plane(), dy.const_plane(), -0.21F, valid, sums.data() + 2);
+        return sums;
+      });
+      check_all("apply", [&](const Kernels<float>& k) {
+        const Block y(shape, 1, dice, Fill::nothing), dx(shape, 1, dice, Fill::nothing);
+        k.batchnorm_apply(x.const_plane(), 1.3F, -0.4F, y.plane());
+        k.batchnorm_backward_apply(x.const_plane(), dy.const_plane(), 0.9F, -0.1F, 0.03F, dx.plane());
+        std::vector<float> all = y.memory;
+        all.insert(all.end(), dx.memory.begin(), dx.memory.end());
+        return all;
+      });
+      check_all("relu", [&](const Kernels<float>& k) {
+        Block y = x, dx = dy;
+        Plane<float> value = y.plane(), diff = dx.plane();
+        value.data = y.memory.data() + (x.plane().data - x.memory.data());
+        diff.data = dx.memory.data() + (dy.plane().data - dy.memory.data());
+        k.relu_forward(value);
+        k.relu_backward({value.data, value.row, value.rows, value.columns}, diff);
+        y.memory.insert(y.memory.end(), dx.memory.begin(), dx.memory.end());
+        return y.memory;
+      });
+    }
+}
+
+TEST_CASE("elementwise kernels and NaN, infinity, zero, subnormal") {
+  constexpr float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> special = {0.0F, -0.0F, inf, -inf, nan, 1e-40F, -1e-40F, 1.0F, -1.0F, 3e38F, -3e38F, 1e-45F};
+  std::vector<float> a(12 * 12 * lanes), b(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    a[i] = special[i % 12];
+    b[i] = special[i / 12 % 12];
+  }
+  const auto run = [&](const Kernels<float>& k) {
+    std::vector<float> out;
+    const auto keep = [&](const std::vector<float>& v) { out.insert(out.end(), v.begin(), v.end()); };
+    const auto plane = [](auto& v) { return Plane<float>{v.data(), 12 * lanes, 12, 12}; };
+    const auto input = [](const auto& v) { return Plane<const float>{v.data(), 12 * lanes, 12, 12}; };
+    std::vector<float> y = a;
+    k.relu_forward(plane(y));
+    keep(y);
+    y = b;
+    k.relu_backward(input(a), plane(y));
+    keep(y);
+    k.batchnorm_apply(input(a), -2.0F, 1.0F, plane(y));
+    keep(y);
+    y = b;
+    k.batchnorm_backward_apply(input(a), input(y), 0.5F, -3.0F, 1e-40F, plane(y));  // in place
+    keep(y);
+    const PoolShape pool{1, 12, 12, 5, 6, 3, 2, 2, 2};
+    const View<const float> source{a.data(), 0, 0, 12 * lanes}, diff{b.data(), 0, 0, 6 * lanes};
+    y.assign(a.size(), -77.0F);
+    k.max_pool_forward(pool, source, {y.data(), 0, 0, 6 * lanes});
+    keep(y);
+    k.max_pool_backward(pool, source, diff, {y.data(), 0, 0, 12 * lanes});
+    keep(y);
+    return out;
+  };
+  const std::vector<float> expected = run(reference_kernels<float>());
+  for (const Kernels<float>* table : fast_tables()) {
+    INFO(table->name);
+    CHECK(same_values(run(*table), expected));
+  }
+}
+
+TEST_CASE("pooling") {
+  Dice dice(900);
+  for (int trial = 0; trial < 40; ++trial) {
+    const bool usual = trial % 4 == 0;
+    const int kr = usual ? 2 : dice.between(1, 5), kc = usual ? 2 : dice.between(1, 5);
+    const int sr = usual ? 2 : dice.between(1, 6), sc = usual ? 2 : dice.between(1, 6);
+    const int rows = dice.between(kr, 14), columns = dice.between(kc, 14), channels = dice.between(1, 3);
+    const PoolShape s{channels, rows, columns, (rows - kr) / sr + 1, (columns - kc) / sc + 1, kr, kc, sr, sc};
+    // Few different values: ties for the largest, and both zeros.
+    Block x({channels, rows, columns}, trial % 3, dice, Fill::values);
+    for (float& v : x.memory) v = std::trunc(v * 3);
+    const Block dy({channels, s.dst_rows, s.dst_columns}, trial % 2, dice, Fill::values);
+    INFO("window " << kr << "x" << kc << " stride " << sr << "x" << sc << " of " << rows << "x" << columns);
+    check_all("forward", [&](const Kernels<float>& k) {
+      const Block mean(dy.tensor.shape(), 1, dice, Fill::nothing), max(dy.tensor.shape(), 0, dice, Fill::nothing);
+      k.average_pool_forward(s, x.const_view(), mean.view());
+      k.max_pool_forward(s, x.const_view(), max.view());
+      std::vector<float> all = mean.memory;
+      all.insert(all.end(), max.memory.begin(), max.memory.end());
+      return all;
+    });
+    check_all("backward", [&](const Kernels<float>& k) {
+      const Block mean(x.tensor.shape(), 1, dice, Fill::nothing), max(x.tensor.shape(), 2, dice, Fill::nothing);
+      k.average_pool_backward(s, dy.const_view(), mean.view());
+      k.max_pool_backward(s, x.const_view(), dy.const_view(), max.view());
+      std::vector<float> all = mean.memory;
+      all.insert(all.end(), max.memory.begin(), max.memory.end());
+      return all;
+    });
+  }
+}
+
+TEST_CASE("optimiser's step of any length") {
+  for (const std::size_t count : {0U, 1U, 3U, 4U, 15U, 16U, 17U, 100U, 1001U}) {
+    Dice dice(count);
+    const std::vector<float> gradient = random_values(count, dice), velocity = random_values(count, dice),
+                             value = random_values(count, dice);
+    check_all("sgd", [&](const Kernels<float>& k) {
+      std::vector<float> v = velocity, p = value;
+      k.sgd_step(count, 0.1F, 0.9F, 1e-4F, gradient.data(), v.data(), p.data());
+      v.insert(v.end(), p.begin(), p.end());
+      return v;
+    });
+  }
+}
+
+#if defined(__x86_64__)
+TEST_CASE("emulated fused multiply-add of the baseline") {
+  Dice dice(1100);
+  const auto any = [&] { return std::bit_cast<float>(static_cast<std::uint32_t>(dice.bits())); };
+  long long wrong = 0;
+  for (int trial = 0; trial < 500000; ++trial) {
+    float a[4], b[4], c[4], result[4];
+    for (int l = 0; l < 4; ++l) {
+      a[l] = any();
+      b[l] = any();
+      c[l] = any();
+      const float product = a[l] * b[l];
+      switch (trial % 8) {
+        case 1:  // cancellation to a few bits, or to zero
+          c[l] = -product;
+          break;
+        case 2:  // near half a unit in the last place of c: the ties that double rounding gets wrong
+          a[l] = 1.0F + std::ldexp(static_cast<float>(dice.between(0, 3)), -23);
+          b[l] = std::ldexp(1.0F, -24) + std::ldexp(static_cast<float>(dice.between(-2, 2)), -47);
+          c[l] = static_cast<float>(dice.between(-1, 1)) + std::ldexp(static_cast<float>(dice.between(0, 7)), -23);
+          break;
+        case 3:  // subnormal results, ties among them
+          a[l] = std::ldexp(static_cast<float>(dice.between(-9, 9)), -75);
+          b[l] = std::ldexp(static_cast<float>(dice.between(-9, 9)), -76);
+          c[l] = std::ldexp(static_cast<float>(dice.between(-9, 9)), -149);
+          break;
+        case 4:  // everyday values
+          a[l] = dice.value();
+          b[l] = dice.value();
+          c[l] = dice.value();
+          break;
+        case 5:  // products far below c
+          a[l] = std::ldexp(dice.value(), -70);
+          b[l] = std::ldexp(dice.value(), -70);
+          c[l] = std::ldexp(static_cast<float>(dice.between(-9, 9)), -149 + dice.between(0, 30));
+          break;
+        default:
+          break;
+      }
+    }
+    baseline_fma(a, b, c, result);
+    for (int l = 0; l < 4; ++l) {
+      const float expected = std::fma(a[l], b[l], c[l]);
+      const bool same = std::isnan(expected)
+                            ? std::isnan(result[l])
+                            : std::bit_cast<std::uint32_t>(expected) == std::bit_cast<std::uint32_t>(result[l]);
+      wrong += !same;
+    }
+  }
+  CHECK(wrong == 0);
+}
+#endif
+
+TEST_CASE("kernels by name") {
+  const std::vector<std::string> names = available_kernels();
+  REQUIRE(!names.empty());
+  CHECK(names.front() == "reference");
+  for (const std::string& name : names) CHECK(kernels_named(name).name == name);
+  CHECK(&kernels<float>() == &kernels<float>());
+  CHECK(kernels<double>().name == std::string("reference"));
+  for (const std::string name : {"sse9", "", "AVX2", names.front() == "neon" ? "avx2" : "nonsense"}) {
+    INFO(name);
+    CHECK_THROWS_AS(kernels_named(name), decid::Error);
+  }
+  try {
+    kernels_named("sse9");
+    FAIL("no error");
+  } catch (const decid::Error& e) {
+    CHECK(e.problem().find("sse9") != std::string::npos);
+    for (const std::string& name : names) CHECK(e.remedy().find(name) != std::string::npos);
+  }
+}
