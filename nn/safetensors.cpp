@@ -19,20 +19,38 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t largest_header = 100'000'000;  // the format's own limit
 
-std::size_t value_count(const std::vector<long long>& shape, const std::function<void()>& too_large) {
-  std::size_t count = 1;
-  for (const long long extent : shape) {
-    if (extent < 0 || (extent > 0 && count > (std::size_t{1} << 40) / static_cast<std::size_t>(extent))) too_large();
-    count *= static_cast<std::size_t>(extent);
+constexpr std::uint64_t most_in_tensor = std::uint64_t{1} << 40;
+
+std::size_t value_count(const std::vector<std::uint64_t>& shape, const std::function<void()>& too_large) {
+  std::uint64_t count = 1;
+  for (const std::uint64_t extent : shape) {
+    if (extent > most_in_tensor || (extent > 0 && count > most_in_tensor / extent)) too_large();
+    count *= extent;
   }
-  return count;
+  return static_cast<std::size_t>(count);
 }
 
-/// Refuses keys given twice, which the JSON parser would let pass.
+/// A list of whole numbers from 0; the JSON library would round fractions and wrap signs.
+std::vector<std::uint64_t> whole_numbers(const Json& list, const std::function<void()>& fail) {
+  if (!list.is_array()) fail();
+  std::vector<std::uint64_t> numbers;
+  for (const Json& number : list) {
+    if (!number.is_number_unsigned()) fail();
+    numbers.push_back(number.get<std::uint64_t>());
+  }
+  return numbers;
+}
+
+/// Refuses keys given twice, which the JSON parser would let pass, and nesting deeper than the format's, which would
+/// overflow the stack of whoever prints it.
 Json parse_header(std::string_view text, const std::function<void(const std::string&)>& fail) {
   std::vector<std::set<std::string>> keys;
   std::string repeated;
-  const auto watch = [&](int, Json::parse_event_t event, Json& value) {
+  if (!text.starts_with('{')) fail("has a header that is no JSON object");
+  // The parser would take a zero byte for the end.
+  if (text.find('\0') != std::string_view::npos) fail("has a header that is not JSON (a zero byte)");
+  const auto watch = [&](int depth, Json::parse_event_t event, Json& value) {
+    if (depth > 3) fail("has a header of another form (too deeply nested)");
     if (event == Json::parse_event_t::object_start) keys.emplace_back();
     if (event == Json::parse_event_t::object_end) keys.pop_back();
     if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second)
@@ -46,7 +64,6 @@ Json parse_header(std::string_view text, const std::function<void(const std::str
     fail(std::string("has a header that is not JSON (") + error.what() + ")");
   }
   if (!repeated.empty()) fail("names '" + repeated + "' twice");
-  if (!header.is_object()) fail("has a header that is no JSON object");
   return header;
 }
 
@@ -73,7 +90,12 @@ std::string to_safetensors(const TensorFile& file) {
     header[t.name] = {{"dtype", "F32"}, {"shape", t.shape}, {"data_offsets", {offset, offset + bytes}}};
     offset += bytes;
   }
-  std::string text = header.dump();
+  std::string text;
+  try {
+    text = header.dump();
+  } catch (const Json::exception&) {
+    throw Error("model", "has metadata or a name that is not UTF-8", "give texts in UTF-8");
+  }
   text.resize((text.size() + 7) / 8 * 8, ' ');
   const std::uint64_t length = text.size();
   std::string bytes(sizeof length + text.size() + offset, '\0');
@@ -81,7 +103,7 @@ std::string to_safetensors(const TensorFile& file) {
   std::memcpy(bytes.data() + sizeof length, text.data(), text.size());
   char* out = bytes.data() + sizeof length + text.size();
   for (const NamedTensor& t : file.tensors) {
-    std::memcpy(out, t.values.data(), t.values.size() * sizeof(float));
+    if (!t.values.empty()) std::memcpy(out, t.values.data(), t.values.size() * sizeof(float));
     out += t.values.size() * sizeof(float);
   }
   return bytes;
@@ -107,17 +129,20 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
         file.metadata = entry.get<std::map<std::string, std::string>>();
         continue;
       }
-      if (entry.at("dtype") != "F32") fail("stores '" + name + "' as " + entry.at("dtype").dump() + ", not F32");
-      NamedTensor t{name, entry.at("shape").get<std::vector<long long>>(), {}};
-      const auto offsets = entry.at("data_offsets").get<std::vector<std::size_t>>();
-      const std::size_t count = value_count(t.shape, [&] { fail("has an absurd shape for '" + name + "'"); });
+      const auto type = entry.at("dtype").get<std::string>();
+      if (type != "F32") fail("stores '" + name + "' as " + type + ", not F32");
+      const auto absurd_shape = [&] { fail("has an absurd shape for '" + name + "'"); };
+      const auto shape = whole_numbers(entry.at("shape"), absurd_shape);
+      const std::size_t count = value_count(shape, absurd_shape);
+      const auto offsets = whole_numbers(entry.at("data_offsets"), [&] { fail("has bad offsets for '" + name + "'"); });
+      NamedTensor t{name, {shape.begin(), shape.end()}, {}};
       if (offsets.size() != 2 || offsets[0] > offsets[1] || offsets[1] > data.size())
         fail("is truncated: '" + name + "' lies outside it");
       if (offsets[1] - offsets[0] != count * sizeof(float))
         fail("has a shape for '" + name + "' that does not fit its data");
       ranges.emplace_back(offsets[0], offsets[1]);
       t.values.resize(count);
-      std::memcpy(t.values.data(), data.data() + offsets[0], count * sizeof(float));
+      if (count > 0) std::memcpy(t.values.data(), data.data() + offsets[0], count * sizeof(float));
       file.tensors.push_back(std::move(t));
     }
   } catch (const Json::exception& error) {
@@ -147,21 +172,27 @@ void save_network(const Network<float>& network, TensorFile& file, bool momentum
 }
 
 void load_network(const Network<float>& network, const TensorFile& file, const std::string& where, bool momentum) {
-  const auto load = [&](const std::string& name, std::vector<float>& values) {
+  // All is checked before anything is changed.
+  std::vector<std::pair<const NamedTensor*, std::vector<float>*>> pairs;
+  const auto pair_up = [&](const std::string& name, const std::vector<int>& shape, std::vector<float>& values) {
     const NamedTensor& t = file.find(name, values.size(), where);
-    for (const float v : t.values)
-      if (!std::isfinite(v))
-        throw Error(where, "has a value in '" + name + "' that is not finite", "train the model again");
-    values = t.values;
+    if (!std::equal(t.shape.begin(), t.shape.end(), shape.begin(), shape.end()))
+      throw Error(where, "has another shape for '" + name + "' than the architecture",
+                  "give a model file that was not edited");
+    if (!std::all_of(t.values.begin(), t.values.end(), [](float v) { return std::isfinite(v); }))
+      throw Error(where, "has a value in '" + name + "' that is not finite", "train the model again");
+    pairs.emplace_back(&t, &values);
   };
   for (std::size_t i = 0; i < network.layers().size(); ++i) {
     const std::string index = std::to_string(i) + ".";
     for (Parameter<float>* p : network.layers()[i]->parameters()) {
-      load("layers." + index + p->name, p->value);
-      if (momentum) load("momentum." + index + p->name, p->velocity);
+      pair_up("layers." + index + p->name, p->shape, p->value);
+      if (momentum) pair_up("momentum." + index + p->name, p->shape, p->velocity);
     }
-    for (Statistic<float>* s : network.layers()[i]->statistics()) load("layers." + index + s->name, s->value);
+    for (Statistic<float>* s : network.layers()[i]->statistics())
+      pair_up("layers." + index + s->name, {static_cast<int>(s->value.size())}, s->value);
   }
+  for (const auto& [tensor, values] : pairs) *values = tensor->values;
 }
 
 }  // namespace decid::nn
