@@ -1,0 +1,376 @@
+// Tests of nn/safetensors.hpp: the bytes against the format's description, round trips, and what must be refused.
+// Format: https://github.com/huggingface/safetensors, README, section "Format".
+#include "nn/safetensors.hpp"
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+
+#include "base/file.hpp"
+#include "tests/nn/chain.hpp"
+
+using namespace decid::nn;
+using namespace decid::nn::testing;
+
+namespace {
+
+/// A file by hand: header length, header, values.
+std::string file_of(const std::string& header, const std::string& data = std::string(8, '\0')) {
+  const std::uint64_t length = header.size();
+  std::string bytes(8, '\0');
+  std::memcpy(bytes.data(), &length, 8);
+  return bytes + header + data;
+}
+
+std::string problem_of(std::string_view bytes) {
+  return error_of([&] { from_safetensors(bytes, "m.safetensors"); });
+}
+
+bool refused(std::string_view bytes, const std::string& part) {
+  const std::string problem = problem_of(bytes);
+  INFO("problem: ", problem.substr(0, 300));
+  const bool as_expected = problem.starts_with("m.safetensors: ") && problem.find(part) != std::string::npos;
+  CHECK(as_expected);
+  return as_expected;
+}
+
+Network<float> trained_network() {
+  Network<float> network({1, 4, 4}, "conv 2 3x3 pad 1; batchnorm; relu; fc 3");
+  network.initialise(3);
+  std::uint32_t id = 1;
+  for (Parameter<float>* p : network.parameters()) {
+    p->velocity = hashed_values<float>(id, p->velocity.size());
+    p->value = hashed_values<float>(++id, p->value.size());
+  }
+  for (Statistic<float>* s : network.layers()[1]->statistics()) s->value = hashed_values<float>(++id, 2, 0.4, 1.0);
+  return network;
+}
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+TensorFile small_file() {
+  TensorFile file;
+  file.metadata = {{"key", "value"}};
+  file.tensors = {{"a", {2}, {1.0f, -2.0f}}, {"b", {1, 1}, {0.5f}}};
+  return file;
+}
+
+}  // namespace
+
+TEST_CASE("safetensors: byte layout") {
+  const std::string bytes = to_safetensors(small_file());
+  const std::string header = R"({"__metadata__":{"key":"value"},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},)"
+                             R"("b":{"dtype":"F32","shape":[1,1],"data_offsets":[8,12]}})";
+  const std::size_t padded = (header.size() + 7) / 8 * 8;
+  REQUIRE(bytes.size() == 8 + padded + 12);
+  for (std::size_t i = 0; i < 8; ++i)
+    CHECK(static_cast<unsigned char>(bytes[i]) == (padded >> (8 * i) & 0xff));  // little-endian
+  CHECK(bytes.substr(8, padded) == header + std::string(padded - header.size(), ' '));
+  const unsigned char data[12] = {0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f};
+  CHECK(std::memcmp(bytes.data() + 8 + padded, data, 12) == 0);
+}
+
+TEST_CASE("safetensors: a file by hand is read") {
+  const TensorFile file = from_safetensors(
+      file_of("{\"b\":{\"shape\":[],\"data_offsets\":[4,8],\"dtype\":\"F32\"},\"none\":{\"dtype\":\"F32\",\"shape\":[3,"
+              "0],\"data_offsets\":[4,4]},\"\\u00e4\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[0,4]}}   ",
+              std::string("\0\0\x80\x3f\0\0\0\xc0", 8)),
+      "m");
+  REQUIRE(file.tensors.size() == 3);
+  CHECK(file.metadata.empty());
+  CHECK(file.find("b", 1, "m").values[0] == -2.0f);
+  CHECK(file.find("b", 1, "m").shape.empty());
+  CHECK(file.find("none", 0, "m").shape == std::vector<long long>{3, 0});
+  CHECK(file.find("\xc3\xa4", 1, "m").values[0] == 1.0f);
+  CHECK(from_safetensors(file_of("{}", ""), "m").tensors.empty());
+}
+
+TEST_CASE("safetensors: round trip of values, shapes, names, metadata") {
+  TensorFile file;
+  file.metadata = {{"author", "Zoë Müller, 東京 \"q\" \\ \n\t\x01"}, {"", "empty key"}, {"e", ""}, {"snow", "☃ 🂡"}};
+  const float infinity = std::numeric_limits<float>::infinity();
+  file.tensors = {{"z", {2, 3}, {0.0f, -0.0f, 1e-45f, 3.4028235e38f, infinity, -infinity}},
+                  {"größe", {1}, {std::bit_cast<float>(0x7fc12345u)}},
+                  {"empty", {0, 5}, {}},
+                  {"a\"b", {}, {7.25f}}};
+  const std::string bytes = to_safetensors(file);
+  const TensorFile back = from_safetensors(bytes, "m");
+  CHECK(back.metadata == file.metadata);
+  REQUIRE(back.tensors.size() == file.tensors.size());
+  for (std::size_t i = 0; i < file.tensors.size(); ++i) {
+    CHECK(back.tensors[i].name == file.tensors[i].name);
+    CHECK(back.tensors[i].shape == file.tensors[i].shape);
+    CHECK(same_bits(back.tensors[i].values, file.tensors[i].values));
+  }
+  CHECK(to_safetensors(back) == bytes);
+  file.metadata["bad"] = "\xff\xfe";
+  CHECK(error_of([&] { to_safetensors(file); }) == "model: has metadata or a name that is not UTF-8");
+}
+
+TEST_CASE("safetensors: a network returns to the bit, running statistics and momentum too") {
+  const Network<float> network = trained_network();
+  TensorFile file;
+  save_network(network, file, true);
+  REQUIRE(file.tensors.size() == 6 * 2 + 2);
+  CHECK(file.find("layers.0.weight", 18, "m").shape == std::vector<long long>{2, 1, 3, 3});
+  CHECK(file.find("layers.3.weight", 96, "m").shape == std::vector<long long>{3, 32});
+  CHECK(file.find("layers.1.running_variance", 2, "m").shape == std::vector<long long>{2});
+  CHECK(same_bits(file.find("momentum.1.gamma", 2, "m").values, network.parameters()[2]->velocity));
+
+  const std::string bytes = to_safetensors(file);
+  const Network<float> other({1, 4, 4}, network.architecture());
+  load_network(other, from_safetensors(bytes, "m"), "m", true);
+  CHECK(weights_sha256(other) == weights_sha256(network));
+  for (std::size_t k = 0; k < network.parameters().size(); ++k) {
+    CHECK(same_bits(other.parameters()[k]->value, network.parameters()[k]->value));
+    CHECK(same_bits(other.parameters()[k]->velocity, network.parameters()[k]->velocity));
+  }
+  for (std::size_t k = 0; k < 2; ++k)
+    CHECK(same_bits(other.layers()[1]->statistics()[k]->value, network.layers()[1]->statistics()[k]->value));
+  TensorFile again;
+  save_network(other, again, true);
+  CHECK(to_safetensors(again) == bytes);
+
+  const Network<float> fresh({1, 4, 4}, network.architecture());
+  load_network(fresh, file, "m");  // without momentum
+  CHECK(weights_sha256(fresh) == weights_sha256(network));
+  CHECK(fresh.parameters()[0]->velocity == std::vector<float>(18, 0.0f));
+}
+
+TEST_CASE("safetensors: load_network refuses what does not fit, and changes nothing then") {
+  const Network<float> source = trained_network();
+  const Network<float> network({1, 4, 4}, source.architecture());
+  const std::string before = weights_sha256(network);
+  TensorFile whole;
+  save_network(source, whole, true);
+  const auto problem = [&](const auto& change, bool momentum = false) {
+    TensorFile file = whole;
+    change(file);
+    const std::string text = error_of([&] { load_network(network, file, "m", momentum); });
+    CHECK(weights_sha256(network) == before);
+    return text;
+  };
+  const auto last = [](TensorFile& f) -> NamedTensor& { return f.tensors.back(); };  // momentum.3.bias
+  for (std::size_t i = 0; i < whole.tensors.size(); ++i) {
+    const std::string name = whole.tensors[i].name;
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    CHECK(problem([&](TensorFile& f) { f.tensors.erase(f.tensors.begin() + at); }, true) ==
+          "m: holds no tensor '" + name + "'");
+  }
+  CHECK(problem([](TensorFile& f) { f.tensors[0].values.pop_back(); }) ==
+        "m: has 17 values in 'layers.0.weight' where the architecture needs 18");
+  CHECK(problem([](TensorFile& f) {
+          f.tensors[0].shape = {1, 2, 3, 3};
+        }) == "m: has another shape for 'layers.0.weight' than the architecture");
+  CHECK(problem([](TensorFile& f) { f.tensors[0].shape = {18}; }) ==
+        "m: has another shape for 'layers.0.weight' than the architecture");
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    CHECK(problem([&](TensorFile& f) { f.tensors[0].values[17] = bad; }) ==
+          "m: has a value in 'layers.0.weight' that is not finite");
+    CHECK(problem([&](TensorFile& f) { last(f).values[0] = -bad; }, true) ==
+          "m: has a value in 'momentum.3.bias' that is not finite");
+  }
+}
+
+TEST_CASE("safetensors: truncation at every byte is refused") {
+  TensorFile file;
+  save_network(trained_network(), file);
+  const std::string bytes = to_safetensors(file);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const std::string problem = problem_of(std::string_view(bytes).substr(0, size));
+    CAPTURE(size);
+    REQUIRE(problem.starts_with("m.safetensors: "));
+    const bool says = problem.find("truncated") != std::string::npos || problem.find("too short") != std::string::npos;
+    REQUIRE(says);
+  }
+  refused(bytes + '\0', "1 bytes that belong to no tensor");
+  refused(bytes + std::string(1000, 'x'), "1000 bytes that belong to no tensor");
+}
+
+TEST_CASE("safetensors: headers that are refused") {
+  const auto entry = [](const std::string& rest) { return file_of("{\"a\":" + rest + "}"); };
+  const auto of = [&](const std::string& shape, const std::string& offsets) {
+    return entry("{\"dtype\":\"F32\",\"shape\":" + shape + ",\"data_offsets\":" + offsets + "}");
+  };
+  CHECK(problem_of(of("[2]", "[0,8]")) == "none");
+  CHECK(problem_of(of("[1,2,1]", "[0,8]")) == "none");
+
+  for (const char* shape : {"[-2]", "[-1,-2]", "[1.0,2]", "[2.5]", "[true,2]", "[\"2\"]", "[null]", "[[]]", "2", "{}",
+                            "[18446744073709551615]", "[9223372036854775808,2]", "[4294967296,4294967296]",
+                            "[1099511627777]", "[0,18446744073709551615]", "[1e300]", "null"}) {
+    CAPTURE(shape);
+    refused(of(shape, "[0,8]"), "has an absurd shape for 'a'");
+  }
+  for (const char* shape : {"[1]", "[3]", "[]", "[0]", "[2,2]", "[1099511627776]"}) {
+    CAPTURE(shape);
+    refused(of(shape, "[0,8]"), "has a shape for 'a' that does not fit its data");
+  }
+  for (const char* offsets : {"[-8,0]", "[0,8.0]", "[0.0,8]", "[0,1e300]", "[false,8]", "{}", "8", "\"0,8\""}) {
+    CAPTURE(offsets);
+    refused(of("[2]", offsets), "has bad offsets for 'a'");
+  }
+  for (const char* offsets :
+       {"[]", "[8]", "[0,8,8]", "[8,0]", "[0,9]", "[4,12]", "[18446744073709551608,0]", "[0,18446744073709551615]"}) {
+    CAPTURE(offsets);
+    refused(of("[2]", offsets), "'a' lies outside it");
+  }
+  refused(of("[1]", "[0,4]"), "has 4 bytes that belong to no tensor");
+  refused(of("[1]", "[4,8]"), "has a gap or an overlap at byte 4");
+
+  for (const char* type : {"F64", "F16", "BF16", "I32", "f32", ""}) {
+    CAPTURE(type);
+    refused(entry(std::string("{\"dtype\":\"") + type + "\",\"shape\":[2],\"data_offsets\":[0,8]}"),
+            std::string("stores 'a' as ") + type + ", not F32");
+  }
+  const std::string good = R"({"dtype":"F32","shape":[2],"data_offsets":[0,8]})";
+  for (const char* bad :
+       {"3", "[]", "null", "{}", R"({"dtype":"F32"})", R"({"shape":[2],"data_offsets":[0,8]})",
+        R"({"dtype":"F32","data_offsets":[0,8]})", R"({"dtype":"F32","shape":[2]})",
+        R"({"dtype":1,"shape":[2],"data_offsets":[0,8]})", R"({"dtype":["F32"],"shape":[2],"data_offsets":[0,8]})"}) {
+    CAPTURE(bad);
+    refused(entry(bad), "has a header of another form");
+  }
+  const auto pair = [&](const std::string& b, const std::string& name = "b") {
+    return file_of(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]},")" + name +
+                   R"(":{"dtype":"F32","shape":[1],"data_offsets":)" + b + "}}");
+  };
+  CHECK(problem_of(pair("[4,8]")) == "none");
+  refused(pair("[0,4]"), "has a gap or an overlap at byte 0");
+  refused(pair("[2,6]"), "has a gap or an overlap at byte 2");
+  refused(pair("[4,8]", "a"), "names 'a' twice");
+  refused(pair("[4,8]", "\\u0061"), "names 'a' twice");
+  refused(entry(R"({"dtype":"F32","dtype":"F32","shape":[2],"data_offsets":[0,8]})"), "names 'dtype' twice");
+  refused(file_of("{\"__metadata__\":{\"k\":\"1\",\"k\":\"2\"},\"a\":" + good + "}"), "names 'k' twice");
+  for (const char* metadata : {"3", "[]", "null", "\"x\"", "{\"k\":1}", "{\"k\":null}", "{\"k\":[\"v\"]}"}) {
+    CAPTURE(metadata);
+    refused(file_of(std::string("{\"__metadata__\":") + metadata + ",\"a\":" + good + "}"), "of another form");
+  }
+
+  for (const char* text : {"", " ", "[]", "null", "3", "\"a\"", " {}", "\n{}", "\xef\xbb\xbf{}"})
+    refused(file_of(text, ""), "has a header that is no JSON object");
+  for (const char* text : {"{", "{]", "{}x", "{} {}", "{\"a\"}", "{'a':1}", "{\"a\":1,}", "{\"\xff\":1}", "{\"a\":nan}",
+                           "{\"a\":1e999}", "{\"a\":01}", "{/**/}"})
+    refused(file_of(text, ""), "not JSON");
+  refused(file_of(std::string("{}\0", 3), ""), "not JSON");
+}
+
+TEST_CASE("safetensors: header lengths that are refused") {
+  std::string bytes = to_safetensors(small_file());
+  for (const std::uint64_t length :
+       {bytes.size() - 7, std::size_t{100'000'001}, std::size_t{1} << 63, ~std::size_t{0}}) {
+    std::memcpy(bytes.data(), &length, 8);
+    refused(bytes, "its header should have " + std::to_string(length) + " bytes");
+  }
+}
+
+TEST_CASE("safetensors: deep nesting is refused without recursion") {
+  constexpr std::size_t depth = 2'000'000;
+  const std::string deep_list(depth, '['), end_list(depth, ']');
+  std::string deep_object;
+  for (std::size_t i = 0; i < depth; ++i) deep_object += "{\"k\":";
+  const std::string rest = ",\"shape\":[2],\"data_offsets\":[0,8]}}";
+  refused(file_of("{\"a\":{\"dtype\":" + deep_list + end_list + rest), "too deeply nested");
+  refused(file_of("{\"a\":{\"dtype\":" + deep_object + "1" + std::string(depth, '}') + rest), "too deeply nested");
+  refused(file_of("{\"a\":" + deep_list), "too deeply nested");
+  refused(file_of(deep_object), "too deeply nested");
+}
+
+TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
+  const Network<float> network = trained_network();
+  TensorFile file;
+  file.metadata = {{"architecture", network.architecture()}};
+  save_network(network, file, true);
+  const std::string whole = to_safetensors(file);
+  std::uint64_t header = 0;
+  std::memcpy(&header, whole.data(), 8);
+  const auto below = [](std::uint32_t id, std::size_t index, std::size_t bound) {
+    return static_cast<std::size_t>((hashed(id, index) + 1) / 2 * static_cast<double>(bound));
+  };
+  int errors = 0, accepted = 0;
+  const Network<float> other({1, 4, 4}, network.architecture());
+  for (std::size_t k = 0; k < 2000; ++k) {
+    std::string bytes = whole;
+    // Mostly in the header, where bytes have meaning: bits, digits and brackets, pieces removed, doubled or moved.
+    for (std::size_t m = 0; m <= k % 3; ++m) {
+      const std::size_t range = k % 5 == 0 ? bytes.size() : std::min<std::size_t>(header + 8, bytes.size());
+      if (range == 0) break;
+      const auto draw = static_cast<std::uint32_t>(10 * m);
+      const std::size_t at = below(draw, k, range), length = 1 + below(draw + 1, k, 40);
+      switch (below(draw + 2, k, 5)) {
+        case 0:
+          bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(draw + 3, k, 8)));
+          break;
+        case 1:
+          bytes[at] = "0123456789-[]{}\":,.e"[below(draw + 3, k, 20)];
+          break;
+        case 2:
+          bytes.erase(at, length);
+          break;
+        case 3:
+          bytes.insert(at, bytes.substr(at, length));
+          break;
+        default:
+          bytes.insert(below(draw + 3, k, range), bytes.substr(at, length));
+      }
+    }
+    try {
+      load_network(other, from_safetensors(bytes, "m"), "m", true);
+      ++accepted;
+    } catch (const decid::Error&) {
+      ++errors;
+    }  // anything else ends the test
+  }
+  CHECK(errors + accepted == 2000);
+  CHECK(errors > 1500);
+  CHECK(accepted > 20);  // values changed, and nothing else: the mutations reach beyond the header's length
+}
+
+TEST_CASE("safetensors: NumPy reads the file") {
+  namespace fs = std::filesystem;
+  if (!fs::exists("/usr/bin/python3") || std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) {
+    MESSAGE("no NumPy here: the independent reader was not run");
+    return;
+  }
+  TensorFile file;
+  file.metadata = {{"note", "für 東京"}};
+  save_network(trained_network(), file, true);
+  const fs::path folder =
+      fs::temp_directory_path() / ("decid-safetensors-" + decid::nn::weights_sha256(trained_network()));
+  fs::create_directories(folder);
+  decid::write_file(folder / "model.safetensors", to_safetensors(file));
+  decid::write_file(folder / "read.py", R"(import json, struct, sys
+import numpy
+raw = open(sys.argv[1], "rb").read()
+length, = struct.unpack("<Q", raw[:8])
+header = json.loads(raw[8:8 + length].decode("utf-8"))
+assert header.pop("__metadata__") == {"note": "f\u00fcr \u6771\u4eac"}
+assert (8 + length) % 8 == 0
+for name, entry in header.items():
+    assert entry["dtype"] == "F32"
+    first, last = entry["data_offsets"]
+    values = numpy.frombuffer(raw[8 + length + first:8 + length + last], dtype="<f4").reshape(entry["shape"])
+    print(name, *values.shape, *(v.hex() for v in values.astype(float).ravel().tolist()))
+)");
+  std::string expected;
+  for (const NamedTensor& t : file.tensors) {
+    expected += t.name;
+    for (const long long extent : t.shape) expected += " " + std::to_string(extent);
+    for (const float v : t.values) {
+      char text[40];
+      std::snprintf(text, sizeof text, " %.13a", static_cast<double>(v));
+      expected += text;
+    }
+    expected += "\n";
+  }
+  const std::string command = "/usr/bin/python3 '" + (folder / "read.py").string() + "' '" +
+                              (folder / "model.safetensors").string() + "' > '" + (folder / "out").string() + "'";
+  CHECK(std::system(command.c_str()) == 0);
+  CHECK(decid::read_file(folder / "out") == expected);
+  fs::remove_all(folder);
+}
