@@ -1,0 +1,121 @@
+// What the machine itself can do, measured beside each kernel in the same run: the peak of fused multiply-adds and the
+// memory bandwidth of a triad (McCalpin's STREAM: a = b + k c, 12 bytes a value). Single thread, CPU time.
+#pragma once
+
+#include <ctime>
+#include <string>
+#include <vector>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
+namespace decid::bench {
+
+/// CPU time of this thread: what other programs take from the core does not count.
+inline double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+// Each runs `rounds` times 12 independent chains (2 ports x 4 or 5 cycles of latency need 8 or 10) and returns the
+// floating-point operations. The asm keeps the compiler from seeing through the values.
+#if defined(__x86_64__)
+[[gnu::target("avx512f")]] inline double fma_burst_avx512(int rounds) {
+  __m512 acc[12], a = _mm512_set1_ps(0.999F), b = _mm512_set1_ps(0.001F);
+  for (__m512& x : acc) x = _mm512_set1_ps(1);
+  for (int r = 0; r < rounds; ++r)
+    for (__m512& x : acc) {
+      x = _mm512_fmadd_ps(x, a, b);
+      asm volatile("" : "+v"(x));
+    }
+  return 2.0 * 16 * 12 * rounds;
+}
+[[gnu::target("avx2,fma")]] inline double fma_burst_avx2(int rounds) {
+  __m256 acc[12], a = _mm256_set1_ps(0.999F), b = _mm256_set1_ps(0.001F);
+  for (__m256& x : acc) x = _mm256_set1_ps(1);
+  for (int r = 0; r < rounds; ++r)
+    for (__m256& x : acc) {
+      x = _mm256_fmadd_ps(x, a, b);
+      asm volatile("" : "+x"(x));
+    }
+  return 2.0 * 8 * 12 * rounds;
+}
+/// Without fused multiply-adds the peak is that of a multiplication and an addition.
+inline double fma_burst_baseline(int rounds) {
+  __m128 acc[12], a = _mm_set1_ps(0.999F), b = _mm_set1_ps(0.001F);
+  for (__m128& x : acc) x = _mm_set1_ps(1);
+  for (int r = 0; r < rounds; ++r)
+    for (__m128& x : acc) {
+      x = _mm_add_ps(_mm_mul_ps(x, a), b);
+      asm volatile("" : "+x"(x));
+    }
+  return 2.0 * 4 * 12 * rounds;
+}
+#elif defined(__aarch64__)
+inline double fma_burst_neon(int rounds) {
+  float32x4_t acc[24], a = vdupq_n_f32(0.001F), b = vdupq_n_f32(0.5F);
+  for (float32x4_t& x : acc) x = vdupq_n_f32(1);
+  for (int r = 0; r < rounds; ++r)
+    for (float32x4_t& x : acc) {
+      x = vfmaq_f32(x, a, b);
+      asm volatile("" : "+w"(x));
+    }
+  return 2.0 * 4 * 24 * rounds;
+}
+#endif
+
+/// One burst with the instructions of a set of kernels; 0 operations if there is no peak to compare with.
+inline double fma_burst([[maybe_unused]] const std::string& isa, [[maybe_unused]] int rounds) {
+#if defined(__x86_64__)
+  if (isa == "avx512") return fma_burst_avx512(rounds);
+  if (isa == "avx2") return fma_burst_avx2(rounds);
+  if (isa == "baseline") return fma_burst_baseline(rounds);
+#elif defined(__aarch64__)
+  if (isa == "neon") return fma_burst_neon(rounds);
+#endif
+  return 0;
+}
+
+/// Best of the bursts so far, GFLOP/s. Call measure() between repetitions of what it is compared with, so that both
+/// see the same clock frequency and the same neighbours.
+class FmaPeak {
+ public:
+  explicit FmaPeak(std::string isa) : isa_(std::move(isa)) {}
+  void measure() {
+    const double start = cpu_seconds();
+    const double operations = fma_burst(isa_, 200000);
+    const double rate = operations / (cpu_seconds() - start) * 1e-9;
+    best_ = rate > best_ ? rate : best_;
+  }
+  double best() const { return best_; }
+
+ private:
+  std::string isa_;
+  double best_ = 0;
+};
+
+/// Best of the triads so far over arrays far larger than a cache, GB/s.
+class Triad {
+ public:
+  void measure() {
+    const std::size_t count = a_.size();
+    const double start = cpu_seconds();
+    for (std::size_t i = 0; i < count; ++i) a_[i] = b_[i] + 3.0F * c_[i];
+    asm volatile("" : : "r"(a_.data()) : "memory");
+    const double rate = 12.0 * static_cast<double>(count) / (cpu_seconds() - start) * 1e-9;
+    best_ = rate > best_ ? rate : best_;
+  }
+  double best() const { return best_; }
+
+ private:
+  static constexpr std::size_t values = 24U << 20U;  // 96 MB each
+  std::vector<float> a_ = std::vector<float>(values), b_ = std::vector<float>(values, 1.0F),
+                     c_ = std::vector<float>(values, 2.0F);
+  double best_ = 0;
+};
+
+}  // namespace decid::bench

@@ -1,0 +1,281 @@
+// Speed of the engine's kernels on one thread: convolutions in GFLOP/s and % of the machine's multiply-add peak, the
+// others in GB/s beside its triad, each kernel also as the plain definition. Batches of 32 samples, channels in the
+// groups that layers pass, so that data comes from where it would in training. Figures are best of the repetitions.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/machine.hpp"
+#include "nn/kernels/kernels.hpp"
+
+namespace {
+
+using namespace decid::nn;
+using decid::bench::cpu_seconds;
+using decid::bench::FmaPeak;
+using decid::bench::Triad;
+
+constexpr int blocks = 2;  // of 16 samples
+constexpr int group = 16;  // channels a call, as in nn/sharing.hpp
+
+/// A batch in memory of its own, values away from zero and from subnormals.
+struct Batch {
+  AlignedBuffer<float> memory;
+  Tensor<float> tensor;
+  Batch(Shape shape, int halo) {
+    const std::size_t count = Tensor<float>::required(shape, blocks * lanes, halo);
+    memory.reserve(count);
+    tensor = Tensor<float>(memory.data(), shape, blocks * lanes, halo);
+    for (std::size_t i = 0; i < count; ++i) memory.data()[i] = static_cast<float>(i * 7919 % 1000) * 0.001F - 0.45F;
+    tensor.clear_halo();
+  }
+  View<float> block(int b) const {
+    View<float> v = tensor.view();
+    v.data += b * v.block;
+    return v;
+  }
+  View<const float> const_block(int b) const {
+    const View<float> v = block(b);
+    return {v.data, v.block, v.channel, v.row};
+  }
+  Plane<float> plane(int b, int channel) const {
+    return {tensor.row(b, channel, 0), tensor.view().row, tensor.shape().rows, tensor.shape().columns};
+  }
+  Plane<const float> const_plane(int b, int channel) const {
+    const Plane<float> p = plane(b, channel);
+    return {p.data, p.row, p.rows, p.columns};
+  }
+};
+
+double seconds_of(const std::function<void()>& run) {
+  const double start = cpu_seconds();
+  run();
+  return cpu_seconds() - start;
+}
+
+enum class Direction { forward, backward_src, backward_weight };
+
+struct Conv {
+  const char* name;
+  Conv2dShape shape;
+};
+
+constexpr Conv same(const char* name, int src_channels, int dst_channels, int size, int kernel, int stride) {
+  const int pad = kernel / 2, dst = (size + 2 * pad - kernel) / stride + 1;
+  return {name, {src_channels, size, size, dst_channels, dst, dst, kernel, kernel, stride, stride, pad, pad}};
+}
+
+constexpr Conv convs[] = {
+    same("64-64@55", 64, 64, 55, 3, 1),       same("64-128@27", 64, 128, 27, 3, 1),
+    same("128-128@13", 128, 128, 13, 3, 1),   same("2-64@110", 2, 64, 110, 3, 1),
+    same("2-8@110", 2, 8, 110, 3, 1),         same("8-16@55", 8, 16, 55, 3, 1),
+    same("16-32@27", 16, 32, 27, 3, 1),       same("32-32@27", 32, 32, 27, 3, 1),
+    same("32-64@55,3x3/2", 32, 64, 55, 3, 2), same("16-32@55,5x5/2", 16, 32, 55, 5, 2),
+};
+
+/// Memory of one convolution and the calls a layer makes.
+class ConvRun {
+ public:
+  explicit ConvRun(const Conv2dShape& s)
+      : shape_(s),
+        src_({s.src_channels, s.src_rows, s.src_columns}, std::max(s.pad_rows, s.pad_columns)),
+        dst_({s.dst_channels, s.dst_rows, s.dst_columns}, diff_halo(s)),
+        weight_(static_cast<std::size_t>(s.dst_channels * s.src_channels * s.kernel_rows * s.kernel_columns), 0.01F),
+        bias_(static_cast<std::size_t>(s.dst_channels), 0.1F) {}
+
+  int channels(Direction d) const { return d == Direction::backward_src ? shape_.src_channels : shape_.dst_channels; }
+
+  void run(const Kernels<float>& k, Direction d, int block, int first, int last) {
+    if (d == Direction::forward)
+      k.conv2d_forward(shape_, src_.const_block(block), weight_.data(), bias_.data(), dst_.block(block), first, last);
+    else if (d == Direction::backward_src)
+      k.conv2d_backward_src(shape_, dst_.const_block(block), weight_.data(), src_.block(block), first, last);
+    else
+      k.conv2d_backward_weight(shape_, src_.const_block(block), dst_.const_block(block), lanes, weight_.data(),
+                               bias_.data(), first, last);
+  }
+  void run_batch(const Kernels<float>& k, Direction d) {
+    for (int b = 0; b < blocks; ++b)
+      for (int c = 0; c < channels(d); c += group) run(k, d, b, c, std::min(c + group, channels(d)));
+  }
+  /// Multiplications and additions of one channel of one block; with a stride the taps between positions do not count.
+  double channel_flops(Direction d) const {
+    const Conv2dShape& s = shape_;
+    return 2.0 * lanes * s.src_channels * s.dst_channels * s.kernel_rows * s.kernel_columns * s.dst_rows *
+           s.dst_columns / channels(d);
+  }
+
+ private:
+  Conv2dShape shape_;
+  Batch src_, dst_;
+  std::vector<float> weight_, bias_;
+};
+
+void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction direction, const std::string& isa) {
+  const Kernels<float>& kernels = kernels_named(isa);
+  ConvRun conv(shape);
+  FmaPeak peak(isa);
+  const double reference = conv.channel_flops(direction) /
+                           seconds_of([&] { conv.run(reference_kernels<float>(), direction, 0, 0, 1); }) * 1e-9;
+  const double flops = conv.channel_flops(direction) * conv.channels(direction) * blocks;
+  double best = 1e30;
+  for (auto _ : state) {
+    peak.measure();
+    const double seconds = seconds_of([&] { conv.run_batch(kernels, direction); });
+    best = std::min(best, seconds);
+    state.SetIterationTime(seconds);
+  }
+  const double rate = flops / best * 1e-9;
+  state.counters["GFLOP/s"] = rate;
+  state.counters["peak"] = peak.best();
+  state.counters["%peak"] = 100 * rate / peak.best();
+  state.counters["reference"] = reference;
+}
+
+/// A kernel bound by memory: what it does to one channel of a block, and the bytes it moves a value of src.
+struct PlaneKernel {
+  const char* name;
+  double bytes;
+  void (*run)(const Kernels<float>&, const Batch& x, const Batch& dy, const Batch& pooled, int block, int channel);
+};
+
+PoolShape pool_of_one(const Batch& x) {
+  const Shape s = x.tensor.shape();
+  return {1, s.rows, s.columns, s.rows / 2, s.columns / 2, 2, 2, 2, 2};
+}
+
+template <class V>
+V from(V view, int channel) {
+  view.data += channel * view.channel;
+  return view;
+}
+
+constexpr PlaneKernel plane_kernels[] = {
+    {"batchnorm_sums", 4,
+     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch&, int b, int c) {
+       double sums[2];
+       k.batchnorm_sums(x.const_plane(b, c), 0.1F, lanes, sums);
+       benchmark::DoNotOptimize(sums);
+     }},
+    {"batchnorm_apply", 8,
+     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
+       k.batchnorm_apply(x.const_plane(b, c), 1.1F, 0.1F, dy.plane(b, c));
+     }},
+    {"batchnorm_backward_sums", 8,
+     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
+       double sums[2];
+       k.batchnorm_backward_sums(x.const_plane(b, c), dy.const_plane(b, c), 0.1F, lanes, sums);
+       benchmark::DoNotOptimize(sums);
+     }},
+    {"batchnorm_backward_apply", 12,
+     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
+       k.batchnorm_backward_apply(x.const_plane(b, c), dy.const_plane(b, c), 0.99F, 1e-3F, 1e-4F, dy.plane(b, c));
+     }},
+    {"relu_forward", 8,
+     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch&, int b, int c) {
+       k.relu_forward(x.plane(b, c));
+     }},
+    {"relu_backward", 12,
+     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
+       k.relu_backward(x.const_plane(b, c), dy.plane(b, c));
+     }},
+    {"average_pool_forward_2x2", 5,
+     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch& p, int b, int c) {
+       k.average_pool_forward(pool_of_one(x), from(x.const_block(b), c), from(p.block(b), c));
+     }},
+    {"average_pool_backward_2x2", 5,
+     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch& p, int b, int c) {
+       k.average_pool_backward(pool_of_one(x), from(p.const_block(b), c), from(x.block(b), c));
+     }},
+    {"max_pool_forward_2x2", 5,
+     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch& p, int b, int c) {
+       k.max_pool_forward(pool_of_one(x), from(x.const_block(b), c), from(p.block(b), c));
+     }},
+    {"max_pool_backward_2x2", 9,
+     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch& p, int b, int c) {
+       k.max_pool_backward(pool_of_one(x), from(x.const_block(b), c), from(p.const_block(b), c), from(dy.block(b), c));
+     }},
+};
+
+/// 64 channels of 110 x 110, 198 MB with both blocks: from memory, as after the first convolution of a large network.
+void bench_plane(benchmark::State& state, const PlaneKernel& kernel, const std::string& isa) {
+  const Shape shape{64, 110, 110};
+  const Batch x(shape, 1), dy(shape, 1), pooled({64, 55, 55}, 1);
+  Triad triad;
+  const auto run = [&](const Kernels<float>& k, int channels) {
+    for (int b = 0; b < blocks; ++b)
+      for (int c = 0; c < channels; ++c) kernel.run(k, x, dy, pooled, b, c);
+  };
+  const auto bytes = [&](int channels) {
+    return kernel.bytes * blocks * channels * lanes * shape.rows * shape.columns;
+  };
+  const double reference = bytes(4) / seconds_of([&] { run(reference_kernels<float>(), 4); }) * 1e-9;
+  double best = 1e30;
+  for (auto _ : state) {
+    triad.measure();
+    const double seconds = seconds_of([&] { run(kernels_named(isa), shape.channels); });
+    best = std::min(best, seconds);
+    state.SetIterationTime(seconds);
+  }
+  state.counters["GB/s"] = bytes(shape.channels) / best * 1e-9;
+  state.counters["triad"] = triad.best();
+  state.counters["reference"] = reference;
+}
+
+/// First-layer and last-layer sizes of the reference networks: rows of 23328 weights for 7 outputs.
+void bench_dense(benchmark::State& state, int direction, const std::string& isa) {
+  const Shape shape{32, 27, 27};
+  constexpr int outputs = 7;
+  const Batch src(shape, 1), diff_src(shape, 1);
+  std::vector<float> weight(static_cast<std::size_t>(outputs * shape.size()), 0.01F), bias(outputs),
+      dst(outputs * lanes);
+  const auto run = [&](const Kernels<float>& k, int b) {
+    if (direction == 0)
+      k.fully_connected_forward(shape, src.const_block(b), weight.data(), bias.data(), dst.data(), 0, outputs);
+    else if (direction == 1)
+      k.fully_connected_backward_src(shape, outputs, dst.data(), weight.data(), diff_src.block(b), 0, shape.channels);
+    else
+      k.fully_connected_backward_weight(shape, src.const_block(b), dst.data(), lanes, weight.data(), bias.data(), 0,
+                                        outputs);
+  };
+  const double flops = 2.0 * lanes * outputs * shape.size();
+  const double reference = flops / seconds_of([&] { run(reference_kernels<float>(), 0); }) * 1e-9;
+  FmaPeak peak(isa);
+  double best = 1e30;
+  for (auto _ : state) {
+    peak.measure();
+    const double seconds = seconds_of([&] {
+      for (int b = 0; b < blocks; ++b) run(kernels_named(isa), b);
+    });
+    best = std::min(best, seconds);
+    state.SetIterationTime(seconds);
+  }
+  state.counters["GFLOP/s"] = flops * blocks / best * 1e-9;
+  state.counters["peak"] = peak.best();
+  state.counters["reference"] = reference;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  constexpr const char* directions[] = {"forward", "backward_src", "backward_weight"};
+  for (const std::string& isa : available_kernels()) {
+    if (isa == "reference") continue;
+    const auto prefix = [&](const char* kind) { return isa + "/" + kind + "/"; };
+    for (const Conv& conv : convs)
+      for (int d = 0; d < 3; ++d)
+        benchmark::RegisterBenchmark((prefix("conv2d") + conv.name + "/" + directions[d]).c_str(), bench_conv,
+                                     conv.shape, static_cast<Direction>(d), isa)
+            ->UseManualTime();
+    for (const PlaneKernel& kernel : plane_kernels)
+      benchmark::RegisterBenchmark((prefix("plane") + kernel.name).c_str(), bench_plane, kernel, isa)->UseManualTime();
+    for (int d = 0; d < 3; ++d)
+      benchmark::RegisterBenchmark((prefix("dense") + directions[d]).c_str(), bench_dense, d, isa)->UseManualTime();
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+}
