@@ -17,7 +17,7 @@ namespace decid::dataset {
 
 namespace {
 
-constexpr std::array<std::pair<Channel, const char*>, 7> channel_names{{
+constexpr std::array<std::pair<Channel, const char*>, 10> channel_names{{
     {Channel::modulus, "modulus"},
     {Channel::log_modulus, "log_modulus"},
     {Channel::phase, "phase"},
@@ -25,6 +25,9 @@ constexpr std::array<std::pair<Channel, const char*>, 7> channel_names{{
     {Channel::sin_phase, "sin_phase"},
     {Channel::real, "real"},
     {Channel::imaginary, "imaginary"},
+    {Channel::asinh_real, "asinh_real"},
+    {Channel::asinh_imaginary, "asinh_imaginary"},
+    {Channel::log_residual, "log_residual"},
 }};
 
 std::string list_of_channels() {
@@ -37,12 +40,23 @@ double modulus(sim::Complex z) {
   return std::sqrt(z.real() * z.real() + z.imag() * z.imag());
 }
 
-double value_of(Channel channel, sim::Complex z) {
+/// The bins of the cycles that are folded into one: their mean, and how they differ from it.
+struct Bin {
+  sim::Complex mean;
+  double residual;
+};
+
+double floored_log(double modulus) {
+  return decid::log(std::max(modulus, modulus_floor_rad));
+}
+
+double value_of(Channel channel, const Bin& bin) {
+  const sim::Complex z = bin.mean;
   switch (channel) {
     case Channel::modulus:
       return modulus(z);
     case Channel::log_modulus:
-      return decid::log(std::max(modulus(z), modulus_floor_rad));
+      return floored_log(modulus(z));
     case Channel::phase:
       return decid::atan2(z.imag(), z.real());
     case Channel::cos_phase: {
@@ -57,13 +71,37 @@ double value_of(Channel channel, sim::Complex z) {
       return z.real();
     case Channel::imaginary:
       return z.imag();
+    case Channel::asinh_real:
+      return decid::asinh(z.real() / asinh_knee_rad);
+    case Channel::asinh_imaginary:
+      return decid::asinh(z.imag() / asinh_knee_rad);
+    case Channel::log_residual:
+      return floored_log(bin.residual);
   }
   return 0.0;
 }
 
+/// Bin k of each cycle's spectrum, `bins` apart, as one.
+Bin fold_bins(const std::vector<sim::Complex>& spectra, std::size_t bins, std::size_t k) {
+  const double count = static_cast<double>(spectra.size() / bins);
+  double real = 0.0, imaginary = 0.0, squares = 0.0;
+  for (std::size_t i = k; i < spectra.size(); i += bins) {
+    real += spectra[i].real();
+    imaginary += spectra[i].imag();
+  }
+  // The sums begin with +0, so no part of the mean is -0: the phase of a real bin is 0 or +pi, never -pi.
+  const sim::Complex mean{real / count, imaginary / count};
+  for (std::size_t i = k; i < spectra.size(); i += bins) {
+    const double dx = spectra[i].real() - mean.real(), dy = spectra[i].imag() - mean.imag();
+    squares += dx * dx + dy * dy;
+  }
+  return {mean, std::sqrt(squares / count)};
+}
+
 /// What the channel shows of the conjugate of z, given what it shows of z.
 float mirrored(Channel channel, sim::Complex z, float value) {
-  const bool odd = channel == Channel::phase || channel == Channel::sin_phase || channel == Channel::imaginary;
+  const bool odd = channel == Channel::phase || channel == Channel::sin_phase || channel == Channel::imaginary ||
+                   channel == Channel::asinh_imaginary;
   // A real z is its own conjugate: its phase stays pi, where -pi would be outside (-pi, pi].
   return odd && z.imag() != 0.0 ? -value : value;
 }
@@ -93,6 +131,10 @@ void ImageSettings::validate() const {
     throw Error("image", std::to_string(channels.size()) + " channels", "choose 1 to 16");
   }
   for (const Channel channel : channels) static_cast<void>(name(channel));
+  if (first_sample < 0 || first_sample > 1'000'000'000) {
+    throw Error("image", "a first_sample of " + std::to_string(first_sample), "choose 0 or more");
+  }
+  if (fold < 1 || fold > 1000) throw Error("image", "a fold of " + std::to_string(fold), "choose 1 to 1000 cycles");
 }
 
 std::string to_json(const ImageSettings& settings) {
@@ -101,7 +143,9 @@ std::string to_json(const ImageSettings& settings) {
   return print_json({{"window", settings.window},
                      {"half_spectrum", settings.half_spectrum},
                      {"channels", channels},
-                     {"standardize_rows", settings.standardize_rows}});
+                     {"standardize_rows", settings.standardize_rows},
+                     {"first_sample", settings.first_sample},
+                     {"fold", settings.fold}});
 }
 
 ImageSettings image_settings_from_json(const std::string& text, const std::string& where) {
@@ -114,6 +158,8 @@ ImageSettings image_settings_from_json(const std::string& text, const std::strin
   const bool has_channels = json.contains("channels");
   object.read("channels", channels);
   object.read("standardize_rows", settings.standardize_rows);
+  object.read("first_sample", settings.first_sample);
+  object.read("fold", settings.fold);
   object.finish();
   try {
     if (has_channels) {
@@ -129,17 +175,18 @@ ImageSettings image_settings_from_json(const std::string& text, const std::strin
 
 ImageMaker::ImageMaker(ImageSettings settings, int samples)
     : settings_((settings.validate(), std::move(settings))), samples_(samples), fft_(settings_.window) {
-  if (samples < settings_.window) {
+  if (shape().columns < 1) {
     throw Error("image",
-                "not one window of " + std::to_string(settings_.window) + " samples fits into a trial of " +
-                    std::to_string(samples),
+                "not one window of " + std::to_string(settings_.window) + " samples, times a fold of " +
+                    std::to_string(settings_.fold) + ", fits into a trial of " + std::to_string(samples) +
+                    " from sample " + std::to_string(settings_.first_sample) + " on",
                 "choose a shorter window or a longer trial");
   }
 }
 
 ImageShape ImageMaker::shape() const noexcept {
   return {static_cast<int>(settings_.channels.size()), settings_.half_spectrum ? fft_.bins() : settings_.window,
-          samples_ / settings_.window};
+          std::max(samples_ - settings_.first_sample, 0) / settings_.window / settings_.fold};
 }
 
 void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image) const {
@@ -151,21 +198,24 @@ void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image) c
   }
   const auto window = static_cast<std::size_t>(settings_.window), bins = static_cast<std::size_t>(fft_.bins());
   const auto rows = static_cast<std::size_t>(size.rows), columns = static_cast<std::size_t>(size.columns);
+  const auto fold = static_cast<std::size_t>(settings_.fold);
   std::vector<double> signal(window);
-  std::vector<sim::Complex> spectrum(bins), work(static_cast<std::size_t>(fft_.work_length()));
+  std::vector<sim::Complex> spectra(bins * fold), work(static_cast<std::size_t>(fft_.work_length()));
   for (std::size_t column = 0; column < columns; ++column) {
-    std::copy_n(sway_rad.begin() + static_cast<std::ptrdiff_t>(column * window), window, signal.begin());
-    fft_.forward(signal, spectrum, work);
-    // Bins 0 and window / 2 are real; adding 0 turns the -0 of any other real bin into 0, whose phase is +pi, not -pi.
-    for (sim::Complex& z : spectrum) z = {z.real() + 0.0, z.imag() + 0.0};
-    for (std::size_t c = 0; c < settings_.channels.size(); ++c) {
-      const Channel channel = settings_.channels[c];
-      float* plane = image.data() + c * rows * columns + column;
-      for (std::size_t k = 0; k < bins; ++k) {
-        const auto value = static_cast<float>(value_of(channel, spectrum[k]));
+    for (std::size_t cycle = 0; cycle < fold; ++cycle) {
+      const std::size_t first = static_cast<std::size_t>(settings_.first_sample) + (cycle * columns + column) * window;
+      std::copy_n(sway_rad.begin() + static_cast<std::ptrdiff_t>(first), window, signal.begin());
+      fft_.forward(signal, std::span(spectra).subspan(cycle * bins, bins), work);
+    }
+    for (std::size_t k = 0; k < bins; ++k) {
+      const Bin bin = fold_bins(spectra, bins, k);
+      for (std::size_t c = 0; c < settings_.channels.size(); ++c) {
+        const Channel channel = settings_.channels[c];
+        float* plane = image.data() + c * rows * columns + column;
+        const auto value = static_cast<float>(value_of(channel, bin));
         plane[k * columns] = value;
         if (const std::size_t mirror = window - k; k > 0 && mirror >= bins && mirror < rows) {
-          plane[mirror * columns] = mirrored(channel, spectrum[k], value);
+          plane[mirror * columns] = mirrored(channel, bin.mean, value);
         }
       }
     }

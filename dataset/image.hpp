@@ -11,7 +11,20 @@
 namespace decid::dataset {
 
 /// What a channel shows of a bin z (rad, as the FFT's sum gives it).
-enum class Channel { modulus, log_modulus, phase, cos_phase, sin_phase, real, imaginary };
+/// asinh_*: asinh(part / asinh_knee_rad), which keeps the sign of large and small values alike. residual: how the
+/// cycles differ, sqrt(mean |z_i - z|^2), see ImageSettings::fold.
+enum class Channel {
+  modulus,
+  log_modulus,
+  phase,
+  cos_phase,
+  sin_phase,
+  real,
+  imaginary,
+  asinh_real,
+  asinh_imaginary,
+  log_residual
+};
 /// "modulus", "log_modulus", ...
 const char* name(Channel channel);
 /// Throws Error for an unknown name.
@@ -22,6 +35,10 @@ struct ImageSettings {
   bool half_spectrum = false;  ///< rows 0 .. window / 2 only; the rest mirror them
   std::vector<Channel> channels{Channel::modulus, Channel::phase};
   bool standardize_rows = false;  ///< (value - mean) / deviation with the training set's figures of each row
+  int first_sample = 0;           ///< where the first window starts, to skip a lead-in
+  /// The stimulus plays `fold` equal cycles: z is the mean of the bins that see the same tilt, one from each cycle, and
+  /// log_residual shows how they differ. Columns cover one cycle. 1: every window for itself.
+  int fold = 1;
 
   /// Throws Error for window < 2 or > 4096, no channels, or more than 16.
   void validate() const;
@@ -30,8 +47,10 @@ struct ImageSettings {
 std::string to_json(const ImageSettings& settings);
 ImageSettings image_settings_from_json(const std::string& text, const std::string& where);
 
-/// log_modulus is log(max(|z|, this)): 1e-6 rad, below anything a sensor resolves.
+/// log_modulus is log(max(|z|, this)): 1e-6 rad, below anything a sensor resolves. log_residual likewise.
 inline constexpr double modulus_floor_rad = 1e-6;
+/// Where asinh turns from linear to logarithmic: about the bins of good optical tracking's noise (0.01 degrees).
+inline constexpr double asinh_knee_rad = 1e-3;
 
 struct ImageShape {
   int channels, rows, columns;

@@ -252,3 +252,46 @@ TEST_CASE("row statistics refuse images of another shape") {
   std::vector<float> copy = five;
   check_error([&] { statistics.finish().apply(copy, 3); }, {"an image of 5 values"});
 }
+
+TEST_CASE("folded cycles: the mean, and how the cycles differ from it") {
+  const int window = 10, columns = 4, lead = 7;
+  const std::vector<Channel> channels{Channel::real,       Channel::imaginary,       Channel::log_residual,
+                                      Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus};
+  for (const int fold : {1, 2, 3}) {
+    CAPTURE(fold);
+    const int samples = lead + fold * columns * window + 5;
+    const std::vector<float> sway = noise(samples, 3);
+    const ImageMaker maker({window, false, channels, false, lead, fold}, samples);
+    CHECK(maker.shape().columns == columns);
+    const std::vector<float> image = image_of(maker, sway);
+    const View value{image, maker.shape()};
+    for (int column = 0; column < columns; ++column)
+      for (int row = 0; row < window; ++row) {
+        std::vector<std::complex<double>> bins;
+        std::complex<double> mean = 0;
+        for (int cycle = 0; cycle < fold; ++cycle) {
+          const int first = lead + (cycle * columns + column) * window;
+          bins.push_back(direct_bin(std::span(sway).subspan(static_cast<std::size_t>(first), window), row));
+          mean += bins.back() / static_cast<double>(fold);
+        }
+        double squares = 0;
+        for (const auto& bin : bins) squares += std::norm(bin - mean) / fold;
+        CHECK(std::abs(value(0, row, column) - mean.real()) < 1e-8);
+        CHECK(std::abs(value(1, row, column) - mean.imag()) < 1e-8);
+        if (fold > 1)
+          CHECK(value(2, row, column) == doctest::Approx(0.5 * std::log(squares)).epsilon(1e-5));
+        else
+          CHECK(value(2, row, column) == static_cast<double>(static_cast<float>(std::log(modulus_floor_rad))));
+        CHECK(value(3, row, column) == doctest::Approx(std::asinh(mean.real() / asinh_knee_rad)).epsilon(1e-5));
+        CHECK(std::abs(value(4, row, column) - std::asinh(mean.imag() / asinh_knee_rad)) < 2e-5);
+        CHECK(value(5, row, column) == doctest::Approx(std::log(std::abs(mean))).epsilon(1e-5));
+      }
+  }
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 95, 1}, 100), doctest::Contains("not one window"),
+                       Error);
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 0, 11}, 100), doctest::Contains("fold of 11"),
+                       Error);
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, -1, 1}, 100), doctest::Contains("first_sample"),
+                       Error);
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 0, 0}, 100), doctest::Contains("fold"), Error);
+}
