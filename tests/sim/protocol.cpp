@@ -116,10 +116,13 @@ TEST_CASE("make_stimulus: the trial starts at its offset, 120 ms before a new st
   const Stimulus stimulus = make_stimulus(protocol);
   const double rate = rad_per_deg / 4.25;
   // 25.63 s = 102 states and 130 ms.
-  for (const auto& [step, state] : {std::pair{0, 102}, {119, 102}, {120, 103}, {369, 103}, {370, 104}}) {
-    const double expected = values[static_cast<std::size_t>(state)] * rate;
-    CAPTURE(step);
-    CHECK(stimulus.rate_rad_s[static_cast<std::size_t>(step)] == doctest::Approx(expected).epsilon(1e-14));
+  struct Case {
+    std::size_t step, state;
+  };
+  for (const Case& c : {Case{0, 102}, Case{119, 102}, Case{120, 103}, Case{369, 103}, Case{370, 104}}) {
+    const double expected = values[c.state] * rate;
+    CAPTURE(c.step);
+    CHECK(stimulus.rate_rad_s[c.step] == doctest::Approx(expected).epsilon(1e-14));
   }
   // Where it starts is in the middle of the range, to within a state.
   const auto [low, high] = std::minmax_element(stimulus.tilt_rad.begin(), stimulus.tilt_rad.end());

@@ -1,0 +1,333 @@
+// Tests of sim/simulate.hpp: against linear theory, against a second implementation written straight from the
+// equations, the timing of the delay, unstable trials, errors, and the bits of one trial.
+#include "sim/simulate.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/sha256.hpp"
+
+using namespace decid::sim;
+using decid::Random;
+using decid::Stream;
+
+namespace {
+
+const Random some_noise(1, Stream::vestibular_noise, 0);
+
+struct Trial {
+  Outcome outcome;
+  std::vector<double> sway;
+};
+
+Trial simulate(const Simulator& simulator, const Parameters& parameters, const Random& noise = some_noise) {
+  Trial trial{{}, std::vector<double>(static_cast<std::size_t>(simulator.samples()))};
+  trial.outcome = simulator.run(parameters, noise, trial.sway);
+  return trial;
+}
+
+// The same trial, equation by equation, every signal kept whole on the 1 ms grid. Returns the sway of every step, up
+// to and including the first out of bounds.
+std::vector<double> straightforward(const Protocol& protocol, const Parameters& parameters, const Random& noise) {
+  const Stimulus stimulus = make_stimulus(protocol);
+  const auto steps = static_cast<std::size_t>(protocol.steps());
+  const auto per_sample = static_cast<std::size_t>(protocol.steps_per_sample());
+  std::vector<double> noise_rate(static_cast<std::size_t>(protocol.samples()) + 1);
+  VestibularNoiseMaker(protocol).velocity(parameters[Nv], noise, noise_rate);
+
+  const double dt = 0.001;
+  std::vector<double> estimate{0.0}, estimate_rate;
+  for (std::size_t k = 0; k < steps; ++k) {
+    const double part = static_cast<double>(k % per_sample) / static_cast<double>(per_sample);
+    const double nu_rate = (1.0 - part) * noise_rate[k / per_sample] + part * noise_rate[k / per_sample + 1];
+    const double x = stimulus.rate_rad_s[k] + nu_rate, theta = parameters[Theta];
+    estimate_rate.push_back(x > theta ? x - theta : x < -theta ? x + theta : 0.0);
+    estimate.push_back(estimate[k] + dt * estimate_rate[k]);
+  }
+
+  std::vector<double> sway{0.0}, sway_rate{0.0}, u;
+  const double delay_steps = std::round(parameters[Delay] * 1e6) / 1e3;
+  for (std::size_t k = 0; k < steps; ++k) {
+    const double f = stimulus.tilt_rad[k], f_rate = stimulus.rate_rad_s[k];
+    u.push_back(parameters[Kp] * (sway[k] + (estimate[k] + sway[k] - f)) +
+                parameters[Kd] * (sway_rate[k] + (estimate_rate[k] + sway_rate[k] - f_rate)));
+    double active = 0.0;
+    const double position = static_cast<double>(k) - delay_steps;
+    if (position >= 0.0) {
+      const auto before = static_cast<std::size_t>(position);
+      const double part = position - static_cast<double>(before);
+      active = part == 0.0 ? u[before] : (1.0 - part) * u[before] + part * u[before + 1];
+    }
+    const Body& body = protocol.body;
+    const double acceleration = (body.mass_kg * 9.81 * body.com_height_m * std::sin(sway[k]) - active -
+                                 parameters[Kp_pass] * (sway[k] - f) - parameters[Kd_pass] * (sway_rate[k] - f_rate)) /
+                                body.inertia_kgm2;
+    sway_rate.push_back(sway_rate[k] + dt * acceleration);
+    sway.push_back(sway[k] + dt * sway_rate[k + 1]);
+    if (std::abs(sway.back()) > 5.0 * rad_per_deg) break;
+  }
+  return sway;
+}
+
+// The largest difference between a trial and the straightforward one, relative to the largest sway.
+double disagreement(const Protocol& protocol, const Parameters& parameters, const Random& noise) {
+  const Simulator simulator(protocol);
+  const Trial trial = simulate(simulator, parameters, noise);
+  const std::vector<double> sway = straightforward(protocol, parameters, noise);
+  REQUIRE(trial.outcome.valid);
+  REQUIRE(sway.size() == static_cast<std::size_t>(protocol.steps()) + 1);
+  double difference = 0.0, largest = 0.0;
+  for (const double a : sway) largest = std::max(largest, std::abs(a));
+  for (std::size_t k = 0; k < trial.sway.size(); ++k) {
+    const double a = sway[k * static_cast<std::size_t>(protocol.steps_per_sample())];
+    difference = std::max(difference, std::abs(trial.sway[k] - a));
+  }
+  CHECK(trial.outcome.largest_sway_rad == doctest::Approx(largest).epsilon(1e-11));
+  return difference / largest;
+}
+
+// The first step at which the sway of two trials sampled at 1 kHz differs.
+int first_difference(const Trial& a, const Trial& b) {
+  const auto [end, ignored] = std::mismatch(a.sway.begin(), a.sway.end(), b.sway.begin());
+  return static_cast<int>(end - a.sway.begin());
+}
+
+}  // namespace
+
+TEST_CASE("dead_band: its definition") {
+  for (const double theta : {0.0, 0.0026, 0.0052}) {
+    for (int i = -100; i <= 100; ++i) {
+      const double x = i * 1e-4;
+      const double expected = x < -theta ? x + theta : x > theta ? x - theta : 0.0;
+      CHECK(dead_band(x, theta) == expected);
+    }
+    CHECK(dead_band(theta, theta) == 0.0);
+    CHECK(dead_band(-theta, theta) == 0.0);
+  }
+}
+
+TEST_CASE("Simulator: small sway follows the closed loop's transfer function") {
+  Protocol protocol;
+  protocol.sequence.amplitude_deg = 0.01;  // sin(a) = a to 1e-8
+  const Simulator simulator(protocol);
+  const int cycle = 6050;
+  const RealFft fft(cycle);
+  std::vector<Complex> tilt_spectrum(static_cast<std::size_t>(fft.bins())), sway_spectrum(tilt_spectrum.size());
+  std::vector<Complex> work(static_cast<std::size_t>(fft.work_length()));
+  std::vector<double> tilt;
+  for (std::size_t k = 0; k < cycle; ++k) tilt.push_back(simulator.stimulus().tilt_rad[10 * k]);
+  fft.forward(tilt, tilt_spectrum, work);
+
+  //                               Kp     Kd    Kp_pass Kd_pass Nv theta delay
+  for (const Parameters& parameters :
+       {Parameters{900.0, 250.0, 200.0, 120.0, 0.0, 0.0, 0.1}, Parameters{700.0, 300.0, 100.0, 80.0, 0.0, 0.0, 0.0},
+        Parameters{600.0, 200.0, 370.0, 180.0, 0.0, 0.0, 0.1507},
+        Parameters{1200.0, 370.0, 65.0, 65.0, 0.0, 0.0, 0.0305}}) {
+    const Trial trial = simulate(simulator, parameters);
+    REQUIRE(trial.outcome.valid);
+    // The transient has died out in the second cycle.
+    fft.forward(std::span(trial.sway).subspan(cycle), sway_spectrum, work);
+    double worst = 0.0;
+    int compared = 0;
+    // The second half of a cycle is the first negated: the odd harmonics are excited. Up to 1.2 Hz, where half a step's
+    // lag of the integration, pi f / 1000 Hz, is 0.4%.
+    for (std::size_t k = 1; k < 73; k += 2, ++compared) {
+      const Complex response = sway_spectrum[k] / tilt_spectrum[k];
+      const Complex expected = closed_loop(parameters, protocol.body, static_cast<double>(k) / 60.5);
+      worst = std::max(worst, std::abs(response - expected) / std::abs(expected));
+    }
+    CHECK(compared == 36);
+    CHECK(worst < 0.01);
+  }
+}
+
+TEST_CASE("closed_loop: its formula") {
+  const Parameters parameters{900.0, 250.0, 200.0, 120.0, 0.0, 0.0, 0.137};
+  const Body body;
+  for (const double f : {0.0, 0.01, 0.3, 1.0, 7.3, 20.0}) {
+    const std::complex<double> s(0.0, 2.0 * pi * f);
+    const auto passive = 200.0 + 120.0 * s;
+    const auto exact =
+        passive / (body.inertia_kgm2 * s * s - body.mgh() + 2.0 * (900.0 + 250.0 * s) * std::exp(-s * 0.137) + passive);
+    CHECK(std::abs(closed_loop(parameters, body, f) - exact) < 1e-13 * std::abs(exact));
+  }
+}
+
+TEST_CASE("Simulator: equals the equations written straight down") {
+  // Both are the same arithmetic but for the order of its roundings. Each of 121000 steps adds errors of about eps to
+  // a stable loop, which forgets them within seconds; 1e-12 is some thousand eps.
+  const Parameters middle = middle_parameters();
+  CHECK(disagreement(Protocol{}, middle, some_noise) < 1e-12);
+  Parameters parameters = middle;
+  for (const double delay : {0.0, 0.001, 0.0105, 0.07, 0.1207, 0.16}) {
+    parameters[Delay] = delay;
+    CHECK(disagreement(Protocol{}, parameters, Random(2, Stream::child_noise, 3)) < 1e-12);
+  }
+  parameters = middle;
+  parameters[Nv] = 0.0;
+  CHECK(disagreement(short_protocol(), parameters, some_noise) < 1e-12);
+  parameters[Theta] = 0.0;
+  CHECK(disagreement(short_protocol(), parameters, some_noise) < 1e-12);
+  Protocol coarse;
+  coarse.sample_rate_hz = 20.0;
+  coarse.sequence.amplitude_deg = 4.0;
+  coarse.body.mass_kg = 60.0;
+  CHECK(disagreement(coarse, middle, some_noise) < 1e-12);
+}
+
+TEST_CASE("Simulator: the active torque starts when the delay is over") {
+  Protocol protocol;
+  protocol.sample_rate_hz = 1000.0;
+  // Starts as the platform begins to move: below the threshold, the very first command is -Kd f'.
+  protocol.sequence.offset_s = 0.25;
+  protocol.sequence.cycles = 1;
+  const Simulator simulator(protocol);
+  REQUIRE(simulator.stimulus().rate_rad_s[0] != 0.0);
+  Parameters parameters = middle_parameters();
+  parameters[Nv] = 0.0;
+  parameters[Theta] = 0.0052;
+  Parameters passive = parameters;
+  passive[Kp] = passive[Kd] = 0.0;
+  const Trial without = simulate(simulator, passive);
+  struct Case {
+    double delay_s;
+    int first_step;  // with torque: the first t = k ms that is not below the delay
+  };
+  for (const Case& c : {Case{0.0, 0}, Case{0.001, 1}, Case{0.0004, 1}, Case{0.0025, 3}, Case{0.07, 70}, Case{0.12, 120},
+                        Case{0.12025, 121}, Case{0.2399, 240}, Case{0.24, 240}, Case{0.9995, 1000}, Case{1.0, 1000}}) {
+    parameters[Delay] = c.delay_s;
+    CAPTURE(c.delay_s);
+    // A torque of step k shows in the sway of step k + 1.
+    CHECK(first_difference(simulate(simulator, parameters), without) == c.first_step + 1);
+  }
+}
+
+TEST_CASE("Simulator: a fractional delay lies between its neighbours in proportion") {
+  Protocol protocol;
+  protocol.sequence.amplitude_deg = 0.01;
+  const Simulator simulator(protocol);
+  Parameters parameters = middle_parameters();
+  parameters[Nv] = parameters[Theta] = 0.0;
+  const auto sway = [&](double delay_s) {
+    parameters[Delay] = delay_s;
+    return simulate(simulator, parameters).sway;
+  };
+  const std::vector<double> low = sway(0.100), quarter = sway(0.10025), high = sway(0.101);
+  double difference = 0.0, error = 0.0;
+  for (std::size_t k = 0; k < low.size(); ++k) {
+    difference = std::max(difference, std::abs(high[k] - low[k]));
+    error = std::max(error, std::abs(quarter[k] - (0.75 * low[k] + 0.25 * high[k])));
+  }
+  CHECK(difference > 0.0);
+  // Sway is smooth in the delay: the rest is of second order in 1 ms over the loop's time constants of about 0.1 s.
+  CHECK(error < 0.02 * difference);
+}
+
+TEST_CASE("Simulator: Nv = 0 is exactly without noise, Nv > 0 is not") {
+  Parameters parameters = middle_parameters();
+  const Simulator simulator{Protocol{}};
+  const Random other(9, Stream::child_noise, 9);
+  CHECK(simulate(simulator, parameters).sway != simulate(simulator, parameters, other).sway);
+  parameters[Nv] = 0.0;
+  Protocol silent;
+  silent.vestibular_noise.scale_deg = 0.0;
+  const std::vector<double> sway = simulate(simulator, parameters).sway;
+  CHECK(sway == simulate(simulator, parameters, other).sway);
+  parameters[Nv] = 1.0;
+  CHECK(sway == simulate(Simulator(silent), parameters).sway);
+}
+
+TEST_CASE("Simulator: starts at rest, upright; nothing moves without a stimulus") {
+  const Simulator simulator(short_protocol());
+  Parameters parameters = middle_parameters();
+  parameters[Nv] = 0.0;
+  const Trial trial = simulate(simulator, parameters);
+  CHECK(std::all_of(trial.sway.begin(), trial.sway.begin() + 197, [](double a) { return a == 0.0; }));
+  CHECK(trial.outcome.valid);
+  CHECK(trial.outcome.end_s == 63.7);
+}
+
+TEST_CASE("Simulator: a fall is reported when it happens") {
+  const Protocol protocol;
+  const Simulator simulator(protocol);
+  Parameters parameters = middle_parameters();
+  parameters[Kp] = parameters[Kd] = 0.0;  // passive stiffness alone does not hold the body
+  const Trial trial = simulate(simulator, parameters);
+  const std::vector<double> sway = straightforward(protocol, parameters, some_noise);
+  CHECK_FALSE(trial.outcome.valid);
+  CHECK(trial.outcome.end_s == static_cast<double>(sway.size() - 1) / 1000.0);
+  CHECK(trial.outcome.end_s > 1.0);
+  CHECK(trial.outcome.end_s < 20.0);
+  CHECK(trial.outcome.largest_sway_rad > sway_limit_rad);
+  CHECK(trial.outcome.largest_sway_rad < 1.01 * sway_limit_rad);
+  // Samples up to the fall are written, later ones are not.
+  const auto last = static_cast<std::size_t>((sway.size() - 2) / 10);
+  CHECK(trial.sway[last] != 0.0);
+  CHECK(trial.sway[last + 1] == 0.0);
+
+  // A delay that makes the loop oscillate with growing amplitude.
+  parameters = middle_parameters();
+  parameters[Kp] = parameter_info[Kp].high;
+  parameters[Kd] = parameter_info[Kd].high;
+  parameters[Kd_pass] = parameter_info[Kd_pass].low;
+  parameters[Delay] = parameter_info[Delay].high;
+  const Outcome oscillating = simulate(simulator, parameters).outcome;
+  CHECK_FALSE(oscillating.valid);
+  CHECK(oscillating.end_s > parameters[Delay]);
+  CHECK(oscillating.end_s < 121.0);
+
+  // Gains beyond all reason overflow at once: invalid, and no NaN.
+  parameters.fill(std::numeric_limits<double>::max());
+  parameters[Nv] = parameters[Theta] = parameters[Delay] = 0.0;
+  const Outcome overflow = simulate(simulator, parameters).outcome;
+  CHECK_FALSE(overflow.valid);
+  CHECK(overflow.end_s < 0.5);
+  CHECK(overflow.largest_sway_rad > sway_limit_rad);
+}
+
+TEST_CASE("Simulator: errors") {
+  const Simulator simulator{Protocol{}};
+  std::vector<double> sway(12'100);
+  const auto message = [&](std::size_t index, double value) -> std::string {
+    Parameters parameters = middle_parameters();
+    parameters[index] = value;
+    try {
+      simulator.run(parameters, some_noise, sway);
+    } catch (const decid::Error& error) {
+      return error.where();
+    }
+    return "no error";
+  };
+  for (std::size_t i = 0; i < parameter_count; ++i) {
+    const std::string where = std::string("parameter ") + parameter_info[i].name;
+    CHECK(message(i, std::numeric_limits<double>::quiet_NaN()) == where);
+    CHECK(message(i, std::numeric_limits<double>::infinity()) == where);
+    CHECK(message(i, -1e-9) == where);
+    CHECK(message(i, 0.0) == "no error");
+  }
+  CHECK(message(Delay, 1.0) == "no error");
+  CHECK(message(Delay, 1.0001) == "parameter delay");
+  sway.pop_back();
+  CHECK(message(Kp, 900.0) == "simulation");
+  Protocol broken;
+  broken.sequence.cycles = 0;
+  CHECK_THROWS_AS(Simulator{broken}, decid::Error);
+}
+
+TEST_CASE("Simulator: the bits of a noisy trial") {
+  const Simulator simulator{Protocol{}};
+  const auto digest = [](const std::vector<double>& values) {
+    return decid::sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)});
+  };
+  const Trial trial = simulate(simulator, middle_parameters());
+  REQUIRE(trial.outcome.valid);
+  CHECK(digest(trial.sway) == digest(simulate(simulator, middle_parameters()).sway));
+  // Promised for every compiler and instruction set: a change here changes every data set.
+  CHECK(digest(simulator.stimulus().tilt_rad) == "8a314a0d18b51a8e3715b7497be72a3014690456695171bff5e32240f98a54e1");
+  CHECK(digest(trial.sway) == "dd6b44afaa79a9a993f5015d32330b7efc1da25b761290b5ba98ad00d9f80fcd");
+}
