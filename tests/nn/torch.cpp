@@ -1,0 +1,192 @@
+// Tests of the layers, the loss and a short training against PyTorch: the figures of torch_figures.inc, computed there
+// in double by tests/nn/torch_figures.py from the same inputs. A sum of n terms in float errs by epsilon times the sum
+// of their magnitudes times, roundings being independent, the root of n: that is each tensor's tolerance.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "nn/loss.hpp"
+#include "nn/network.hpp"
+#include "tests/nn/chain.hpp"
+
+using namespace decid::nn;
+using namespace decid::nn::testing;
+
+namespace {
+
+struct Figure {
+  std::string name;
+  int length;         ///< of the longest sum behind a value
+  double magnitude;   ///< largest sum of absolute values of the terms
+  double projection;  ///< all values times hashed(99, index)
+  std::vector<double> values;
+};
+
+const std::vector<Figure>& figures() {
+  static const std::vector<Figure> all{
+#include "tests/nn/torch_figures.inc"
+  };
+  return all;
+}
+
+template <class T>
+void compare(const std::string& name, const std::vector<T>& values) {
+  CAPTURE(name);
+  const auto figure = std::find_if(figures().begin(), figures().end(), [&](const Figure& f) { return f.name == name; });
+  REQUIRE(figure != figures().end());
+  const double tolerance = std::sqrt(figure->length) * std::numeric_limits<float>::epsilon() * figure->magnitude;
+  // The figures themselves have 12 digits.
+  const auto near = [&](double value, double expected, double allowed) {
+    CAPTURE(value);
+    CAPTURE(expected);
+    CHECK(std::abs(value - expected) <= allowed + 1e-11 * std::abs(expected));
+  };
+  const std::size_t listed = std::min<std::size_t>(values.size(), 24);
+  REQUIRE(figure->values.size() == listed);
+  for (std::size_t i = 0; i < listed; ++i) {
+    const auto drawn = static_cast<std::size_t>((hashed(77, i) + 1) / 2 * static_cast<double>(values.size()));
+    near(static_cast<double>(values[values.size() <= 24 ? i : drawn]), figure->values[i], tolerance);
+  }
+  double projection = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) projection += hashed(99, i) * static_cast<double>(values[i]);
+  near(projection, figure->projection, tolerance * std::sqrt(static_cast<double>(values.size())));
+}
+
+void set_parameters(const std::vector<Parameter<float>*>& parameters, std::uint32_t id) {
+  for (Parameter<float>* p : parameters) {
+    const bool weight = p->name == "weight", gamma = p->name == "gamma";
+    p->value = hashed_values<float>(id++, p->value.size(), weight || gamma ? 0.5 : 1.0, gamma ? 1.0 : 0.0);
+  }
+}
+
+void load_hashed(const Tensor<float>& tensor, std::uint32_t id, double scale = 1.0, double offset = 0.0) {
+  const auto count = static_cast<std::size_t>(tensor.batch()) * static_cast<std::size_t>(tensor.shape().size());
+  load_batch<float>(tensor, hashed_values<float>(id, count, scale, offset));
+}
+
+/// Forward and backward of the layer that is case `number` of torch_figures.py.
+void check_layer(std::uint32_t number, const std::string& name, Shape shape, int batch, const std::string& line) {
+  const std::uint32_t first = 100 * number;
+  Chain<float> chain(shape, line, batch);
+  set_parameters(chain.parameters(), first + 10);
+  load_hashed(chain.input(), first, 1.5, 0.2);
+  chain.forward(Mode::training);
+  compare(name + "/dst", store_batch(chain.output()));
+  load_hashed(chain.output_diff(), first + 1);
+  chain.backward();
+  compare(name + "/diff_src", store_batch(chain.input_diff()));
+  for (const Parameter<float>* p : chain.parameters()) compare(name + "/" + p->name, p->gradient);
+}
+
+}  // namespace
+
+TEST_CASE("PyTorch: convolutions") {
+  check_layer(0, "conv1x1", {5, 4, 6}, 3, "conv 7 1x1");
+  check_layer(1, "conv3x3", {3, 7, 6}, 19, "conv 4 3x3");
+  check_layer(2, "conv3x3pad1", {17, 6, 5}, 16, "conv 18 3x3 pad 1");
+  check_layer(3, "conv5x5pad2", {3, 9, 8}, 17, "conv 5 5x5 pad 2");
+  check_layer(4, "conv5x3pad1x2", {2, 8, 9}, 3, "conv 3 5x3 pad 1x2");
+  check_layer(5, "conv3x3stride2pad1", {4, 9, 8}, 19, "conv 6 3x3 stride 2 pad 1");
+  check_layer(6, "conv3x3stride2x1", {3, 8, 7}, 5, "conv 4 3x3 stride 2x1 pad 0x1");
+  check_layer(7, "conv5x5stride3pad4", {2, 10, 11}, 16, "conv 3 5x5 stride 3 pad 4");
+  check_layer(8, "conv1x1stride2", {3, 7, 8}, 33, "conv 4 1x1 stride 2");
+}
+
+TEST_CASE("PyTorch: ReLU and pooling") {
+  check_layer(9, "relu", {3, 4, 5}, 17, "relu");
+  check_layer(10, "maxpool2", {3, 8, 7}, 17, "maxpool 2");
+  check_layer(11, "maxpool3stride2", {9, 9, 8}, 5, "maxpool 3 stride 2");
+  check_layer(12, "maxpool2x3", {3, 6, 8}, 16, "maxpool 2x3 stride 1x2");
+  check_layer(13, "avgpool2", {3, 8, 7}, 17, "avgpool 2");
+  check_layer(14, "avgpool3stride2", {9, 9, 8}, 5, "avgpool 3 stride 2");
+  check_layer(15, "avgpool2stride3", {3, 8, 9}, 16, "avgpool 2 stride 3");
+  check_layer(16, "globalavgpool", {5, 7, 6}, 19, "globalavgpool");
+}
+
+TEST_CASE("PyTorch: fully connected") {
+  check_layer(17, "fc", {4, 5, 6}, 19, "fc 7");
+  check_layer(18, "fcmany", {3, 1, 2}, 35, "fc 40");
+}
+
+TEST_CASE("PyTorch: batch normalisation, three steps of training and inference") {
+  const Shape shape{9, 5, 6};
+  Chain<float> chain(shape, "batchnorm", 19);
+  set_parameters(chain.parameters(), 5000);
+  for (std::uint32_t step = 0; step < 3; ++step) {
+    const std::string name = "batchnorm" + std::to_string(step) + "/";
+    auto values = hashed_values<float>(5010 + step, static_cast<std::size_t>(19 * shape.size()));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] += static_cast<float>(i / 30 % 9) * 0.25f;
+    load_batch<float>(chain.input(), values);
+    chain.forward(Mode::training);
+    load_hashed(chain.output_diff(), 5020 + step);
+    chain.backward();
+    compare(name + "dst", store_batch(chain.output()));
+    compare(name + "diff_src", store_batch(chain.input_diff()));
+    for (const Parameter<float>* p : chain.parameters()) compare(name + p->name, p->gradient);
+    for (const Statistic<float>* s : chain.statistics()) compare(name + s->name, s->value);
+  }
+  load_hashed(chain.input(), 5030);
+  chain.forward(Mode::inference);
+  compare("batchnorm/inference", store_batch(chain.output()));
+}
+
+TEST_CASE("PyTorch: mean squared error") {
+  struct Case {
+    const char* name;
+    int batch, outputs;
+  };
+  for (const auto& [name, batch, outputs] : {Case{"mse", 19, 7}, Case{"msefull", 32, 3}, Case{"mseone", 1, 1}}) {
+    AlignedBuffer<float> memory, diff_memory;
+    const Shape shape{outputs, 1, 1};
+    memory.reserve(Tensor<float>::required(shape, batch, 0));
+    diff_memory.reserve(Tensor<float>::required(shape, batch, 0));
+    const Tensor<float> output(memory.data(), shape, batch, 0), diff(diff_memory.data(), shape, batch, 0);
+    const auto id = static_cast<std::uint32_t>(6000 + batch);
+    load_hashed(output, id, 2.0);
+    const auto targets = hashed_values<float>(id + 1, static_cast<std::size_t>(batch * outputs));
+    std::vector<double> squares(static_cast<std::size_t>(outputs));
+    mean_squared_error<float>(output, targets, squares, &diff);
+    compare(std::string(name) + "/loss",
+            std::vector<double>{std::accumulate(squares.begin(), squares.end(), 0.0) / (batch * outputs)});
+    compare(std::string(name) + "/diff", store_batch(diff));
+  }
+}
+
+TEST_CASE("PyTorch: a network trained for five steps with momentum and weight decay") {
+  constexpr int batch = 19, steps = 5;
+  Network<float> network({2, 12, 10},
+                         "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; conv 6 3x3 stride 2x1 pad 1; batchnorm; relu; "
+                         "avgpool 2; fc 3");
+  network.plan(batch, Mode::training);
+  std::uint32_t id = 8010;
+  for (const auto& layer : network.layers()) {
+    set_parameters(layer->parameters(), id);
+    id += 2;
+  }
+  const auto targets = hashed_values<float>(8001, batch * 3);
+  std::vector<double> losses, squares(3);
+  for (int step = 0; step < steps; ++step) {
+    load_hashed(network.input(), 8000, 1.5, 0.2);
+    network.forward();
+    mean_squared_error<float>(network.output(), targets, squares, &network.output_diff());
+    losses.push_back((squares[0] + squares[1] + squares[2]) / (batch * 3));
+    network.backward();
+    if (step == 0)
+      for (std::size_t i = 0; i < network.layers().size(); ++i)
+        for (const Parameter<float>* p : network.layers()[i]->parameters())
+          compare("network/gradient" + std::to_string(i) + "." + p->name, p->gradient);
+    sgd_step(network, 0.0625, {.momentum = 0.875, .weight_decay = 0.03125});
+  }
+  compare("network/losses", losses);
+  for (std::size_t i = 0; i < network.layers().size(); ++i) {
+    const std::string prefix = "network/" + std::to_string(i) + ".";
+    for (const Parameter<float>* p : network.layers()[i]->parameters()) compare(prefix + p->name, p->value);
+    for (const Statistic<float>* s : network.layers()[i]->statistics()) compare(prefix + s->name, s->value);
+  }
+  network.plan(batch, Mode::inference);
+  load_hashed(network.input(), 8002, 1.5, 0.2);
+  network.forward();
+  compare("network/inference", store_batch(network.output()));
+}
