@@ -84,6 +84,7 @@ TEST_CASE("a data set comes back to the bit, and equal sets are equal files") {
   }
   const std::string a = read_text(folder / "a.npz"), b = read_text(folder / "b.npz");
   CHECK(a == b);
+  CHECK(a.substr(10, 4) == std::string("\x00\x00\x21\x00", 4));  // midnight, 1 January 1980
   CHECK(files_in(folder) == 2);
 
   Dataset other = data;
