@@ -11,6 +11,7 @@
 #include "dataset/protocol_json.hpp"
 #include "embedded/built_in_model.hpp"
 #include "nn/safetensors.hpp"
+#include "tools/text.hpp"
 
 namespace decid::tools {
 namespace {
@@ -34,6 +35,25 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
   const auto parameters = static_cast<int>(sim::parameter_count);
   if (network.output_shape() != nn::Shape{parameters, 1, 1})
     throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
+  check_fold();
+}
+
+void Model::check_fold() const {
+  if (image.fold == 1) return;
+  const int columns = images_.shape().columns;
+  const double cycle_samples = protocol.cycle_s() * protocol.sample_rate_hz;
+  const double lead_in_samples = protocol.sequence.lead_in_s * protocol.sample_rate_hz;
+  if (image.fold == protocol.sequence.cycles && columns * image.window == std::lround(cycle_samples) &&
+      image.first_sample == std::lround(lead_in_samples))
+    return;
+  throw Error(
+      "image settings",
+      format(
+          "fold %d times %d windows of %d samples from sample %d on, but protocol '%s' plays %d cycles of %g samples "
+          "after %g",
+          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.sequence.cycles,
+          cycle_samples, lead_in_samples),
+      "choose a preset made for this protocol, or one that does not fold");
 }
 
 void Model::make_input(std::span<const float> sway_rad, std::span<float> image_values) const {

@@ -21,7 +21,8 @@ struct Model {
   nn::Network<float> network;
   std::string origin;  ///< how it was trained: a JSON text, for people
 
-  /// A fresh network for these images; weights are not initialised.
+  /// A fresh network for these images; weights are not initialised. Throws Error if the architecture does not fit the
+  /// images, or if these fold cycles that the protocol does not play.
   Model(sim::Protocol protocol, dataset::ImageSettings image, const std::string& architecture);
 
   /// Makes the images of trials into the network's input; immutable apart from the network.
@@ -30,6 +31,8 @@ struct Model {
   void make_input(std::span<const float> sway_rad, std::span<float> image_values) const;
 
  private:
+  void check_fold() const;
+
   dataset::ImageMaker images_;
 };
 

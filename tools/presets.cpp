@@ -10,16 +10,18 @@ using dataset::Channel;
 const std::vector<Preset>& presets() {
   static const std::vector<Preset> all{
       {.name = "default",
-       .description = "stride-2 network on log modulus, cosine and sine of the phase",
+       .description = "stride-2 network on the two cycles' mean and difference",
        .architecture =
-           "conv 32 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 48 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
-           "conv 64 3x3 stride 2x2 pad 1x1; batchnorm; relu; conv 96 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
-           "globalavgpool; fc 7",
+           "conv 48 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 64 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+           "conv 96 3x3 stride 2x2 pad 1x1; batchnorm; relu; conv 128 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+           "fc 7",
        .image = {.window = 110,
                  .half_spectrum = true,
-                 .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
-                 .standardize_rows = true},
-       .epochs = 30,
+                 .channels = {Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
+                              Channel::log_residual},
+                 .standardize_rows = true,
+                 .fold = 2},
+       .epochs = 40,
        .batch = 64,
        .learning_rate = 0.02,
        .sgd = {.momentum = 0.9, .weight_decay = 1e-4},

@@ -109,9 +109,10 @@ ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   if (channel == Channel::phase) return {"cyclic", -sim::pi, sim::pi, false};
   if (channel == Channel::cos_phase || channel == Channel::sin_phase) return {"diverging", -1.0, 1.0, false};
   if (finite.empty()) return {"sequential", 0.0, 1.0, false};
-  if (channel == Channel::real || channel == Channel::imaginary) {
+  const bool plain = channel == Channel::real || channel == Channel::imaginary;
+  if (plain || channel == Channel::asinh_real || channel == Channel::asinh_imaginary) {
     for (double& value : finite) value = std::abs(value);
-    const double limit = std::max(quantile(finite, 0.98), 1e-12);
+    const double limit = std::max(quantile(finite, plain ? 0.98 : 0.999), 1e-12);
     return {"diverging", -limit, limit, false};
   }
   const bool logarithmic = channel == Channel::modulus;
@@ -169,6 +170,8 @@ json image_to_json(const Identification& recording) {
           {"columns", shape.columns},
           {"row_hz", number(recording.protocol.sample_rate_hz / window)},
           {"column_s", number(window / recording.protocol.sample_rate_hz)},
+          {"start_s", number(recording.image_settings.first_sample / recording.protocol.sample_rate_hz)},
+          {"fold", recording.image_settings.fold},
           {"mirrored", shape.rows > rows},
           {"channels", std::move(list)}};
 }

@@ -25,7 +25,7 @@ std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& p
   return {sway_rad.begin(), sway_rad.end()};
 }
 
-Identification recording(std::vector<decid::dataset::Channel> channels) {
+Identification recording(std::vector<decid::dataset::Channel> channels, int fold = 1) {
   const sim::Simulator simulator(sim::default_protocol());
   Identification made;
   made.file = "recordings/subject-04/trial-2.csv";
@@ -45,6 +45,7 @@ Identification recording(std::vector<decid::dataset::Channel> channels) {
   made.variance_accounted_for = 0.631;
   made.peak_to_peak_deg = 2.148;
   made.image_settings.channels = std::move(channels);
+  made.image_settings.fold = fold;
   const decid::dataset::ImageMaker maker(made.image_settings, simulator.samples());
   made.image_shape = maker.shape();
   made.image.resize(static_cast<std::size_t>(made.image_shape.size()));
@@ -62,7 +63,7 @@ std::vector<Identification> several() {
   fallen.parameters[sim::Delay] = 0.262;
   fallen.warnings = {"delay is outside the range the model was trained on; do not rely on it",
                      "the body simulated from the identified parameters fell over after 34.2 s"};
-  Identification odd = recording({Channel::real, Channel::imaginary});
+  Identification odd = recording({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2);
   odd.file = "</script><script>document.body.dataset.error='markup'</script>.csv";
   return {recording({Channel::modulus, Channel::phase}), fallen, odd};
 }

@@ -251,15 +251,20 @@ function bitmap(width, height, colourAt) {
 
 const channelTitles = {
   modulus: "Modulus", log_modulus: "Logarithm of the modulus", phase: "Phase", cos_phase: "Cosine of the phase",
-  sin_phase: "Sine of the phase", real: "Real part", imaginary: "Imaginary part",
+  sin_phase: "Sine of the phase", real: "Real part", imaginary: "Imaginary part", asinh_real: "Real part, asinh",
+  asinh_imaginary: "Imaginary part, asinh", log_residual: "Logarithm of the difference between cycles",
 };
-const channelUnits = { modulus: "rad", log_modulus: "ln rad", phase: "rad", real: "rad", imaginary: "rad" };
+const channelUnits = { modulus: "rad", log_modulus: "ln rad", phase: "rad", real: "rad", imaginary: "rad", log_residual: "ln rad" };
 
 function steps(limit, wanted) {
   const rough = limit / wanted, power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find(factor => factor * power >= rough);
   return Array.from({ length: Math.floor(limit / step + 1e-9) + 1 }, (_, i) => Number((i * step).toPrecision(12)));
 }
+
+const timeLabel = image => image.fold > 1
+  ? "Time in the cycle (s)"
+  : image.start_s > 0 ? `Time after ${compact(image.start_s)} s (s)` : "Time (s)";
 
 function drawHeatmap(canvas, image, channel, map, bar) {
   const ratio = window.devicePixelRatio || 1;
@@ -282,7 +287,7 @@ function drawHeatmap(canvas, image, channel, map, bar) {
     pen.fillRect(x, bottom, 1, 4);
     pen.fillText(compact(time), x, bottom + 17);
   }
-  pen.fillText("Time (s)", (left + right) / 2, height - 6);
+  pen.fillText(timeLabel(image), (left + right) / 2, height - 6);
   pen.textAlign = "right";
   for (const frequency of steps((image.rows - 1) * image.row_hz, 6)) {
     const y = bottom - (frequency + image.row_hz / 2) / highest * (bottom - top);
@@ -315,7 +320,7 @@ function heatmap(image, channel) {
   const bar = bitmap(1, 256, (x, y) => colour[255 - y]);
   const title = (channelTitles[channel.name] ?? channel.name) + (channel.logarithmic ? ", logarithmic colours" : "");
   const canvas = element("canvas", { role: "img", "aria-label":
-    `Heat map: ${title} of the sway\u2019s spectrum, time 0 to ${compact(image.columns * image.column_s)} s across, ` +
+    `Heat map: ${title} of the sway\u2019s spectrum, ${timeLabel(image)} 0 to ${compact(image.columns * image.column_s)} s across, ` +
     `frequency 0 to ${compact((image.rows - 1) * image.row_hz)} Hz upwards` });
   let drawn = [0, 0, 1, 1];
   redraws.push(() => { drawn = drawHeatmap(canvas, image, channel, map, bar); });
@@ -332,6 +337,7 @@ function imageFigure(image) {
   return element("figure", {}, element("h3", {}, "What the network saw"),
     element("div", { class: "heatmaps" }, ...image.channels.map(channel => heatmap(image, channel))),
     element("figcaption", {}, `Spectrum of each ${compact(image.column_s)} s of sway, one column a window. ` +
+      (image.fold > 1 ? `The ${image.fold} equal cycles of the stimulus are averaged into one. ` : "") +
       (image.mirrored ? "Rows above half the sample rate mirror these and are left out. " : "") +
       "Values beyond a colour scale take its last colour."));
 }

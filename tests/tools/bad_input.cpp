@@ -1,0 +1,176 @@
+// Bad input: one clear line on standard error, exit code 2, nothing on standard output, and no file half-written.
+#include <doctest/doctest.h>
+
+#include <cstdint>
+
+#include "tests/tools/run.hpp"
+
+using decid::test::decid;
+using decid::test::Folder;
+using decid::test::read_text;
+using decid::test::write_text;
+
+namespace {
+
+/// The command fails as it should, and its line holds all of `fragments`.
+void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
+  const auto result = decid(arguments);
+  CAPTURE(arguments);
+  CAPTURE(result.err);
+  CHECK(result.code == 2);
+  CHECK(result.out.empty());
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  CHECK(result.err.starts_with("decid: "));
+  for (const std::string& fragment : fragments) {
+    CAPTURE(fragment);
+    CHECK(result.err.find(fragment) != std::string::npos);
+  }
+}
+
+/// Writes `text` as a recording and expects identify to refuse it, leaving neither JSON nor report.
+void check_recording_refused(const std::string& text, std::initializer_list<std::string> fragments,
+                             const std::string& options = "") {
+  const Folder folder;
+  write_text(folder / "r.csv", text);
+  check_refused("identify " + folder / "r.csv" + " -o " + folder / "o.json" + " --report " + folder / "o.html" + " " + options,
+                fragments);
+  CHECK(folder.files() == 1);
+}
+
+/// A recording of the default protocol's length; `cell(k)` gives the sway of sample k.
+template <class Cell>
+std::string recording(int samples, double rate, const Cell& cell) {
+  std::string text = "time,com_sway_deg\n";
+  for (int k = 0; k < samples; ++k) text += std::to_string(k / rate) + "," + cell(k) + "\n";
+  return text;
+}
+std::string wave(int k) { return std::to_string(0.3 * ((k / 70) % 5 - 2)); }
+
+}  // namespace
+
+TEST_CASE("wrong usage") {
+  check_refused("", {"--help"});
+  check_refused("identfy x.csv", {});
+  check_refused("simulate", {"--output", "simulate --help"});
+  check_refused("simulate --kp abc -o x.csv", {"--kp", "abc"});
+  check_refused("simulate --kp nan -o x.csv", {"Kp"});
+  check_refused("simulate --kp -5 -o x.csv", {"Kp"});
+  check_refused("simulate --delay 50 -o x.csv", {"delay"});
+  check_refused("simulate --model tripod -o x.csv", {"tripod"});
+  check_refused("simulate --threads 0 -o x.csv", {"--threads"});
+  check_refused("dataset --count 0 -o x.npz", {"--count"});
+  check_refused("dataset --count -3 -o x.npz", {"--count"});
+  check_refused("dataset --count 10 --base 20 -o x.npz", {"20", "10"});
+  check_refused("dataset --count 99999999999 -o x.npz", {"--count"});
+  check_refused("train -o m.safetensors", {"--data", "--stream"});
+  check_refused("train --stream --preset nope -o m.safetensors", {"nope", "default"});
+  check_refused("train --stream --schedule zigzag -o m.safetensors", {"zigzag", "cosine"});
+  check_refused("identify x.csv --truth Kp=1", {"--truth", "7"});
+  check_refused("identify x.csv --unit furlong", {"furlong"});
+  CHECK_FALSE(std::filesystem::exists("x.csv"));
+  CHECK_FALSE(std::filesystem::exists("x.npz"));
+}
+
+TEST_CASE("parameters that do not stand write no trial") {
+  const Folder folder;
+  check_refused("simulate --kp 510 --kp-pass 63 --delay 0.24 -o " + folder / "t.csv", {"5 degrees", "--kp"});
+  CHECK(folder.files() == 0);
+}
+
+TEST_CASE("recordings that cannot be used") {
+  check_refused("identify /nowhere/r.csv", {"/nowhere/r.csv"});
+  check_refused("identify /", {"/"});
+  check_recording_refused("", {"r.csv", "empty"});
+  check_recording_refused("time,com_sway_deg\n", {"r.csv"});
+  check_recording_refused("time,com_sway_deg\n0,0.1\n0.01,zero\n0.02,0.1\n", {"line 3", "zero"});
+  check_recording_refused("time,com_sway_deg\n0,0.1\n0.01,nan\n0.02,0.1\n", {"line 3"});
+  check_recording_refused("time,com_sway_deg\n0,0.1\n0.01,inf\n0.02,0.1\n", {"line 3"});
+  check_recording_refused("time,com_sway_deg\n0,0.1\n0.01\n0.02,0.1\n", {"line 3"});
+  check_recording_refused("time,elbow\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"wrist", "elbow"}, "--column wrist");
+  check_recording_refused(recording(12100, 100, [](int) { return std::string("0.25"); }), {"constant"});
+  check_recording_refused(recording(12100, 100, [](int k) { return std::to_string(k % 200); }), {"90 degrees"});
+  check_recording_refused(std::string("\x00\x01\x02\xff\xfe binary", 14), {"r.csv"});
+}
+
+TEST_CASE("recordings of another length or rate are refused with both and a way out") {
+  check_recording_refused(recording(6370, 100, wave), {"6370", "12100", "100 Hz", "decid train"});
+  check_recording_refused(recording(6370, 50, wave), {"6370", "50 Hz", "12100", "100 Hz", "decid train"});
+  check_recording_refused(recording(12100, 100, wave), {"12100", "50 Hz", "100 Hz"}, "--rate 50");
+  check_recording_refused(recording(20, 100, wave), {"20", "12100"});
+}
+
+TEST_CASE("a wrong unit is suspected, not refused") {
+  const Folder folder;
+  write_text(folder / "big.csv", recording(12100, 100, [](int k) { return std::to_string(12.5 * ((k / 70) % 5 - 2)); }));
+  write_text(folder / "small.csv", recording(12100, 100, [](int k) { return std::to_string((k / 70) % 5) + "e-5"; }));
+  for (const std::string name : {"big.csv", "small.csv"}) {
+    const auto result = decid("identify " + folder / name);
+    CAPTURE(name);
+    CHECK(result.code == 0);
+    CHECK(result.out.find("--unit") != std::string::npos);
+  }
+}
+
+TEST_CASE("outputs that cannot be written") {
+  const Folder folder;
+  REQUIRE(decid("simulate -o " + folder / "t.csv").code == 0);
+  const std::string trial = folder / "t.csv";
+  check_refused("simulate -o /nowhere/t.csv", {"/nowhere"});
+  check_refused("simulate -o " + folder / "", {""});
+  check_refused("identify " + trial + " -o /nowhere/o.json", {"/nowhere"});
+  // The JSON is not written when the report cannot be.
+  check_refused("identify " + trial + " -o " + folder / "o.json" + " --report /nowhere/o.html", {"/nowhere"});
+  check_refused("dataset --count 4 -o " + trial + "/d.npz", {"d.npz"});
+  check_refused("train --stream -o /nowhere/m.safetensors", {"/nowhere"});
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("damaged model files and data sets") {
+  const Folder folder;
+  write_text(folder / "quick.json",
+             R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  const std::string data = folder / "d.npz", model = folder / "m.safetensors", bad = folder / "bad";
+  REQUIRE(decid("dataset --count 16 --protocol " + folder / "quick.json" + " -o " + data).code == 0);
+  REQUIRE(decid("train --preset small --epochs 1 --batch 8 --data " + data + " -o " + model).code == 0);
+  const std::string bytes = read_text(model), archive = read_text(data);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{7}, std::size_t{100}, bytes.size() / 2, bytes.size() - 1}) {
+    write_text(bad, bytes.substr(0, size));
+    check_refused("info " + bad, {bad});
+    check_refused("identify --model " + bad + " " + data, {bad});
+  }
+  std::string changed = bytes;
+  const std::size_t format = changed.find("decid model");
+  REQUIRE(format != std::string::npos);
+  changed[format] = 'D';
+  write_text(bad, changed);
+  check_refused("info " + bad, {"format"});
+  changed = bytes;
+  changed.replace(changed.size() - 4, 4, std::string("\x00\x00\xc0\x7f", 4));  // NaN
+  write_text(bad, changed);
+  check_refused("info " + bad, {"finite"});
+  for (const std::size_t size : {std::size_t{0}, std::size_t{30}, archive.size() / 2, archive.size() - 1}) {
+    write_text(bad, archive.substr(0, size));
+    check_refused("evaluate --data " + bad, {bad});
+    check_refused("train --data " + bad + " -o " + folder / "new.safetensors", {bad});
+  }
+  check_refused("train --resume --preset small --data " + data + " -o " + folder / "new.safetensors", {"new.safetensors.checkpoint"});
+  CHECK_FALSE(std::filesystem::exists(folder / "new.safetensors"));
+}
+
+TEST_CASE("protocol files that cannot be used") {
+  const Folder folder;
+  const auto check = [&](const std::string& text, std::initializer_list<std::string> fragments) {
+    write_text(folder / "p.json", text);
+    check_refused("stimulus --protocol " + folder / "p.json" + " -o " + folder / "s.csv", fragments);
+    CHECK(folder.files() == 1);
+  };
+  check_refused("stimulus --protocol nonsense -o x.csv", {"nonsense"});
+  check("", {"p.json"});
+  check("{", {"p.json"});
+  check("[]", {"p.json"});
+  check(R"({"amplitude": 2})", {"amplitude"});
+  check(R"({"sequence": {"cycles": 0}})", {"cycles"});
+  check(R"({"sequence": {"cycles": 1000000}})", {"p.json"});
+  check(R"({"sample_rate_hz": 333})", {"sample_rate_hz"});
+  check(R"({"sample_rate_hz": "fast"})", {"sample_rate_hz"});
+}

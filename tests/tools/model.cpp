@@ -1,0 +1,86 @@
+// Model files: everything identification needs survives the round trip to the bit.
+#include "tools/model.hpp"
+
+#include <doctest/doctest.h>
+
+#include "base/error.hpp"
+#include "base/sha256.hpp"
+#include "dataset/protocol_json.hpp"
+#include "tools/presets.hpp"
+
+namespace decid::tools {
+namespace {
+
+Model example() {
+  sim::Protocol protocol = sim::short_protocol();
+  protocol.sensor_noise = {0.001, 0.1};
+  Model model(protocol, preset_named("small").image, preset_named("small").architecture);
+  model.network.initialise(3);
+  for (const auto& layer : model.network.layers())
+    for (auto* statistic : layer->statistics())
+      for (std::size_t i = 0; i < statistic->value.size(); ++i) statistic->value[i] = 0.1F + static_cast<float>(i) / 3.0F;
+  const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    model.rows.mean.push_back(static_cast<float>(i) / 7.0F);
+    model.rows.deviation.push_back(1.0F + static_cast<float>(i) / 9.0F);
+  }
+  model.targets.mean = sim::middle_parameters();
+  for (std::size_t p = 0; p < sim::parameter_count; ++p) model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
+  model.origin = R"({"seed":3})";
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("a model survives its file to the bit") {
+  const Model model = example();
+  const std::string bytes = to_bytes(model);
+  CHECK(bytes == to_bytes(model));
+  const Model copy = model_from_bytes(bytes, "copy");
+  CHECK(nn::weights_sha256(copy.network) == nn::weights_sha256(model.network));
+  CHECK(copy.network.architecture() == model.network.architecture());
+  CHECK(dataset::to_json(copy.protocol) == dataset::to_json(model.protocol));
+  CHECK(copy.image == model.image);
+  CHECK(copy.rows.mean == model.rows.mean);
+  CHECK(copy.rows.deviation == model.rows.deviation);
+  CHECK(copy.targets.mean == model.targets.mean);
+  CHECK(copy.targets.deviation == model.targets.deviation);
+  CHECK(copy.origin == model.origin);
+  CHECK(to_bytes(copy) == bytes);
+}
+
+TEST_CASE("a finished model is no checkpoint") {
+  std::string progress;
+  CHECK_THROWS_AS(model_from_bytes(to_bytes(example()), "m", &progress), Error);
+}
+
+TEST_CASE("a model predicts the same for a trial alone and among others") {
+  Model model = example();
+  const auto samples = static_cast<std::size_t>(model.protocol.samples());
+  constexpr int trials = 70;
+  std::vector<float> sway(samples * trials);
+  for (std::size_t i = 0; i < sway.size(); ++i) sway[i] = static_cast<float>((i * 2654435761U) % 1000) * 1e-5F;
+  const auto trial = [&](int i) {
+    return std::span<const float>(sway).subspan(static_cast<std::size_t>(i) * samples, samples);
+  };
+  const std::vector<float> all = predict(model, trials, trial);
+  for (const int i : {0, 15, 16, 63, 64, 69}) {
+    const std::vector<float> one = predict(model, 1, [&](int) { return trial(i); });
+    for (std::size_t p = 0; p < sim::parameter_count; ++p)
+      CHECK(one[p] == all[static_cast<std::size_t>(i) * sim::parameter_count + p]);
+  }
+}
+
+TEST_CASE("an architecture without 7 outputs is refused") {
+  CHECK_THROWS_WITH_AS(Model(sim::default_protocol(), {}, "fc 6"), doctest::Contains("7 outputs"), Error);
+}
+
+TEST_CASE("every preset makes a model of the default and the short protocol") {
+  for (const Preset& preset : presets())
+    for (const sim::Protocol& protocol : {sim::default_protocol(), sim::short_protocol()}) {
+      CAPTURE(preset.name);
+      CHECK(Model(protocol, preset.image, preset.architecture).network.parameter_count() > 1000);
+    }
+}
+
+}  // namespace decid::tools
