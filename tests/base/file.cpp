@@ -187,6 +187,16 @@ TEST_CASE("PendingFile: commit reports a temporary file that is gone") {
   CHECK(contains(error_of(folder / "file", [&] { pending.commit(); }), "No such file"));
 }
 
+TEST_CASE("PendingFile: commit reports a target that cannot be replaced") {
+  const Folder folder;
+  {
+    PendingFile pending(folder / "file");
+    fs::create_directory(folder / "file");
+    CHECK(contains(error_of(folder / "file", [&] { pending.commit(); }), "cannot be replaced: Is a directory"));
+  }
+  CHECK(folder.entries() == 1);
+}
+
 TEST_CASE("write_file: a link keeps pointing to its file, permissions stay") {
   const Folder folder;
   fs::create_directory(folder / "sub");

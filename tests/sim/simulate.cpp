@@ -196,10 +196,12 @@ TEST_CASE("Simulator: the active torque starts when the delay is over") {
   const Trial without = simulate(simulator, passive);
   struct Case {
     double delay_s;
-    int first_step;  // with torque: the first t = k ms that is not below the delay
+    int first_step;  // with torque: the first t = k ms that is not below the delay, but for rounding (0.1 + 0.02 >
+                     // 0.12)
   };
   for (const Case& c : {Case{0.0, 0}, Case{0.001, 1}, Case{0.0004, 1}, Case{0.0025, 3}, Case{0.07, 70}, Case{0.12, 120},
-                        Case{0.12025, 121}, Case{0.2399, 240}, Case{0.24, 240}, Case{0.9995, 1000}, Case{1.0, 1000}}) {
+                        Case{0.1 + 0.02, 120}, Case{0.12025, 121}, Case{0.2399, 240}, Case{0.24, 240},
+                        Case{0.9995, 1000}, Case{1.0, 1000}}) {
     parameters[Delay] = c.delay_s;
     CAPTURE(c.delay_s);
     // A torque of step k shows in the sway of step k + 1.
