@@ -41,29 +41,36 @@ struct TilePlace {
   std::ptrdiff_t src_column;
   float* dst;
   std::ptrdiff_t dst_channel, dst_column;
+  const float* next_src;  // fetched ahead: at the taps' offsets from here,
+  const float* next_dst;  // and where the next tile goes
 };
 
 /// Q channels x W columns of V::width lanes. start: of each channel, or null to go on from dst.
 template <class V, int Q, int W>
-void correlation_tile(const TilePlace& place, const std::ptrdiff_t* offset, const float* weight, int taps,
+void correlation_tile(const TilePlace& tile_place, const std::ptrdiff_t* offset, const float* weight, int taps,
                       const float* start) {
-  typename V::Float acc[Q][W];
-  for (int q = 0; q < Q; ++q)
-    for (int w = 0; w < W; ++w)
-      acc[q][w] =
-          start != nullptr ? V::broadcast(start[q]) : V::load(place.dst + q * place.dst_channel + w * place.dst_column);
+  using Float = typename V::Float;
+  const TilePlace place = tile_place;  // a copy that stores through dst cannot change
+  const auto at = [&](auto q, auto w) { return q * place.dst_channel + w * place.dst_column; };
+  Float acc[Q][W];
+  if (start != nullptr)
+    unroll<Q>([&](auto q) { unroll<W>([&](auto w) { acc[q][w] = V::broadcast(start[q]); }); });
+  else
+    unroll<Q>([&](auto q) { unroll<W>([&](auto w) { acc[q][w] = V::load(place.dst + at(q, w)); }); });
+  unroll<Q>([&](auto q) { unroll<W>([&](auto w) { __builtin_prefetch(place.next_dst + at(q, w), 1); }); });
   const float* column[W];
-  for (int w = 0; w < W; ++w) column[w] = place.src + w * place.src_column;
+  unroll<W>([&](auto w) { column[w] = place.src + w * place.src_column; });
   for (int t = 0; t < taps; ++t, weight += Q) {
-    typename V::Float x[W];
-    for (int w = 0; w < W; ++w) x[w] = V::load(column[w] + offset[t]);
-    for (int q = 0; q < Q; ++q) {
-      const typename V::Float k = V::broadcast(weight[q]);
-      for (int w = 0; w < W; ++w) acc[q][w] = V::fma(k, x[w], acc[q][w]);
-    }
+    const std::ptrdiff_t tap = offset[t];
+    __builtin_prefetch(place.next_src + tap);
+    Float x[W];
+    unroll<W>([&](auto w) { x[w] = V::load(column[w] + tap); });
+    unroll<Q>([&](auto q) {
+      const Float k = V::broadcast(weight[q]);
+      unroll<W>([&](auto w) { acc[q][w] = V::fma(k, x[w], acc[q][w]); });
+    });
   }
-  for (int q = 0; q < Q; ++q)
-    for (int w = 0; w < W; ++w) V::store(place.dst + q * place.dst_channel + w * place.dst_column, acc[q][w]);
+  unroll<Q>([&](auto q) { unroll<W>([&](auto w) { V::store(place.dst + at(q, w), acc[q][w]); }); });
 }
 
 using CorrelationTile = void (*)(const TilePlace&, const std::ptrdiff_t*, const float*, int, const float*);
@@ -111,14 +118,19 @@ void pack(const Correlation& s, int begin, int end, int first, int count, TapBlo
 /// One block of taps into all of dst for channels [first, first + count).
 template <class V>
 void correlate_block(const Correlation& s, const TapBlock& block, int first, int count, const float* start) {
+  const std::ptrdiff_t ahead = s.tap_column > 0 ? (s.tap_columns - 1) * lanes : 2 * (s.tap_columns - 1) * lanes;
   for (int i = 0; i < s.rows; ++i)
     for_each_part(s.columns, V::tile_columns, [&](int j, int j_end) {
       for_each_part(count, V::tile_channels, [&](int q, int q_end) {
         const CorrelationTile tile = find_correlation_tile<V>(q_end - q, j_end - j);
+        const float* src = s.src + i * s.src_row + j * s.src_column;
+        float* dst = s.dst + (first + q) * s.dst_channel + i * s.dst_row + j * s.dst_column;
+        const float* next_src = src + (j_end - j) * s.src_column + ahead + q / V::tile_channels * s.tap_columns * lanes;
+        const float* next_dst =
+            q_end < count ? dst + (q_end - q) * s.dst_channel : dst - q * s.dst_channel + (j_end - j) * s.dst_column;
         for (int lane = 0; lane < lanes; lane += V::width) {
-          const TilePlace place{s.src + i * s.src_row + j * s.src_column + lane, s.src_column,
-                                s.dst + (first + q) * s.dst_channel + i * s.dst_row + j * s.dst_column + lane,
-                                s.dst_channel, s.dst_column};
+          const TilePlace place{src + lane,   s.src_column,    dst + lane,     s.dst_channel,
+                                s.dst_column, next_src + lane, next_dst + lane};
           tile(place, block.offset, block.weight + q * block.taps, block.taps, start != nullptr ? start + q : nullptr);
         }
       });

@@ -35,30 +35,32 @@ struct GradientPlace {
 
 /// Q channels x T taps, and Q sums of diff_dst alone if Bias, of V::width lanes.
 template <class V, int Q, int T, bool Bias>
-void gradient_tile(const GradientPlace& place, const std::ptrdiff_t* offset, float* acc_memory) {
+void gradient_tile(const GradientPlace& tile_place, const std::ptrdiff_t* offset, float* acc_memory) {
   using Float = typename V::Float;
+  const GradientPlace place = tile_place;
   constexpr int columns = T + (Bias ? 1 : 0);
   Float acc[Q][columns];
-  for (int q = 0; q < Q; ++q)
-    for (int t = 0; t < columns; ++t) acc[q][t] = V::load(acc_memory + q * place.acc_channel + t * lanes);
+  unroll<Q>([&](auto q) {
+    unroll<columns>([&](auto t) { acc[q][t] = V::load(acc_memory + q * place.acc_channel + t * lanes); });
+  });
   for (int i = 0; i < place.rows; ++i) {
     const float* tap[T + 1];
-    for (int t = 0; t < T; ++t) tap[t] = place.src + i * place.src_row + offset[t];
-    const float* diff[Q];
-    for (int q = 0; q < Q; ++q) diff[q] = place.diff_dst + i * place.diff_row + q * place.diff_channel;
-    std::ptrdiff_t at_src = 0, at_diff = 0;
-    for (int j = 0; j < place.columns; ++j, at_src += place.src_column, at_diff += lanes) {
+    unroll<T>([&](auto t) { tap[t] = place.src + i * place.src_row + offset[t]; });
+    const float* diff = place.diff_dst + i * place.diff_row;
+    std::ptrdiff_t at_src = 0;
+    for (int j = 0; j < place.columns; ++j, at_src += place.src_column, diff += lanes) {
       Float x[T + 1];
-      for (int t = 0; t < T; ++t) x[t] = V::load(tap[t] + at_src);
-      for (int q = 0; q < Q; ++q) {
-        const Float dy = V::load(diff[q] + at_diff);
-        for (int t = 0; t < T; ++t) acc[q][t] = V::fma(x[t], dy, acc[q][t]);
+      unroll<T>([&](auto t) { x[t] = V::load(tap[t] + at_src); });
+      unroll<Q>([&](auto q) {
+        const Float dy = V::load(diff + q * place.diff_channel);
+        unroll<T>([&](auto t) { acc[q][t] = V::fma(x[t], dy, acc[q][t]); });
         if constexpr (Bias) acc[q][T] = V::add(acc[q][T], dy);
-      }
+      });
     }
   }
-  for (int q = 0; q < Q; ++q)
-    for (int t = 0; t < columns; ++t) V::store(acc_memory + q * place.acc_channel + t * lanes, acc[q][t]);
+  unroll<Q>([&](auto q) {
+    unroll<columns>([&](auto t) { V::store(acc_memory + q * place.acc_channel + t * lanes, acc[q][t]); });
+  });
 }
 
 using GradientTile = void (*)(const GradientPlace&, const std::ptrdiff_t*, float*);

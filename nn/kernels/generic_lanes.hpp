@@ -1,6 +1,9 @@
 // What all generic kernels share: splitting a range evenly into tiles, and the tree that sums the 16 lanes of a block.
 #pragma once
 
+#include <type_traits>
+#include <utility>
+
 #include "nn/kernels/kernels.hpp"
 
 namespace decid::nn {
@@ -26,6 +29,18 @@ template <class F>
     f(begin, end);
     begin = end;
   }
+}
+
+template <int... I, class F>
+[[gnu::always_inline]] inline void call_each(std::integer_sequence<int, I...>, const F& f) {
+  (f(std::integral_constant<int, I>{}), ...);
+}
+
+/// Calls f(0), ..., f(N - 1) with constants: arrays of registers indexed by them never exist in memory. From plain
+/// loops g++ 12 keeps a copy of all accumulators on the stack around the inner loop, 13% of the time of an 18-tap tile.
+template <int N, class F>
+[[gnu::always_inline]] inline void unroll(const F& f) {
+  call_each(std::make_integer_sequence<int, N>{}, f);
 }
 
 /// Four values side by side, in the compiler's own vector type: the same code for SSE2 and NEON.
