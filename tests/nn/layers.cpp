@@ -1,0 +1,383 @@
+// Tests of the layers in nn/: cases computed by hand, independence of samples, texts and their errors.
+// Definitions in nn/layer.hpp and nn/kernels/kernels.hpp; derivatives in gradients.cpp, figures of PyTorch in
+// torch.cpp.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+
+#include "nn/loss.hpp"
+#include "nn/network.hpp"
+#include "tests/nn/chain.hpp"
+
+using namespace decid::nn;
+using namespace decid::nn::testing;
+
+namespace {
+
+using Values = std::vector<float>;
+
+Values counted(std::size_t count) {
+  Values values(count);
+  std::iota(values.begin(), values.end(), 1.0f);
+  return values;
+}
+
+/// One sample through one layer: its output, and its input's derivative for the output's derivative `diff`.
+struct Hand {
+  Hand(Shape shape, const std::string& line, const std::vector<Values>& parameters = {}) : chain(shape, line, 1) {
+    for (std::size_t k = 0; k < parameters.size(); ++k) chain.parameters()[k]->value = parameters[k];
+  }
+  Values forward(const Values& input, Mode mode = Mode::training) {
+    load_batch<float>(chain.input(), input);
+    chain.forward(mode);
+    return store_batch(chain.output());
+  }
+  Values backward(const Values& diff) {
+    load_batch<float>(chain.output_diff(), diff);
+    chain.backward();
+    return store_batch(chain.input_diff());
+  }
+  const Values& gradient(std::size_t k) { return chain.parameters()[k]->gradient; }
+  Chain<float> chain;
+};
+
+bool same_bits(const Values& a, const Values& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+std::string layer_error(Shape shape, const std::string& line) {
+  return error_of([&] { make_layer<float>(shape, line); });
+}
+
+}  // namespace
+
+TEST_CASE("conv: by hand") {
+  // 1 2 3    weights 1 10      12+450 ...: each output is a + 10 b + 100 c + 1000 d of its 2x2 window, plus 0.5.
+  // 4 5 6            100 1000
+  // 7 8 9
+  Hand plain({1, 3, 3}, "conv 1 2x2", {{1, 10, 100, 1000}, {0.5f}});
+  CHECK(plain.forward(counted(9)) == Values{5421.5f, 6532.5f, 8754.5f, 9865.5f});
+  CHECK(plain.backward({1, 0, 0, 2}) == Values{1, 10, 0, 100, 1002, 20, 0, 200, 2000});
+  CHECK(plain.gradient(0) == Values{1 + 2 * 5, 2 + 2 * 6, 4 + 2 * 8, 5 + 2 * 9});
+  CHECK(plain.gradient(1) == Values{3});
+
+  Hand padded({1, 3, 3}, "conv 1 2x2 stride 2 pad 1", {{1, 10, 100, 1000}, {0}});
+  CHECK(padded.forward(counted(9)) == Values{1000, 3200, 7040, 9865});
+  CHECK(padded.backward({1, 1, 1, 1}) == Values{1000, 100, 1000, 10, 1, 10, 1000, 100, 1000});
+  CHECK(padded.gradient(0) == Values{5, 4 + 6, 2 + 8, 1 + 3 + 7 + 9});
+
+  // Rows and columns are not mixed up: 1x3 kernel, stride 1x2, padding 0x1.
+  Hand wide({1, 2, 3}, "conv 1 1x3 stride 1x2 pad 0x1", {{1, 10, 100}, {0}});
+  CHECK(wide.forward(counted(6)) == Values{210, 32, 540, 65});
+
+  // Weights are (out, in, rows, columns); a sample's values (channel, row, column).
+  Hand channels({2, 1, 1}, "conv 3 1x1", {{1, 2, 3, 4, 5, 6}, {0, 0, 1}});
+  CHECK(channels.forward({1, 10}) == Values{21, 43, 66});
+}
+
+TEST_CASE("fc: by hand") {
+  Hand fc({2, 1, 2}, "fc 2", {{1, 10, 100, 1000, 5, 6, 7, 8}, {0.5f, -1}});
+  CHECK(fc.forward({1, 2, 3, 4}) == Values{4321.5f, 69});
+  CHECK(fc.backward({1, -1}) == Values{-4, 4, 93, 992});
+  CHECK(fc.gradient(0) == Values{1, 2, 3, 4, -1, -2, -3, -4});
+  CHECK(fc.gradient(1) == Values{1, -1});
+}
+
+TEST_CASE("relu: by hand, a NaN stays one") {
+  Hand relu({1, 1, 4}, "relu");
+  CHECK(relu.forward({-1, 0, 2, -0.0f}) == Values{0, 0, 2, 0});
+  CHECK(relu.backward({5, 6, 7, 8}) == Values{0, 0, 7, 0});
+  CHECK(std::isnan(relu.forward({std::nanf(""), 0, 0, 0})[0]));
+}
+
+TEST_CASE("pooling: by hand, incomplete windows left out") {
+  const Values input{1,  5,  2, 9,  //
+                     5,  3,  4, 9,  //
+                     -1, -2, 9, 9};
+  Hand maximum({1, 3, 4}, "maxpool 2");
+  CHECK(maximum.forward(input) == Values{5, 9});
+  CHECK(maximum.backward({1, 2}) == Values{0, 1, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0});  // the first of equals
+  Hand overlapping({1, 3, 4}, "maxpool 2 stride 1");
+  CHECK(overlapping.forward(input) == Values{5, 5, 9, 5, 9, 9});
+  CHECK(overlapping.backward({1, 2, 4, 8, 16, 32}) == Values{0, 3, 0, 4, 8, 0, 0, 32, 0, 0, 16, 0});
+  Hand negative({1, 1, 2}, "maxpool 1x2");
+  CHECK(negative.forward({-3, -2}) == Values{-2});
+
+  Hand average({1, 3, 4}, "avgpool 2");
+  CHECK(average.forward(input) == Values{3.5f, 6});
+  CHECK(average.backward({4, 8}) == Values{1, 1, 2, 2, 1, 1, 2, 2, 0, 0, 0, 0});
+  Hand overlap({1, 1, 3}, "avgpool 1x2 stride 1x1");
+  CHECK(overlap.forward({1, 2, 4}) == Values{1.5f, 3});
+  CHECK(overlap.backward({2, 4}) == Values{1, 3, 2});
+  Hand global({2, 1, 2}, "globalavgpool");
+  CHECK(global.forward({1, 2, 3, 5}) == Values{1.5f, 4});
+  CHECK(global.backward({2, 4}) == Values{1, 1, 2, 2});
+}
+
+TEST_CASE("batchnorm: by hand") {
+  // Mean 3, variance 4: (x - 3) / 2 but for epsilon; the running variance is the unbiased 16 / 3.
+  Hand norm({1, 1, 4}, "batchnorm", {{2}, {1}});
+  const double inverse = 1 / std::sqrt(4 + 1e-5);
+  const Values output = norm.forward({1, 5, 1, 5});
+  for (std::size_t i = 0; i < 4; ++i)
+    CHECK(output[i] == doctest::Approx(1 + (i % 2 == 0 ? -4 : 4) * inverse).epsilon(1e-6));
+  const auto statistics = norm.chain.statistics();
+  CHECK(statistics[0]->value[0] == 0.3f);
+  CHECK(statistics[1]->value[0] == static_cast<float>(0.9 + 0.1 * 16 / 3));
+  // diff_dst - its mean 2 - x^ (mean of diff_dst x^ = -1): gamma / 2 times (4, 0, 0, 4) - 2 - (1, -1, 1, -1).
+  const Values diff = norm.backward({4, 0, 0, 4});
+  CHECK(norm.gradient(1) == Values{8});
+  CHECK(std::abs(norm.gradient(0)[0]) < 1e-6);
+  const double expected[4] = {2, -2, -2, 2};
+  for (std::size_t i = 0; i < 4; ++i) CHECK(diff[i] == doctest::Approx(expected[i]).epsilon(1e-5));
+  // Inference: running statistics.
+  const Values inference = norm.forward({0.3f, 1.3f, -0.7f, 2.3f}, Mode::inference);
+  const double running = 1 / std::sqrt(0.9 + 0.1 * 16 / 3 + 1e-5);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double steps[4] = {0, 1, -1, 2};
+    CHECK(inference[i] == doctest::Approx(1 + 2 * steps[i] * running).epsilon(1e-6));
+  }
+  CHECK(statistics[0]->value[0] == 0.3f);  // inference measures nothing
+
+  Hand single({2, 1, 1}, "batchnorm");  // one value a channel: variance 0, and no division by 0
+  for (const float v : single.forward({5, -7})) CHECK(std::abs(v) < 7 / std::sqrt(1e-5f) * 1.2e-7f);
+  CHECK(single.chain.statistics()[1]->value == Values{0.9f, 0.9f});
+
+  Hand constant({1, 2, 2}, "batchnorm");
+  for (const float v : constant.forward({1e6f, 1e6f, 1e6f, 1e6f})) CHECK(std::abs(v) < 100);
+  Hand diverged({1, 1, 2}, "batchnorm");
+  CHECK(std::isnan(diverged.forward({1, std::nanf("")})[0]));
+}
+
+TEST_CASE("batchnorm: a mean a thousand deviations away costs no more than the input's own rounding") {
+  Chain<float> chain({1, 8, 8}, "batchnorm", 32);
+  auto values = hashed_values<float>(4, 32 * 64, 1.0, 1000.0);
+  double mean = 0, variance = 0;
+  for (const float v : values) mean += static_cast<double>(v) / static_cast<double>(values.size());
+  for (const float v : values)
+    variance += std::pow(static_cast<double>(v) - mean, 2) / static_cast<double>(values.size());
+  for (int step = 0; step < 200; ++step) {  // until the running mean, the sums' pivot, is there
+    load_batch<float>(chain.input(), values);
+    chain.forward(Mode::training);
+  }
+  const Values output = store_batch(chain.output());
+  double worst = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    worst = std::max(worst, std::abs(static_cast<double>(output[i]) -
+                                     (static_cast<double>(values[i]) - mean) / std::sqrt(variance + 1e-5)));
+  CHECK(worst < 2 * 1000 / std::sqrt(variance) * std::numeric_limits<float>::epsilon());
+}
+
+namespace {
+
+constexpr const char* all_layers =
+    "conv 18 3x3 pad 1; batchnorm; relu; maxpool 2; conv 5 3x3 stride 2x1 pad 1; batchnorm; relu; avgpool 2 stride 1; "
+    "conv 3 1x1; globalavgpool; fc 9; relu; conv 4 3x3 pad 1; fc 3";
+constexpr Shape all_shape{2, 10, 9};
+
+Network<float> network_of_all_layers() {
+  Network<float> network(all_shape, all_layers);
+  network.initialise(11);
+  std::uint32_t id = 50;
+  for (const auto& layer : network.layers())
+    for (Statistic<float>* s : layer->statistics()) s->value = hashed_values<float>(id++, s->value.size(), 0.5, 1.0);
+  return network;
+}
+
+Values sample(int number) {
+  return hashed_values<float>(100 + static_cast<std::uint32_t>(number), static_cast<std::size_t>(all_shape.size()));
+}
+
+/// Outputs in inference of samples [first, first + batch).
+Values infer(Network<float>& network, int first, int batch) {
+  network.set_batch(batch);
+  for (int n = 0; n < batch; ++n) network.input().load(n, sample(first + n));
+  network.forward();
+  return store_batch(network.output());
+}
+
+struct Step {
+  Values output;
+  std::vector<double> squares;
+  std::vector<Values> gradients, statistics;
+  bool operator==(const Step&) const = default;
+};
+
+/// One training step without the update, lanes without a sample holding `unused`.
+Step train(Network<float>& network, int batch, float unused = 0.0f) {
+  network.initialise(11);
+  network.set_batch(batch);
+  for (int n = 0; n < batch; ++n) network.input().load(n, sample(n));
+  fill_unused_lanes(network.input(), unused);
+  network.forward();
+  Step step;
+  step.output = store_batch(network.output());
+  step.squares.resize(3);
+  fill_unused_lanes(network.output(), unused);
+  const auto targets = hashed_values<float>(9, static_cast<std::size_t>(batch) * 3);
+  mean_squared_error<float>(network.output(), targets, step.squares, &network.output_diff());
+  fill_unused_lanes(network.output_diff(), unused);
+  network.backward();
+  for (const Parameter<float>* p : network.parameters()) step.gradients.push_back(p->gradient);
+  for (const auto& layer : network.layers())
+    for (const Statistic<float>* s : layer->statistics()) step.statistics.push_back(s->value);
+  return step;
+}
+
+}  // namespace
+
+TEST_CASE("inference: a sample has the same bits alone and in any batch") {
+  Network<float> network = network_of_all_layers();
+  network.plan(33, Mode::inference);
+  std::vector<Values> alone;
+  for (int n = 0; n < 33; ++n) alone.push_back(infer(network, n, 1));
+  CHECK(alone[0] != alone[1]);
+  for (const int batch : {1, 15, 16, 17, 33})
+    for (const int first : {0, 33 - batch}) {
+      CAPTURE(batch);
+      const Values together = infer(network, first, batch);
+      for (int n = 0; n < batch; ++n) {
+        const auto at = together.begin() + 3 * n;
+        CHECK(same_bits(Values(at, at + 3), alone[static_cast<std::size_t>(first + n)]));
+      }
+    }
+}
+
+TEST_CASE("memory: what a larger batch or another plan left behind changes nothing") {
+  Network<float> used = network_of_all_layers();
+  used.plan(48, Mode::training);
+  train(used, 48);
+  used.plan(48, Mode::inference);
+  infer(used, 0, 48);
+  for (const int batch : {1, 15, 17, 32}) {
+    CAPTURE(batch);
+    Network<float> fresh = network_of_all_layers();
+    fresh.plan(batch, Mode::training);
+    const Step expected = train(fresh, batch);
+    used.plan(48, Mode::training);
+    train(used, 48);
+    CHECK(train(used, batch) == expected);
+    used.plan(batch, Mode::training);  // another layout of the same memory
+    CHECK(train(used, batch) == expected);
+
+    Network<float> other = network_of_all_layers();
+    other.plan(batch, Mode::inference);
+    other.initialise(11);
+    used.plan(48, Mode::inference);
+    used.initialise(11);
+    const Values fresh_output = infer(other, 3, batch);
+    infer(used, 0, 48);
+    CHECK(same_bits(infer(used, 3, batch), fresh_output));
+    used.plan(batch, Mode::inference);
+    CHECK(same_bits(infer(used, 3, batch), fresh_output));
+  }
+}
+
+TEST_CASE("lanes without a sample: NaN there reaches no gradient, statistic or loss") {
+  for (const int batch : {1, 15, 17, 40}) {
+    CAPTURE(batch);
+    Network<float> network = network_of_all_layers();
+    network.plan(batch, Mode::training);
+    const Step clean = train(network, batch);
+    for (const Values& gradient : clean.gradients)
+      for (const float g : gradient) REQUIRE(std::isfinite(g));
+    CHECK(train(network, batch, std::nanf("")) == clean);
+    CHECK(train(network, batch, std::numeric_limits<float>::infinity()) == clean);
+    CHECK(train(network, batch) == clean);  // nor does the NaN stay
+  }
+}
+
+TEST_CASE("texts: complete, and they parse back to themselves") {
+  const std::pair<const char*, const char*> texts[]{
+      {"conv 4 3x3", "conv 4 3x3 stride 1x1 pad 0x0"},
+      {"conv 4 3 stride 2 pad 1", "conv 4 3x3 stride 2x2 pad 1x1"},
+      {" conv\t4  5x3 stride 1x2 pad 4x0 \r", "conv 4 5x3 stride 1x2 pad 4x0"},
+      {"conv 4 3x3 pad 1", "conv 4 3x3 stride 1x1 pad 1x1"},
+      {"batchnorm", "batchnorm"},
+      {"relu", "relu"},
+      {"maxpool 2", "maxpool 2x2 stride 2x2"},
+      {"maxpool 3x2 stride 1x2", "maxpool 3x2 stride 1x2"},
+      {"avgpool 2x4", "avgpool 2x4 stride 2x4"},
+      {"avgpool 3 stride 2", "avgpool 3x3 stride 2x2"},
+      {"globalavgpool", "globalavgpool"},
+      {"fc 5", "fc 5"},
+  };
+  const Shape shape{3, 9, 8};
+  for (const auto& [given, complete] : texts) {
+    const auto layer = make_layer<float>(shape, given);
+    CHECK(layer->text() == complete);
+    const auto again = make_layer<double>(shape, layer->text());
+    CHECK(again->text() == complete);
+    CHECK(again->dst_shape() == layer->dst_shape());
+  }
+  CHECK(make_layer<float>(shape, "conv 4 5x3 stride 2x3 pad 1x2")->dst_shape() == Shape{4, 4, 4});
+  CHECK(make_layer<float>(shape, "maxpool 2x3 stride 3x2")->dst_shape() == Shape{3, 3, 3});
+  CHECK(make_layer<float>(shape, "globalavgpool")->dst_shape() == Shape{3, 1, 1});
+  CHECK(make_layer<float>(shape, "fc 5")->dst_shape() == Shape{5, 1, 1});
+}
+
+TEST_CASE("texts: errors name the line and what is wrong with it") {
+  const Shape shape{3, 6, 5};
+  const std::pair<const char*, const char*> texts[]{
+      {"", "ends where another word is expected"},
+      {"dropout", "is not a layer this program knows"},
+      {"Conv 4 3x3", "is not a layer this program knows"},
+      {"conv", "ends where another word is expected"},
+      {"conv 4", "ends where another word is expected"},
+      {"conv 4 3x3 stride", "ends where another word is expected"},
+      {"conv 4 3x3 pad", "ends where another word is expected"},
+      {"conv 0 3x3", "'0' is not a whole number from 1 to 4096"},
+      {"conv 4097 3x3", "'4097' is not a whole number from 1 to 4096"},
+      {"conv -4 3x3", "'-4' is not a whole number from 1 to 4096"},
+      {"conv +4 3x3", "'+4' is not a whole number from 1 to 4096"},
+      {"conv 4.5 3x3", "'4.5' is not a whole number from 1 to 4096"},
+      {"conv 99999999999 3x3", "'99999999999' is not a whole number from 1 to 4096"},
+      {"conv four 3x3", "'four' is not a whole number from 1 to 4096"},
+      {"conv 4 0x3", "'0' is not a whole number from 1 to 255"},
+      {"conv 4 3x256", "'256' is not a whole number from 1 to 255"},
+      {"conv 4 3x", "'' is not a whole number from 1 to 255"},
+      {"conv 4 x3", "'' is not a whole number from 1 to 255"},
+      {"conv 4 3x3x3", "'3x3' is not a whole number from 1 to 255"},
+      {"conv 4 3*3", "'3*3' is not a whole number from 1 to 255"},
+      {"conv 4 3x3 stride 0", "'0' is not a whole number from 1 to 255"},
+      {"conv 4 3x3 pad -1", "'-1' is not a whole number from 0 to 254"},
+      {"conv 4 3x3 pad 1 stride 2", "has 'stride' left over"},
+      {"conv 4 3x3 same", "has 'same' left over"},
+      {"conv 4 3x3 pad 3", "has padding as large as its kernel"},
+      {"conv 4 1x3 pad 1", "has padding as large as its kernel"},
+      {"conv 4 7x3", "has a kernel larger than its padded input of 6x5"},
+      {"conv 4 3x8 pad 1", "has a kernel larger than its padded input of 6x5"},
+      {"batchnorm 3", "has '3' left over"},
+      {"relu 6", "has '6' left over"},
+      {"maxpool", "ends where another word is expected"},
+      {"maxpool 2 stride", "ends where another word is expected"},
+      {"maxpool 0", "'0' is not a whole number from 1 to 4096"},
+      {"maxpool 2 pad 1", "has 'pad' left over"},
+      {"maxpool 7x1", "has a window larger than its input of 6x5"},
+      {"avgpool 1x6", "has a window larger than its input of 6x5"},
+      {"avgpool 2 stride 0", "'0' is not a whole number from 1 to 4096"},
+      {"globalavgpool 2", "has '2' left over"},
+      {"fc", "ends where another word is expected"},
+      {"fc 0", "'0' is not a whole number from 1 to 65536"},
+      {"fc 7 7", "has '7' left over"},
+  };
+  for (const auto& [line, problem] : texts) {
+    CHECK(layer_error(shape, line) == "layer '" + std::string(line) + "': " + problem);
+  }
+  CHECK(layer_error({4096, 300, 300}, "conv 4096 255x255") ==
+        "layer 'conv 4096 255x255': has 1090938470400 weights, more than 268435456");
+  CHECK(layer_error({64, 100, 100}, "fc 65536") == "layer 'fc 65536': has 41943040000 weights, more than 268435456");
+  CHECK(layer_error({1, 1000, 1000}, "conv 4096 1x1") ==
+        "layer 'conv 4096 1x1': has 4096000000 outputs, more than 268435456");
+  try {
+    make_layer<float>(shape, "dropout");
+  } catch (const decid::Error& error) {
+    CHECK(
+        error.remedy() ==
+        "layers are: conv CHANNELS RxC [stride RxC] [pad RxC], batchnorm, relu, maxpool RxC [stride RxC], avgpool RxC "
+        "[stride RxC], globalavgpool, fc OUTPUTS");
+  }
+}
