@@ -27,6 +27,25 @@ const std::vector<Preset>& presets() {
        .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
        .schedule = "cosine",
        .warmup_epochs = 1},
+      {.name = "short",
+       .description = "the same for the short protocol, three cycles of 20 s",
+       .architecture =
+           "conv 48 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 64 3x3 stride 2x1 pad 1x1; batchnorm; relu; "
+           "conv 96 3x3 stride 2x2 pad 1x1; batchnorm; relu; conv 128 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+           "fc 7",
+       .image = {.window = 100,
+                 .half_spectrum = true,
+                 .channels = {Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
+                              Channel::log_residual},
+                 .standardize_rows = true,
+                 .first_sample = 197,
+                 .fold = 3},
+       .epochs = 40,
+       .batch = 64,
+       .learning_rate = 0.02,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "cosine",
+       .warmup_epochs = 1},
       {.name = "paper",
        .description = "the paper's setting: 64 filters first, raw modulus and phase, 110 x 110",
        .architecture =

@@ -32,8 +32,9 @@ void check_recording_refused(const std::string& text, std::initializer_list<std:
                              const std::string& options = "") {
   const Folder folder;
   write_text(folder / "r.csv", text);
-  check_refused("identify " + folder / "r.csv" + " -o " + folder / "o.json" + " --report " + folder / "o.html" + " " + options,
-                fragments);
+  check_refused(
+      "identify " + folder / "r.csv" + " -o " + folder / "o.json" + " --report " + folder / "o.html" + " " + options,
+      fragments);
   CHECK(folder.files() == 1);
 }
 
@@ -44,7 +45,9 @@ std::string recording(int samples, double rate, const Cell& cell) {
   for (int k = 0; k < samples; ++k) text += std::to_string(k / rate) + "," + cell(k) + "\n";
   return text;
 }
-std::string wave(int k) { return std::to_string(0.3 * ((k / 70) % 5 - 2)); }
+std::string wave(int k) {
+  return std::to_string(0.3 * ((k / 70) % 5 - 2));
+}
 
 }  // namespace
 
@@ -101,7 +104,8 @@ TEST_CASE("recordings of another length or rate are refused with both and a way 
 
 TEST_CASE("a wrong unit is suspected, not refused") {
   const Folder folder;
-  write_text(folder / "big.csv", recording(12100, 100, [](int k) { return std::to_string(12.5 * ((k / 70) % 5 - 2)); }));
+  write_text(folder / "big.csv",
+             recording(12100, 100, [](int k) { return std::to_string(12.5 * ((k / 70) % 5 - 2)); }));
   write_text(folder / "small.csv", recording(12100, 100, [](int k) { return std::to_string((k / 70) % 5) + "e-5"; }));
   for (const std::string name : {"big.csv", "small.csv"}) {
     const auto result = decid("identify " + folder / name);
@@ -133,7 +137,8 @@ TEST_CASE("damaged model files and data sets") {
   REQUIRE(decid("dataset --count 16 --protocol " + folder / "quick.json" + " -o " + data).code == 0);
   REQUIRE(decid("train --preset small --epochs 1 --batch 8 --data " + data + " -o " + model).code == 0);
   const std::string bytes = read_text(model), archive = read_text(data);
-  for (const std::size_t size : {std::size_t{0}, std::size_t{7}, std::size_t{100}, bytes.size() / 2, bytes.size() - 1}) {
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{7}, std::size_t{100}, bytes.size() / 2, bytes.size() - 1}) {
     write_text(bad, bytes.substr(0, size));
     check_refused("info " + bad, {bad});
     check_refused("identify --model " + bad + " " + data, {bad});
@@ -153,7 +158,8 @@ TEST_CASE("damaged model files and data sets") {
     check_refused("evaluate --data " + bad, {bad});
     check_refused("train --data " + bad + " -o " + folder / "new.safetensors", {bad});
   }
-  check_refused("train --resume --preset small --data " + data + " -o " + folder / "new.safetensors", {"new.safetensors.checkpoint"});
+  check_refused("train --resume --preset small --data " + data + " -o " + folder / "new.safetensors",
+                {"new.safetensors.checkpoint"});
   CHECK_FALSE(std::filesystem::exists(folder / "new.safetensors"));
 }
 

@@ -143,7 +143,8 @@ TEST_CASE("a recording at another rate, in radians, without header, is the same 
   std::string header;
   const auto rows = read_csv(folder / "a.csv", header);
   std::string radians;
-  for (const auto& row : rows) radians += std::to_string(row[0]) + "," + std::to_string(row[1] * M_PI / 180 * 1e6) + "e-6\n";
+  for (const auto& row : rows)
+    radians += std::to_string(row[0]) + "," + std::to_string(row[1] * M_PI / 180 * 1e6) + "e-6\n";
   decid::test::write_text(folder / "rad.csv", radians);
   const Json a = Json::parse(decid("identify --json " + folder / "a.csv").out);
   const Json b = Json::parse(decid("identify --json --unit rad " + folder / "rad.csv").out);
@@ -157,11 +158,13 @@ TEST_CASE("a recording at another rate, in radians, without header, is the same 
 
 TEST_CASE("data set, training, evaluation and identification of a protocol of one's own") {
   const Folder folder;
-  decid::test::write_text(folder / "quick.json",
-                          R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  decid::test::write_text(
+      folder / "quick.json",
+      R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
   const std::string protocol = " --protocol " + folder / "quick.json";
   REQUIRE(decid("dataset --count 160 --seed 5" + protocol + " -o " + folder / "data.npz").code == 0);
-  const auto trained = decid("train --preset small --epochs 3 --json --quiet --data " + folder / "data.npz" + " -o " + folder / "m.safetensors");
+  const auto trained = decid("train --preset small --epochs 3 --json --quiet --data " + folder / "data.npz" + " -o " +
+                             folder / "m.safetensors");
   CAPTURE(trained.err);
   REQUIRE(trained.code == 0);
   CHECK(trained.err.empty());
@@ -172,10 +175,13 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   CHECK_FALSE(std::filesystem::exists(folder / "m.safetensors.checkpoint"));
 
   const std::string model = " --model " + folder / "m.safetensors";
-  const Json evaluation = Json::parse(decid("evaluate --json --split validation" + model + " --data " + folder / "data.npz").out);
+  const Json evaluation =
+      Json::parse(decid("evaluate --json --split validation" + model + " --data " + folder / "data.npz").out);
   CHECK(evaluation.at("trials") == 80);
-  CHECK(evaluation.at("mse").get<double>() == doctest::Approx(summary.at("validation_mse").get<double>()).epsilon(1e-12));
-  CHECK(evaluation.at("matlab_loss").get<double>() == doctest::Approx(3.5 * evaluation.at("mse").get<double>()).epsilon(1e-12));
+  CHECK(evaluation.at("mse").get<double>() ==
+        doctest::Approx(summary.at("validation_mse").get<double>()).epsilon(1e-12));
+  CHECK(evaluation.at("matlab_loss").get<double>() ==
+        doctest::Approx(3.5 * evaluation.at("mse").get<double>()).epsilon(1e-12));
   CHECK(evaluation.at("mse_per_parameter").size() == 7);
 
   const Json info = Json::parse(decid("info --json " + folder / "m.safetensors").out);

@@ -18,14 +18,16 @@ Model example() {
   model.network.initialise(3);
   for (const auto& layer : model.network.layers())
     for (auto* statistic : layer->statistics())
-      for (std::size_t i = 0; i < statistic->value.size(); ++i) statistic->value[i] = 0.1F + static_cast<float>(i) / 3.0F;
+      for (std::size_t i = 0; i < statistic->value.size(); ++i)
+        statistic->value[i] = 0.1F + static_cast<float>(i) / 3.0F;
   const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
   for (std::size_t i = 0; i < rows; ++i) {
     model.rows.mean.push_back(static_cast<float>(i) / 7.0F);
     model.rows.deviation.push_back(1.0F + static_cast<float>(i) / 9.0F);
   }
   model.targets.mean = sim::middle_parameters();
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
+  for (std::size_t p = 0; p < sim::parameter_count; ++p)
+    model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
   model.origin = R"({"seed":3})";
   return model;
 }
@@ -75,12 +77,23 @@ TEST_CASE("an architecture without 7 outputs is refused") {
   CHECK_THROWS_WITH_AS(Model(sim::default_protocol(), {}, "fc 6"), doctest::Contains("7 outputs"), Error);
 }
 
-TEST_CASE("every preset makes a model of the default and the short protocol") {
-  for (const Preset& preset : presets())
-    for (const sim::Protocol& protocol : {sim::default_protocol(), sim::short_protocol()}) {
-      CAPTURE(preset.name);
-      CHECK(Model(protocol, preset.image, preset.architecture).network.parameter_count() > 1000);
+TEST_CASE("presets fit the protocols they are for, and folded images no other") {
+  for (const Preset& preset : presets()) {
+    CAPTURE(preset.name);
+    const auto make = [&](const sim::Protocol& protocol) {
+      return Model(protocol, preset.image, preset.architecture).network.parameter_count();
+    };
+    if (preset.name == "short") {
+      CHECK(make(sim::short_protocol()) > 1000);
+      CHECK_THROWS_WITH_AS(make(sim::default_protocol()), doctest::Contains("cycles"), Error);
+    } else {
+      CHECK(make(sim::default_protocol()) > 1000);
+      if (preset.image.fold > 1)
+        CHECK_THROWS_WITH_AS(make(sim::short_protocol()), doctest::Contains("cycles"), Error);
+      else
+        CHECK(make(sim::short_protocol()) > 1000);
     }
+  }
 }
 
 }  // namespace decid::tools

@@ -40,7 +40,8 @@ TrainingSettings quick_settings() {
 std::string train_hash(const TrialSource& source) {
   const TrainingSettings settings = quick_settings();
   TrainingState state = start_training(source, settings);
-  run_training(source, settings, state, [](int, int) { return true; }, [] {});
+  run_training(
+      source, settings, state, [](int, int) { return true; }, [] {});
   return nn::weights_sha256(state.model.network) + sha256(log_csv(state.log));
 }
 
@@ -75,7 +76,8 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   TrainingSettings settings = quick_settings();
   settings.preset.epochs = 1;
   TrainingState state = start_training(*source, settings);
-  CHECK(run_training(*source, settings, state, [](int, int) { return true; }, [] {}));
+  CHECK(run_training(
+      *source, settings, state, [](int, int) { return true; }, [] {}));
   CHECK(std::isfinite(state.log.at(0).validation_mse));
 }
 
@@ -87,12 +89,13 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   std::string kept;
   int batches = 0;
   // Stops in the middle of epoch 2; what was kept is the end of epoch 1.
-  CHECK_FALSE(run_training(*source, settings, state, [&](int, int) { return ++batches < 3; },
-                           [&] { kept = to_bytes(state.model, "1"); }));
+  CHECK_FALSE(run_training(
+      *source, settings, state, [&](int, int) { return ++batches < 3; }, [&] { kept = to_bytes(state.model, "1"); }));
   std::string progress;
   TrainingState resumed{model_from_bytes(kept, "checkpoint", &progress), {state.log.at(0)}};
   CHECK(progress == "1");
-  CHECK(run_training(*source, settings, resumed, [](int, int) { return true; }, [] {}));
+  CHECK(run_training(
+      *source, settings, resumed, [](int, int) { return true; }, [] {}));
   CHECK(nn::weights_sha256(resumed.model.network) + sha256(log_csv(resumed.log)) == straight);
 }
 
@@ -102,7 +105,8 @@ TEST_CASE("a training that diverges says so") {
   settings.preset.learning_rate = 1e30;
   settings.preset.schedule = "constant";
   TrainingState state = start_training(*source, settings);
-  CHECK_THROWS_WITH_AS(run_training(*source, settings, state, [](int, int) { return true; }, [] {}),
+  CHECK_THROWS_WITH_AS(run_training(
+                           *source, settings, state, [](int, int) { return true; }, [] {}),
                        doctest::Contains("lower --lr"), Error);
 }
 
@@ -111,7 +115,8 @@ TEST_CASE("learning from few trials goes below the error of the mean") {
   TrainingSettings settings = quick_settings();
   settings.preset.epochs = 25;
   TrainingState state = start_training(*source, settings);
-  run_training(*source, settings, state, [](int, int) { return true; }, [] {});
+  run_training(
+      *source, settings, state, [](int, int) { return true; }, [] {});
   CHECK(state.log.back().training_mse < 0.5);
   CHECK(state.log.front().training_mse > state.log.back().training_mse);
 }
