@@ -2,12 +2,14 @@
 
 # Settings that all code shares. -ffp-contract=off: a fused multiply-add happens where the source says fma(), nowhere
 # else; g++ fuses by default, and the bits of a build would depend on the instruction set it was made for.
+# -fno-tree-vectorize: given an instruction set with FMA, g++ 12's vectorizer turns neighbouring x * y - z and x * y + z
+# into vfmaddsub in spite of it; what has to be fast is vectorised by hand.
 # -Wno-restrict: g++ 12 warns wrongly of "text" + std::string (GCC bug 105651).
 function(decid_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
   target_compile_options(${target} PRIVATE -ffp-contract=off -fno-math-errno -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-                                           $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+                                           $<$<CXX_COMPILER_ID:GNU>:-fno-tree-vectorize;-Wno-restrict>
                                            $<$<BOOL:${DECID_WARNINGS_AS_ERRORS}>:-Werror>)
   if(DECID_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${DECID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

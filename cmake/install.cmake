@@ -6,7 +6,9 @@ install(TARGETS decid_base decid_sim decid_dataset decid_nn EXPORT decid-targets
 install(DIRECTORY base sim dataset nn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/decid
         FILES_MATCHING PATTERN "*.hpp"
         # The kernels themselves are compiled into the library, once an instruction set; only their table is for others.
-        PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE)
+        PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE PATTERN "isa.hpp" EXCLUDE
+        # What data sets are read and written with.
+        PATTERN "csv.hpp" EXCLUDE PATTERN "npy.hpp" EXCLUDE PATTERN "json_object.hpp" EXCLUDE)
 if(DECID_TOOLS)
   install(TARGETS decid RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
