@@ -124,7 +124,9 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
   TensorFile file;
   std::vector<std::pair<std::size_t, std::size_t>> ranges;
   try {
-    for (const auto& [name, entry] : header.items()) {
+    for (const auto& item : header.items()) {
+      const std::string& name = item.key();  // clang 14 captures no structured bindings
+      const Json& entry = item.value();
       if (name == "__metadata__") {
         file.metadata = entry.get<std::map<std::string, std::string>>();
         continue;
