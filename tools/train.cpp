@@ -26,7 +26,7 @@ struct Options {
   CommonOptions common;
   std::string data, protocol = "default", preset = "default", architecture_file, output;
   bool stream = false, resume = false;
-  int stream_trials = 6400, validation_trials = 1000;
+  int stream_trials = 12800, validation_trials = 1000;
   std::uint64_t seed = 1;
   // Unset: the preset's.
   std::optional<int> epochs, batch;
