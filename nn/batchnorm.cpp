@@ -1,7 +1,11 @@
-// Batch normalisation of each channel: y = gamma (x - mean) / sqrt(variance + epsilon) + beta, statistics over the
-// batch in training, running ones in inference. Ioffe and Szegedy, "Batch normalization", ICML 2015. The batch
-// statistics are sums in double around a pivot, the running mean: one pass, and no cancellation once the running mean
-// is near the mean.
+// Batch normalisation of each channel: y = gamma (x - mean) / sqrt(variance + epsilon) + beta, with the ReLU and the
+// pool that follow it: Ioffe and Szegedy, "Batch normalization", ICML 2015. The batch statistics are sums in double
+// around a pivot, the running mean: one pass, and no cancellation once the running mean is near the mean.
+//
+// The layer keeps nothing but its input. What lies between is made again in backward, a band of rows at a time that
+// stays in the first-level cache: memory is what bounds this layer, and arithmetic in the cache is nearly free.
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,14 +15,30 @@
 namespace decid::nn {
 namespace {
 
+/// Rows of one plane that are pooled into one row of output.
+template <class T>
+struct Band {
+  Plane<const T> src;
+  int dst_row;
+};
+
+/// Scratch of the calling thread, for values and derivatives of a band. Grows in plan() only.
+template <class T>
+AlignedBuffer<T>& band_scratch() {
+  thread_local AlignedBuffer<T> buffer;
+  return buffer;
+}
+
 template <class T>
 class BatchNorm final : public Layer<T> {
  public:
   static constexpr double epsilon = 1e-5;
   static constexpr double momentum = 0.1;  // of the running statistics: new = 0.9 old + 0.1 batch
 
-  explicit BatchNorm(Shape src)
-      : Layer<T>(src, src),
+  BatchNorm(Shape src, bool relu, const std::optional<Pool>& pool)
+      : Layer<T>(src, pool ? pool->dst() : src),
+        relu_(relu),
+        pool_(pool),
         channels_(static_cast<std::size_t>(src.channels)),
         gamma_("gamma", {src.channels}, 0, T(1), false),
         beta_("beta", {src.channels}, 0, T(0), false),
@@ -27,13 +47,24 @@ class BatchNorm final : public Layer<T> {
         mean_(channels_),
         inverse_deviation_(channels_),
         scale_(channels_),
-        shift_(channels_) {}
+        shift_(channels_),
+        back_(channels_) {}
 
-  std::string text() const override { return "batchnorm"; }
-  long long flops() const override { return 2LL * this->src_shape().size(); }
+  std::string text() const override {
+    return std::string("batchnorm") + (relu_ ? "\nrelu" : "") + (pool_ ? "\n" + pool_->text() : "");
+  }
+  long long flops() const override {
+    const long long pooled =
+        pool_ ? 1LL * this->dst_shape().size() * pool_->shape.kernel_rows * pool_->shape.kernel_columns : 0;
+    return (relu_ ? 3LL : 2LL) * this->src_shape().size() + pooled;
+  }
+  bool diff_may_replace_src() const override { return true; }
 
   void plan(int batch, Mode mode) override {
     if (mode == Mode::training) parts_.reserve(Tensor<T>::blocks_of(batch) * channels_ * 2);
+    const std::size_t values = 2 * band_values();
+#pragma omp parallel
+    band_scratch<T>().reserve(values);
   }
 
   void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode mode) override {
@@ -42,23 +73,29 @@ class BatchNorm final : public Layer<T> {
     else
       for (std::size_t c = 0; c < channels_; ++c)
         set_affine(c, static_cast<double>(running_mean_.value[c]), static_cast<double>(running_variance_.value[c]));
-    for_each_group(src.blocks(), this->src_shape().channels, plane_group, [&](int block, int first, int last) {
-      for (int c = first; c < last; ++c)
-        kernels<T>().batchnorm_apply(const_plane_of(src, block, c), scale_[static_cast<std::size_t>(c)],
-                                     shift_[static_cast<std::size_t>(c)], plane_of(dst, block, c));
+    for_each_plane(src, [&](int block, int c) {
+      for_each_band(const_plane_of(src, block, c), [&](const Band<T>& band) {
+        if (!pool_) {
+          activate(band.src, c, rows_of(plane_of(dst, block, c), band.dst_row, band.src.rows));
+          return;
+        }
+        const Plane<T> values = scratch_plane(band.src, 0);
+        activate(band.src, c, values);
+        pool_forward(pool_->kind, pool_shape(band), const_view(values), row_view(dst, block, c, band.dst_row));
+      });
     });
   }
 
   void backward(const Tensor<T>& src, const Tensor<T>&, const Tensor<T>& diff_dst, const Tensor<T>* diff_src) override {
-    for_each_group(src.blocks(), this->src_shape().channels, plane_group, [&](int block, int first, int last) {
-      for (int c = first; c < last; ++c)
-        kernels<T>().batchnorm_backward_sums(const_plane_of(src, block, c), const_plane_of(diff_dst, block, c),
-                                             static_cast<T>(mean_[static_cast<std::size_t>(c)]), src.valid_lanes(block),
-                                             part(block, c));
+    for_each_plane(src, [&](int block, int c) {
+      double sums[2 * lanes] = {};
+      for_each_band(const_plane_of(src, block, c), [&](const Band<T>& band) {
+        kernels<T>().batchnorm_backward_sums(band.src, band_diff(band, diff_dst, block, c, true), pivot_of(c), sums);
+      });
+      keep_sums(sums, src.valid_lanes(block), block, c);
     });
     tree_sum(parts_.data(), src.blocks(), channels_ * 2);
-    // diff_src = gamma/d (diff_dst - mean(diff_dst) - x^ mean(diff_dst x^)), x^ = (src - mean)/d, as a diff_dst + b src
-    // + c.
+    // diff_src = gamma/d (dy - mean(dy) - x^ mean(dy x^)), x^ = (src - mean)/d, as a dy + b src + c.
     const double count = values_a_channel(src);
     for (std::size_t c = 0; c < channels_; ++c) {
       const double inverse = inverse_deviation_[c], sum = parts_.data()[2 * c],
@@ -67,36 +104,137 @@ class BatchNorm final : public Layer<T> {
       beta_.gradient[c] = static_cast<T>(sum);
       const double a = static_cast<double>(gamma_.value[c]) * inverse;
       const double b = -a * inverse * (dot / count);
-      scale_[c] = static_cast<T>(a);
-      slope_[c] = static_cast<T>(b);
-      shift_[c] = static_cast<T>(-a * (sum / count) - b * static_cast<double>(static_cast<T>(mean_[c])));
+      back_[c] = {static_cast<T>(a), static_cast<T>(b),
+                  static_cast<T>(-a * (sum / count) - b * static_cast<double>(pivot_of(static_cast<int>(c))))};
     }
     if (diff_src == nullptr) return;
-    for_each_group(src.blocks(), this->src_shape().channels, plane_group, [&](int block, int first, int last) {
-      for (int c = first; c < last; ++c) {
-        const auto k = static_cast<std::size_t>(c);
-        kernels<T>().batchnorm_backward_apply(const_plane_of(src, block, c), const_plane_of(diff_dst, block, c),
-                                              scale_[k], slope_[k], shift_[k], plane_of(*diff_src, block, c));
-      }
+    for_each_plane(src, [&](int block, int c) {
+      const Factors& f = back_[static_cast<std::size_t>(c)];
+      int row = 0;
+      for_each_band(const_plane_of(src, block, c), [&](const Band<T>& band) {
+        kernels<T>().batchnorm_backward_apply(band.src, band_diff(band, diff_dst, block, c, false), f.a, f.b, f.c,
+                                              rows_of(plane_of(*diff_src, block, c), row, band.src.rows));
+        row += band.src.rows;
+      });
     });
   }
 
-  std::vector<Parameter<T>*> parameters() override { return {&gamma_, &beta_}; }
-  std::vector<Statistic<T>*> statistics() override { return {&running_mean_, &running_variance_}; }
+  std::vector<Parameter<T>*> parameters() override {
+    return {&gamma_, &beta_};
+  }
+  std::vector<Statistic<T>*> statistics() override {
+    return {&running_mean_, &running_variance_};
+  }
 
  private:
-  double* part(int block, int channel) {
-    return parts_.data() + (static_cast<std::size_t>(block) * channels_ + static_cast<std::size_t>(channel)) * 2;
+  static constexpr int rows_without_pool = 4;
+
+  struct Factors {
+    T a, b, c;
+  };
+
+  template <class Body>
+  void for_each_plane(const Tensor<T>& src, const Body& body) const {
+    for_each_group(src.blocks(), this->src_shape().channels, plane_group, [&](int block, int first, int last) {
+      for (int c = first; c < last; ++c) body(block, c);
+    });
+  }
+
+  /// With a pool, the rows of one row of windows, the last band taking what is left over; without, a few rows.
+  template <class Body>
+  void for_each_band(Plane<const T> plane, const Body& body) const {
+    const int step = pool_ ? pool_->shape.stride_rows : rows_without_pool;
+    const int bands = pool_ ? pool_->shape.dst_rows : (plane.rows + step - 1) / step;
+    for (int i = 0; i < bands; ++i) {
+      const int first = i * step, last = i + 1 < bands ? first + step : plane.rows;
+      body(Band<T>{{plane.data + first * plane.row, plane.row, last - first, plane.columns}, pool_ ? i : first});
+    }
+  }
+  std::size_t band_values() const {
+    int rows = rows_without_pool;
+    if (pool_) {
+      const PoolShape& s = pool_->shape;
+      rows = std::max(s.stride_rows, s.src_rows - (s.dst_rows - 1) * s.stride_rows);
+    }
+    return static_cast<std::size_t>(rows) * static_cast<std::size_t>(this->src_shape().columns) * lanes;
+  }
+  Plane<T> scratch_plane(const Plane<const T>& like, int which) const {
+    return {band_scratch<T>().data() + static_cast<std::size_t>(which) * band_values(),
+            static_cast<std::ptrdiff_t>(like.columns) * lanes, like.rows, like.columns};
+  }
+  static Plane<T> rows_of(Plane<T> plane, int first, int rows) {
+    return {plane.data + first * plane.row, plane.row, rows, plane.columns};
+  }
+  static Plane<const T> constant(const Plane<T>& p) {
+    return {p.data, p.row, p.rows, p.columns};
+  }
+  static View<const T> const_view(const Plane<T>& p) {
+    return {p.data, 0, 0, p.row};
+  }
+  static View<T> view(const Plane<T>& p) {
+    return {p.data, 0, 0, p.row};
+  }
+  static View<T> row_view(const Tensor<T>& tensor, int block, int channel, int row) {
+    return {tensor.row(block, channel, row), 0, 0, tensor.view().row};
+  }
+  PoolShape pool_shape(const Band<T>& band) const {
+    PoolShape s = pool_->shape;
+    s.channels = 1;
+    s.src_rows = band.src.rows;
+    s.dst_rows = 1;
+    return s;
+  }
+
+  /// dst = relu(scale src + shift), or without relu.
+  void activate(const Plane<const T>& src, int channel, const Plane<T>& dst) const {
+    const auto c = static_cast<std::size_t>(channel);
+    kernels<T>().batchnorm_apply(src, scale_[c], shift_[c], dst);
+    if (relu_) kernels<T>().relu_forward(dst);
+  }
+
+  /// The derivative by the normalised values of a band. Without a pool that is diff_dst itself, which ReLU masks where
+  /// it stands, once.
+  Plane<const T> band_diff(const Band<T>& band, const Tensor<T>& diff_dst, int block, int channel,
+                           bool first_time) const {
+    if (!pool_) {
+      const Plane<T> diff = rows_of(plane_of(diff_dst, block, channel), band.dst_row, band.src.rows);
+      if (relu_ && first_time) mask(band.src, channel, diff);
+      return constant(diff);
+    }
+    const Plane<T> values = scratch_plane(band.src, 0), diff = scratch_plane(band.src, 1);
+    activate(band.src, channel, values);
+    const View<T> dy = row_view(diff_dst, block, channel, band.dst_row);
+    pool_backward(pool_->kind, pool_shape(band), const_view(values), View<const T>{dy.data, 0, 0, dy.row}, view(diff));
+    if (relu_) kernels<T>().relu_backward(constant(values), diff);
+    return constant(diff);
+  }
+
+  void mask(const Plane<const T>& src, int channel, const Plane<T>& diff) const {
+    const Plane<T> values = scratch_plane(src, 0);
+    activate(src, channel, values);
+    kernels<T>().relu_backward(constant(values), diff);
+  }
+
+  /// What the sums of both directions are taken around.
+  T pivot_of(int channel) const {
+    return static_cast<T>(mean_[static_cast<std::size_t>(channel)]);
+  }
+  void keep_sums(const double* sums, int valid, int block, int channel) {
+    double* part =
+        parts_.data() + (static_cast<std::size_t>(block) * channels_ + static_cast<std::size_t>(channel)) * 2;
+    part[0] = lane_sum(sums, valid);
+    part[1] = lane_sum(sums + lanes, valid);
   }
   double values_a_channel(const Tensor<T>& src) const {
     return static_cast<double>(src.batch()) * this->src_shape().rows * this->src_shape().columns;
   }
 
   void take_batch_statistics(const Tensor<T>& src) {
-    for_each_group(src.blocks(), this->src_shape().channels, plane_group, [&](int block, int first, int last) {
-      for (int c = first; c < last; ++c)
-        kernels<T>().batchnorm_sums(const_plane_of(src, block, c), running_mean_.value[static_cast<std::size_t>(c)],
-                                    src.valid_lanes(block), part(block, c));
+    for_each_plane(src, [&](int block, int c) {
+      double sums[2 * lanes] = {};
+      kernels<T>().batchnorm_sums(const_plane_of(src, block, c), running_mean_.value[static_cast<std::size_t>(c)],
+                                  sums);
+      keep_sums(sums, src.valid_lanes(block), block, c);
     });
     tree_sum(parts_.data(), src.blocks(), channels_ * 2);
     const double count = values_a_channel(src);
@@ -121,23 +259,25 @@ class BatchNorm final : public Layer<T> {
     shift_[c] = static_cast<T>(static_cast<double>(beta_.value[c]) - mean * scale);
   }
 
+  bool relu_;
+  std::optional<Pool> pool_;
   std::size_t channels_;
   Parameter<T> gamma_, beta_;
   Statistic<T> running_mean_, running_variance_;
-  std::vector<double> mean_, inverse_deviation_;      // of the last batch
-  std::vector<T> scale_, shift_;                      // forward: y = scale x + shift; backward: factors a and c
-  std::vector<T> slope_ = std::vector<T>(channels_);  // backward: factor b
-  AlignedBuffer<double> parts_;                       // two sums a block and channel
+  std::vector<double> mean_, inverse_deviation_;  // of the last batch
+  std::vector<T> scale_, shift_;                  // y = scale x + shift
+  std::vector<Factors> back_;
+  AlignedBuffer<double> parts_;  // two sums a block and channel
 };
 
 }  // namespace
 
 template <class T>
-std::unique_ptr<Layer<T>> make_batchnorm(Shape src, Words&) {
-  return std::make_unique<BatchNorm<T>>(src);
+std::unique_ptr<Layer<T>> make_batchnorm(Shape src, bool relu, const std::optional<Pool>& pool) {
+  return std::make_unique<BatchNorm<T>>(src, relu, pool);
 }
 
-template std::unique_ptr<Layer<float>> make_batchnorm(Shape, Words&);
-template std::unique_ptr<Layer<double>> make_batchnorm(Shape, Words&);
+template std::unique_ptr<Layer<float>> make_batchnorm(Shape, bool, const std::optional<Pool>&);
+template std::unique_ptr<Layer<double>> make_batchnorm(Shape, bool, const std::optional<Pool>&);
 
 }  // namespace decid::nn

@@ -1,8 +1,8 @@
-// Architecture lines: the words of a layer's description and the table of layers.
+// Architecture lines: the words of a layer's description, and which layer they make.
 #include "nn/layer.hpp"
 
+#include <algorithm>
 #include <charconv>
-#include <map>
 #include <sstream>
 
 #include "base/error.hpp"
@@ -18,6 +18,12 @@ Parameter<T>::Parameter(std::string name_, std::vector<int> shape_, int fan_in_,
   value.assign(count, initial);
   gradient.assign(count, T(0));
   velocity.assign(count, T(0));
+}
+
+template <class T>
+std::size_t Layer<T>::lines() const {
+  const std::string all = text();
+  return 1 + static_cast<std::size_t>(std::count(all.begin(), all.end(), '\n'));
 }
 
 Words::Words(const std::string& line) : line_(line) {
@@ -47,6 +53,10 @@ bool Words::take_if(const std::string& word) {
   return true;
 }
 
+void Words::finish() const {
+  if (!done()) fail("has '" + words_[next_] + "' left over");
+}
+
 int Words::to_int(const std::string& word, int low, int high) const {
   int value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -67,30 +77,46 @@ std::pair<int, int> Words::take_pair(int low, int high) {
 }
 
 template <class T>
-std::unique_ptr<Layer<T>> make_layer(Shape src, const std::string& line) {
-  using Maker = std::unique_ptr<Layer<T>> (*)(Shape, Words&);
-  static const std::map<std::string, Maker> makers{
-      {"conv", make_conv2d<T>},
-      {"batchnorm", make_batchnorm<T>},
-      {"relu", make_relu<T>},
-      {"maxpool", make_max_pool<T>},
-      {"avgpool", make_average_pool<T>},
-      {"globalavgpool", make_global_average_pool<T>},
-      {"fc", make_fully_connected<T>},
-  };
-  Words words(line);
-  const auto maker = makers.find(words.take());
-  if (maker == makers.end()) words.fail("is not a layer this program knows");
-  auto layer = maker->second(src, words);
-  if (!words.done()) words.fail("has '" + words.take() + "' left over");
-  const Shape& dst = layer->dst_shape();
-  words.limit(static_cast<long long>(dst.rows) * dst.columns * dst.channels, "outputs");
-  return layer;
+std::vector<std::unique_ptr<Layer<T>>> make_layers(Shape src, const std::vector<std::string>& lines) {
+  std::vector<std::unique_ptr<Layer<T>>> layers;
+  for (std::size_t i = 0; i < lines.size();) {
+    Words words(lines[i++]);
+    if (words.take_if("conv")) {
+      layers.push_back(make_conv2d<T>(src, words));
+    } else if (words.take_if("fc")) {
+      layers.push_back(make_fully_connected<T>(src, words));
+    } else if (words.take_if("relu")) {
+      layers.push_back(make_relu<T>(src));
+    } else if (words.take_if("batchnorm")) {
+      words.finish();
+      const bool relu = i < lines.size() && Words(lines[i]).take_if("relu");
+      if (relu) words = Words(lines[i++]), words.take();
+      std::optional<Pool> pool;
+      if (i < lines.size()) {
+        Words next(lines[i]);
+        pool = parse_pool(src, next);
+        if (pool && pool->overlaps()) pool.reset();
+        if (pool) words = next, ++i;
+      }
+      layers.push_back(make_batchnorm<T>(src, relu, pool));
+    } else if (const std::optional<Pool> pool = parse_pool(src, words)) {
+      layers.push_back(make_pool<T>(*pool));
+    } else {
+      words.take();
+      words.fail("is not a layer this program knows");
+    }
+    words.finish();
+    src = layers.back()->dst_shape();
+    words.limit(static_cast<long long>(src.rows) * src.columns * src.channels, "outputs");
+  }
+  return layers;
 }
 
+template class Layer<float>;
+template class Layer<double>;
 template struct Parameter<float>;
 template struct Parameter<double>;
-template std::unique_ptr<Layer<float>> make_layer(Shape, const std::string&);
-template std::unique_ptr<Layer<double>> make_layer(Shape, const std::string&);
+template std::vector<std::unique_ptr<Layer<float>>> make_layers(Shape, const std::vector<std::string>&);
+template std::vector<std::unique_ptr<Layer<double>>> make_layers(Shape, const std::vector<std::string>&);
 
 }  // namespace decid::nn

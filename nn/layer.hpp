@@ -1,10 +1,11 @@
 // A layer: a forward/backward pair over batches, with its parameters and their gradients. Adding one means one file
-// that derives from Layer and a line in the table of layer.cpp.
+// that derives from Layer and a line in make_layers.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nn/kernels/kernels.hpp"
@@ -47,12 +48,19 @@ class Layer {
 
   const Shape& src_shape() const { return src_shape_; }
   const Shape& dst_shape() const { return dst_shape_; }
-  /// The layer's line in an architecture text, complete: "conv 64 3x3 stride 1x1 pad 1x1".
+  /// The layer's line in an architecture text, complete: "conv 64 3x3 stride 1x1 pad 1x1"; several, joined by "\n", for
+  /// layers that run as one.
   virtual std::string text() const = 0;
+  /// Lines of text(). A tensor in a file is named by the line of its layer, so that running layers as one renames none.
+  std::size_t lines() const;
   /// Floating-point operations of a forward pass of one sample (a fused multiply-add counts 2).
   virtual long long flops() const = 0;
   /// dst is src's memory, and backward turns diff_dst into diff_src where it stands.
   virtual bool in_place() const { return false; }
+  /// diff_src may be src's memory: backward reads each value of src before it writes there.
+  virtual bool diff_may_replace_src() const { return false; }
+  /// backward reads dst, so that the layer above must leave it alone.
+  virtual bool backward_reads_dst() const { return false; }
   /// Zeros this layer reads around src in forward and backward, and around diff_dst in backward.
   virtual int src_halo() const { return 0; }
   virtual int diff_dst_halo() const { return 0; }
@@ -81,6 +89,8 @@ class Words {
 
   const std::string& line() const { return line_; }
   bool done() const { return next_ == words_.size(); }
+  /// Throws Error if there are words left.
+  void finish() const;
   /// The next word. Throws Error if there is none.
   std::string take();
   /// Takes the next word if it is `word`.
@@ -100,12 +110,18 @@ class Words {
   std::size_t next_ = 0;
 };
 
-/// The layer that `line` describes, for inputs of shape `src`:
+/// The layers that an architecture text describes, a layer a line, for inputs of shape `src`:
 ///   conv CHANNELS ROWSxCOLUMNS [stride RxC] [pad RxC]    batchnorm    relu
 ///   maxpool RxC [stride RxC]    avgpool RxC [stride RxC]    globalavgpool    fc OUTPUTS
-/// Throws Error for an unknown word, or a geometry that leaves no output.
+/// batchnorm, relu and pool lines in a row become one layer, which keeps its input only. Throws Error for an unknown
+/// word, or a geometry that leaves no output.
 template <class T>
-std::unique_ptr<Layer<T>> make_layer(Shape src, const std::string& line);
+std::vector<std::unique_ptr<Layer<T>>> make_layers(Shape src, const std::vector<std::string>& lines);
+/// The layer of a single line.
+template <class T>
+std::unique_ptr<Layer<T>> make_layer(Shape src, const std::string& line) {
+  return std::move(make_layers<T>(src, {line}).front());
+}
 
 /// One plane of one block of a tensor.
 template <class T>

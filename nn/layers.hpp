@@ -1,9 +1,11 @@
-// The layers there are: each made from the words after its name. Shapes and formulas in the kernels' table.
+// The layers there are: each made from the words of its line. Shapes and formulas in the kernels' table.
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "nn/layer.hpp"
+#include "nn/pooling.hpp"
 
 namespace decid::nn {
 
@@ -11,20 +13,17 @@ namespace decid::nn {
 template <class T>
 std::unique_ptr<Layer<T>> make_conv2d(Shape src, Words& words);
 
-/// Batch normalisation of each channel over batch, rows and columns; epsilon 1e-5, running statistics with momentum
-/// 0.1, the running variance unbiased. Ioffe and Szegedy, ICML 2015.
+/// Batch normalisation of each channel over batch, rows and columns, then, if asked for, ReLU and a pool whose windows
+/// do not overlap. epsilon 1e-5, running statistics with momentum 0.1, the running variance unbiased. Ioffe and
+/// Szegedy, ICML 2015.
 template <class T>
-std::unique_ptr<Layer<T>> make_batchnorm(Shape src, Words& words);
+std::unique_ptr<Layer<T>> make_batchnorm(Shape src, bool relu, const std::optional<Pool>& pool);
 
 template <class T>
-std::unique_ptr<Layer<T>> make_relu(Shape src, Words& words);
+std::unique_ptr<Layer<T>> make_relu(Shape src);
 
 template <class T>
-std::unique_ptr<Layer<T>> make_max_pool(Shape src, Words& words);
-template <class T>
-std::unique_ptr<Layer<T>> make_average_pool(Shape src, Words& words);
-template <class T>
-std::unique_ptr<Layer<T>> make_global_average_pool(Shape src, Words& words);
+std::unique_ptr<Layer<T>> make_pool(const Pool& pool);
 
 /// y = W x + b over all values of a sample.
 template <class T>

@@ -21,12 +21,10 @@ Network<T>::Network(Shape input, const std::string& architecture) : input_shape_
   for (char& c : lines)
     if (c == ';') c = '\n';
   std::istringstream stream(lines);
-  Shape shape = input;
-  for (std::string line; std::getline(stream, line);) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    layers_.push_back(make_layer<T>(shape, line));
-    shape = layers_.back()->dst_shape();
-  }
+  std::vector<std::string> wanted;
+  for (std::string line; std::getline(stream, line);)
+    if (line.find_first_not_of(" \t\r") != std::string::npos) wanted.push_back(line);
+  layers_ = make_layers<T>(input, wanted);
   if (layers_.empty() || layers_.front()->in_place())
     throw Error("network architecture", "does not begin with a layer that computes", "start with conv or fc");
   for (const auto& layer : layers_)
@@ -86,49 +84,64 @@ int Network<T>::difference_halo(std::size_t index) const {
   return index > 0 ? layers_[index - 1]->diff_dst_halo() : 0;
 }
 
+// The derivative by activation `index` takes its place: the layer that follows allows it, and the one before has no
+// more use for what it made. (No one asks for the derivative by the input.)
+template <class T>
+bool Network<T>::difference_replaces_activation(std::size_t index) const {
+  return index > 0 && index < layers_.size() && layers_[index]->diff_may_replace_src() &&
+         !layers_[index - 1]->backward_reads_dst();
+}
+
 template <class T>
 void Network<T>::plan(int batch, Mode mode) {
   if (batch < 1 || batch > 65536) throw Error("batch", "of " + std::to_string(batch) + " samples", "give 1 to 65536");
   mode_ = mode;
   planned_batch_ = batch;
-  // Training keeps every activation for backward, and two derivatives at a time; inference keeps two activations.
-  const std::size_t count = layers_.size() + 1;
-  std::vector<std::size_t> offset(count), difference_offset(count);
-  std::size_t kept = 0, even = 0, odd = 0;
-  std::vector<Shape> shape(count, input_shape_);
-  int turn = 0;
-  std::vector<int> turns(count, 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i > 0) shape[i] = layers_[i - 1]->dst_shape();
+  // Training keeps every activation for backward, and of the derivatives that have no place there two at a time;
+  // inference keeps two activations.
+  const bool training = mode == Mode::training;
+  struct Place {
+    Shape shape;
+    std::size_t kept = 0;  // offset of the activation in training
+    int turn = 0;          // which of the two
+    int activation_halo = 0, difference_halo = 0;
+  };
+  std::vector<Place> places(layers_.size() + 1);
+  std::size_t kept = 0, pair[2] = {0, 0};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Place& place = places[i];
+    place.shape = i > 0 ? layers_[i - 1]->dst_shape() : input_shape_;
+    place.activation_halo = activation_halo(i);
+    place.difference_halo = difference_halo(i);
+    if (difference_replaces_activation(i))
+      place.activation_halo = place.difference_halo = std::max(place.activation_halo, place.difference_halo);
     if (i > 0 && reuses_source(i - 1)) {
-      offset[i] = offset[i - 1];
-      turns[i] = turns[i - 1];
+      place.kept = places[i - 1].kept;
+      place.turn = places[i - 1].turn;
       continue;
     }
-    turn = 1 - turn;
-    turns[i] = turn;
-    const std::size_t need = Tensor<T>::required(shape[i], batch, activation_halo(i));
-    const std::size_t diff_need = Tensor<T>::required(shape[i], batch, difference_halo(i));
-    std::size_t& pair = turn == 0 ? even : odd;
-    if (mode == Mode::training) {
-      offset[i] = kept;
-      kept += need;
-      if (i > 0) pair = std::max(pair, diff_need);  // no one asks for the input's derivative
-    } else {
-      pair = std::max(pair, need);
-    }
+    place.turn = i > 0 ? 1 - places[i - 1].turn : 0;
+    const std::size_t activation = Tensor<T>::required(place.shape, batch, place.activation_halo);
+    const std::size_t difference = Tensor<T>::required(place.shape, batch, place.difference_halo);
+    place.kept = kept;
+    if (training) kept += activation;
+    if (!training)
+      pair[place.turn] = std::max(pair[place.turn], activation);
+    else if (i > 0 && !difference_replaces_activation(i))
+      pair[place.turn] = std::max(pair[place.turn], difference);
   }
-  memory_.reserve(kept + even + odd);
+  memory_.reserve(kept + pair[0] + pair[1]);
   activations_.clear();
   differences_.clear();
-  for (std::size_t i = 0; i < count; ++i) {
-    T* const pair = memory_.data() + kept + (turns[i] == 0 ? 0 : even);
-    activations_.emplace_back(mode == Mode::training ? memory_.data() + offset[i] : pair, shape[i], batch,
-                              activation_halo(i));
-    if (mode == Mode::training) {
-      activations_.back().clear_halo();
-      differences_.emplace_back(pair, shape[i], batch, difference_halo(i));
-    }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Place& place = places[i];
+    T* const own = memory_.data() + place.kept;
+    T* const shared = memory_.data() + kept + (place.turn == 0 ? 0 : pair[0]);
+    activations_.emplace_back(training ? own : shared, place.shape, batch, place.activation_halo);
+    if (!training) continue;
+    activations_.back().clear_halo();
+    differences_.emplace_back(difference_replaces_activation(i) ? own : shared, place.shape, batch,
+                              place.difference_halo);
   }
   for (const auto& layer : layers_) layer->plan(batch, mode);
 }
@@ -183,11 +196,13 @@ std::string weights_sha256(const Network<float>& network) {
     hash.update(header.data(), header.size());
     hash.update(values.data(), values.size() * sizeof(float));
   };
-  for (std::size_t i = 0; i < network.layers().size(); ++i) {
-    const std::string prefix = std::to_string(i) + ".";
-    for (const Parameter<float>* p : network.layers()[i]->parameters()) add(prefix + p->name, p->shape, p->value);
-    for (const Statistic<float>* s : network.layers()[i]->statistics())
+  std::size_t line = 0;
+  for (const auto& layer : network.layers()) {
+    const std::string prefix = std::to_string(line) + ".";
+    for (const Parameter<float>* p : layer->parameters()) add(prefix + p->name, p->shape, p->value);
+    for (const Statistic<float>* s : layer->statistics())
       add(prefix + s->name, {static_cast<int>(s->value.size())}, s->value);
+    line += layer->lines();
   }
   return hash.hex();
 }

@@ -14,7 +14,7 @@ namespace decid::nn {
 template <class T>
 class Network {
  public:
-  /// `architecture`: a layer a line, or separated by ';' (see make_layer). Throws Error naming the line that is wrong.
+  /// `architecture`: a layer a line, or separated by ';' (see make_layers). Throws Error naming the line that is wrong.
   Network(Shape input, const std::string& architecture);
 
   const Shape& input_shape() const { return input_shape_; }
@@ -53,6 +53,7 @@ class Network {
   bool reuses_source(std::size_t layer) const { return layers_[layer]->in_place(); }
   int activation_halo(std::size_t index) const;
   int difference_halo(std::size_t index) const;
+  bool difference_replaces_activation(std::size_t index) const;
 
   Shape input_shape_;
   std::vector<std::unique_ptr<Layer<T>>> layers_;

@@ -13,6 +13,7 @@ class Relu final : public Layer<T> {
   std::string text() const override { return "relu"; }
   long long flops() const override { return this->src_shape().size(); }
   bool in_place() const override { return true; }
+  bool backward_reads_dst() const override { return true; }
 
   void forward(const Tensor<T>&, const Tensor<T>& dst, Mode) override {
     for_each_group(dst.blocks(), this->src_shape().channels, plane_group, [&](int block, int first, int last) {
@@ -31,11 +32,11 @@ class Relu final : public Layer<T> {
 }  // namespace
 
 template <class T>
-std::unique_ptr<Layer<T>> make_relu(Shape src, Words&) {
+std::unique_ptr<Layer<T>> make_relu(Shape src) {
   return std::make_unique<Relu<T>>(src);
 }
 
-template std::unique_ptr<Layer<float>> make_relu(Shape, Words&);
-template std::unique_ptr<Layer<double>> make_relu(Shape, Words&);
+template std::unique_ptr<Layer<float>> make_relu(Shape);
+template std::unique_ptr<Layer<double>> make_relu(Shape);
 
 }  // namespace decid::nn

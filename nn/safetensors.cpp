@@ -161,14 +161,16 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
 }
 
 void save_network(const Network<float>& network, TensorFile& file, bool momentum) {
-  for (std::size_t i = 0; i < network.layers().size(); ++i) {
-    const std::string index = std::to_string(i) + ".";
-    for (const Parameter<float>* p : network.layers()[i]->parameters()) {
+  std::size_t line = 0;
+  for (const auto& layer : network.layers()) {
+    const std::string index = std::to_string(line) + ".";
+    line += layer->lines();
+    for (const Parameter<float>* p : layer->parameters()) {
       const std::vector<long long> shape(p->shape.begin(), p->shape.end());
       file.tensors.push_back({"layers." + index + p->name, shape, p->value});
       if (momentum) file.tensors.push_back({"momentum." + index + p->name, shape, p->velocity});
     }
-    for (const Statistic<float>* s : network.layers()[i]->statistics())
+    for (const Statistic<float>* s : layer->statistics())
       file.tensors.push_back({"layers." + index + s->name, {static_cast<long long>(s->value.size())}, s->value});
   }
 }
@@ -185,13 +187,15 @@ void load_network(const Network<float>& network, const TensorFile& file, const s
       throw Error(where, "has a value in '" + name + "' that is not finite", "train the model again");
     pairs.emplace_back(&t, &values);
   };
-  for (std::size_t i = 0; i < network.layers().size(); ++i) {
-    const std::string index = std::to_string(i) + ".";
-    for (Parameter<float>* p : network.layers()[i]->parameters()) {
+  std::size_t line = 0;
+  for (const auto& layer : network.layers()) {
+    const std::string index = std::to_string(line) + ".";
+    line += layer->lines();
+    for (Parameter<float>* p : layer->parameters()) {
       pair_up("layers." + index + p->name, p->shape, p->value);
       if (momentum) pair_up("momentum." + index + p->name, p->shape, p->velocity);
     }
-    for (Statistic<float>* s : network.layers()[i]->statistics())
+    for (Statistic<float>* s : layer->statistics())
       pair_up("layers." + index + s->name, {static_cast<int>(s->value.size())}, s->value);
   }
   for (const auto& [tensor, values] : pairs) *values = tensor->values;

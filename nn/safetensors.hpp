@@ -34,8 +34,8 @@ std::string to_safetensors(const TensorFile& file);
 /// overlapping or missing ranges, shapes that do not fit, names given twice, a type other than F32.
 TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 
-/// Adds all parameters and running statistics as "layers.<i>.<name>"; with `momentum` also the velocities, as
-/// "momentum.<i>.<name>".
+/// Adds all parameters and running statistics as "layers.<line>.<name>"; with `momentum` also the velocities, as
+/// "momentum.<line>.<name>".
 void save_network(const Network<float>& network, TensorFile& file, bool momentum = false);
 /// Reads them back; throws Error if one is missing, of another shape, or not finite.
 void load_network(const Network<float>& network, const TensorFile& file, const std::string& where,

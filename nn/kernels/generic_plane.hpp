@@ -13,11 +13,10 @@ template <class V, class T, class F>
     for (int j = 0; j < plane.columns * lanes; j += V::width) f(i, j);
 }
 
-/// Chains of R rows at once, each of two sums of 16 lanes, into the sums in double, row after row. f(row, value of the
+/// Chains of R rows at once, each of two sums of 16 lanes, onto sums in double, row after row. f(row, value of the
 /// row, first, second) continues both chains of a register.
 template <class V, int R, class F>
-[[gnu::always_inline]] inline void sum_rows(int row, int columns, double (&first)[lanes], double (&second)[lanes],
-                                            const F& f) {
+[[gnu::always_inline]] inline void sum_rows(int row, int columns, double* sums, const F& f) {
   constexpr int parts_of_row = lanes / V::width;
   typename V::Float a[R][parts_of_row], b[R][parts_of_row];
   for (int r = 0; r < R; ++r)
@@ -31,30 +30,25 @@ template <class V, int R, class F>
       V::store(row_sum + p * V::width, a[r][p]);
       V::store(row_sum + lanes + p * V::width, b[r][p]);
     }
-    for (int l = 0; l < lanes; ++l) first[l] += static_cast<double>(row_sum[l]);
-    for (int l = 0; l < lanes; ++l) second[l] += static_cast<double>(row_sum[lanes + l]);
+    for (int l = 0; l < 2 * lanes; ++l) sums[l] += static_cast<double>(row_sum[l]);
   }
 }
 
 /// Two sums over a plane. A row's chain waits for its own last addition, so as many rows go side by side as give eight
 /// registers of chains.
 template <class V, class F>
-[[gnu::always_inline]] inline void plane_sums(int rows, int columns, int valid, double sums[2], const F& f) {
+[[gnu::always_inline]] inline void plane_sums(int rows, int columns, double* sums, const F& f) {
   constexpr int rows_at_once = larger(1, 4 * V::width / lanes);
-  double first[lanes] = {}, second[lanes] = {};
   int i = 0;
-  for (; i + rows_at_once <= rows; i += rows_at_once) sum_rows<V, rows_at_once>(i, columns, first, second, f);
-  for (; i < rows; ++i) sum_rows<V, 1>(i, columns, first, second, f);
-  for (int l = valid; l < lanes; ++l) first[l] = second[l] = 0;
-  sums[0] = lane_tree(first);
-  sums[1] = lane_tree(second);
+  for (; i + rows_at_once <= rows; i += rows_at_once) sum_rows<V, rows_at_once>(i, columns, sums, f);
+  for (; i < rows; ++i) sum_rows<V, 1>(i, columns, sums, f);
 }
 
 template <class V>
-void batchnorm_sums(Plane<const float> src, float pivot, int valid, double sums[2]) {
+void batchnorm_sums(Plane<const float> src, float pivot, double sums[2 * lanes]) {
   using Float = typename V::Float;
   const Float centre = V::broadcast(pivot);
-  plane_sums<V>(src.rows, src.columns, valid, sums, [&](int i, int j, Float& sum, Float& square) {
+  plane_sums<V>(src.rows, src.columns, sums, [&](int i, int j, Float& sum, Float& square) {
     const Float d = V::sub(V::load(src.data + i * src.row + j), centre);
     sum = V::add(sum, d);
     square = V::fma(d, d, square);
@@ -62,11 +56,11 @@ void batchnorm_sums(Plane<const float> src, float pivot, int valid, double sums[
 }
 
 template <class V>
-void batchnorm_backward_sums(Plane<const float> src, Plane<const float> diff_dst, float mean, int valid,
-                             double sums[2]) {
+void batchnorm_backward_sums(Plane<const float> src, Plane<const float> diff_dst, float mean,
+                             double sums[2 * lanes]) {
   using Float = typename V::Float;
   const Float centre = V::broadcast(mean);
-  plane_sums<V>(src.rows, src.columns, valid, sums, [&](int i, int j, Float& sum, Float& dot) {
+  plane_sums<V>(src.rows, src.columns, sums, [&](int i, int j, Float& sum, Float& dot) {
     const Float dy = V::load(diff_dst.data + i * diff_dst.row + j);
     sum = V::add(sum, dy);
     dot = V::fma(dy, V::sub(V::load(src.data + i * src.row + j), centre), dot);

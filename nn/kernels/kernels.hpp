@@ -71,14 +71,14 @@ struct Kernels {
   void (*fully_connected_backward_weight)(Shape src_shape, View<const T> src, const T* diff_dst, int valid,
                                           T* diff_weight, T* diff_bias, int first, int last);
 
-  /// With d = src - pivot: sums[0] = lane tree, in double, of sum over rows, in double, of the row's chain of d + ...;
-  /// sums[1] the same of d * d.
-  void (*batchnorm_sums)(Plane<const T> src, T pivot, int valid, double sums[2]);
+  /// With d = src - pivot: sums[l] += each row's chain of d + ... of lane l, in double, row after row;
+  /// sums[lanes + l] += the same of d * d. Calls for parts of a plane, in order of rows, add up to one for the whole.
+  void (*batchnorm_sums)(Plane<const T> src, T pivot, double sums[2 * lanes]);
   /// dst = fma(src, scale, shift).
   void (*batchnorm_apply)(Plane<const T> src, T scale, T shift, Plane<T> dst);
-  /// sums[0] as above of diff_dst, sums[1] of diff_dst * (src - mean).
-  void (*batchnorm_backward_sums)(Plane<const T> src, Plane<const T> diff_dst, T mean, int valid, double sums[2]);
-  /// diff_src = fma(a, diff_dst, fma(b, src, c)); may overwrite diff_dst.
+  /// As above the sums of diff_dst and of diff_dst * (src - mean).
+  void (*batchnorm_backward_sums)(Plane<const T> src, Plane<const T> diff_dst, T mean, double sums[2 * lanes]);
+  /// diff_src = fma(a, diff_dst, fma(b, src, c)); may overwrite src or diff_dst.
   void (*batchnorm_backward_apply)(Plane<const T> src, Plane<const T> diff_dst, T a, T b, T c, Plane<T> diff_src);
 
   /// value = value < 0 ? 0 : value, in place.
@@ -118,6 +118,16 @@ const Kernels<float>& kernels_named(const std::string& name);
 
 /// Halo that conv2d_backward_src reads around diff_dst.
 int diff_halo(const Conv2dShape& shape);
+
+/// The sum over the lanes of a block, by the contract's tree; lanes from `valid` on count as 0.
+template <class T>
+T lane_sum(const T* value, int valid) {
+  T v[lanes];
+  for (int l = 0; l < lanes; ++l) v[l] = l < valid ? value[l] : T(0);
+  for (int half = lanes / 2; half > 0; half /= 2)
+    for (int l = 0; l < half; ++l) v[l] += v[l + half];
+  return v[0];
+}
 
 /// Sum of parts[0 .. count) of `stride` values each, into parts[0]: part i + part i + n/2 for the smallest power of two
 /// n >= count, then n/4, ... A tree of fixed shape that depends on count alone.

@@ -14,15 +14,6 @@ T value_or_zero(View<const T> v, int rows, int columns, int channel, int row, in
   return v.data[channel * v.channel + row * v.row + column * lanes + lane];
 }
 
-template <class T>
-T lane_tree(const T* value, int valid) {
-  T v[lanes];
-  for (int l = 0; l < lanes; ++l) v[l] = l < valid ? value[l] : T(0);
-  for (int half = lanes / 2; half > 0; half /= 2)
-    for (int l = 0; l < half; ++l) v[l] += v[l + half];
-  return v[0];
-}
-
 std::size_t weight_index(const Conv2dShape& s, int o, int c, int ky, int kx) {
   return static_cast<std::size_t>(((o * s.src_channels + c) * s.kernel_rows + ky) * s.kernel_columns + kx);
 }
@@ -86,7 +77,7 @@ void conv2d_backward_weight(const Conv2dShape& s, View<const T> src, View<const 
                                                 j * s.stride_columns + kx - s.pad_columns, l),
                                   diff_dst.data[o * diff_dst.channel + i * diff_dst.row + j * lanes + l], sum[l]);
           }
-          diff_weight[weight_index(s, o, c, ky, kx)] = lane_tree(sum, valid);
+          diff_weight[weight_index(s, o, c, ky, kx)] = lane_sum(sum, valid);
         }
     for (int l = 0; l < lanes; ++l) {
       sum[l] = T(0);
@@ -94,7 +85,7 @@ void conv2d_backward_weight(const Conv2dShape& s, View<const T> src, View<const 
         for (int j = 0; j < s.dst_columns; ++j)
           sum[l] += diff_dst.data[o * diff_dst.channel + i * diff_dst.row + j * lanes + l];
     }
-    diff_bias[o] = lane_tree(sum, valid);
+    diff_bias[o] = lane_sum(sum, valid);
   }
 }
 
@@ -144,23 +135,21 @@ void fully_connected_backward_weight(Shape shape, View<const T> src, const T* di
     for_each_value(shape, src, 0, shape.channels, [&](std::size_t k, const T* x) {
       T product[lanes];
       for (int l = 0; l < lanes; ++l) product[l] = x[l] * dy[l];
-      dw[k] = lane_tree(product, valid);
+      dw[k] = lane_sum(product, valid);
     });
-    diff_bias[o] = lane_tree(dy, valid);
+    diff_bias[o] = lane_sum(dy, valid);
   }
 }
 
-/// Lane tree in double of the rows' chains; f(row, column, lane, acc) continues a chain.
+/// Adds to sums the rows' chains of each lane; f(row, column, lane, acc) continues a chain.
 template <class T, class F>
-double plane_sum(int rows, int columns, int valid, const F& f) {
-  double sum[lanes] = {};
+void add_row_chains(int rows, int columns, double* sums, const F& f) {
   for (int i = 0; i < rows; ++i)
     for (int l = 0; l < lanes; ++l) {
       T acc = T(0);
       for (int j = 0; j < columns; ++j) acc = f(i, j, l, acc);
-      sum[l] += static_cast<double>(acc);
+      sums[l] += static_cast<double>(acc);
     }
-  return lane_tree(sum, valid);
 }
 
 template <class T>
@@ -169,20 +158,20 @@ T get(const Plane<T>& p, int i, int j, int l) {
 }
 
 template <class T>
-void batchnorm_sums(Plane<const T> src, T pivot, int valid, double sums[2]) {
-  sums[0] = plane_sum<T>(src.rows, src.columns, valid,
-                         [&](int i, int j, int l, T acc) { return acc + (get(src, i, j, l) - pivot); });
-  sums[1] = plane_sum<T>(src.rows, src.columns, valid, [&](int i, int j, int l, T acc) {
+void batchnorm_sums(Plane<const T> src, T pivot, double sums[2 * lanes]) {
+  add_row_chains<T>(src.rows, src.columns, sums,
+                    [&](int i, int j, int l, T acc) { return acc + (get(src, i, j, l) - pivot); });
+  add_row_chains<T>(src.rows, src.columns, sums + lanes, [&](int i, int j, int l, T acc) {
     const T d = get(src, i, j, l) - pivot;
     return std::fma(d, d, acc);
   });
 }
 
 template <class T>
-void batchnorm_backward_sums(Plane<const T> src, Plane<const T> diff_dst, T mean, int valid, double sums[2]) {
-  sums[0] = plane_sum<T>(src.rows, src.columns, valid,
-                         [&](int i, int j, int l, T acc) { return acc + get(diff_dst, i, j, l); });
-  sums[1] = plane_sum<T>(src.rows, src.columns, valid, [&](int i, int j, int l, T acc) {
+void batchnorm_backward_sums(Plane<const T> src, Plane<const T> diff_dst, T mean, double sums[2 * lanes]) {
+  add_row_chains<T>(src.rows, src.columns, sums,
+                    [&](int i, int j, int l, T acc) { return acc + get(diff_dst, i, j, l); });
+  add_row_chains<T>(src.rows, src.columns, sums + lanes, [&](int i, int j, int l, T acc) {
     return std::fma(get(diff_dst, i, j, l), get(src, i, j, l) - mean, acc);
   });
 }
