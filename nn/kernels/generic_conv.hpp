@@ -102,17 +102,26 @@ int block_channels(const Correlation& s) {
 template <class V>
 void pack(const Correlation& s, int begin, int end, int first, int count, TapBlock& block) {
   block.taps = end - begin;
+  std::ptrdiff_t from[block_taps];  // of each tap's weight of one channel
   const int plane = s.tap_rows * s.tap_columns;
-  for (int t = begin; t < end; ++t) {
-    const int channel = t / plane, row = t % plane / s.tap_columns, column = t % s.tap_columns;
-    block.offset[t - begin] = channel * s.tap_channel + row * s.tap_row + column * s.tap_column;
-    const float* weight =
-        s.weight + first * s.weight_dst + channel * s.weight_channel + row * s.weight_row + column * s.weight_column;
-    for_each_part(count, V::tile_channels, [&](int q_begin, int q_end) {
-      float* packed = block.weight + q_begin * block.taps + (t - begin) * (q_end - q_begin);
-      for (int q = q_begin; q < q_end; ++q) packed[q - q_begin] = weight[q * s.weight_dst];
-    });
+  int channel = begin / plane, row = begin % plane / s.tap_columns, column = begin % s.tap_columns;
+  for (int t = 0; t < block.taps; ++t) {
+    block.offset[t] = channel * s.tap_channel + row * s.tap_row + column * s.tap_column;
+    from[t] = channel * s.weight_channel + row * s.weight_row + column * s.weight_column;
+    if (++column < s.tap_columns) continue;
+    column = 0;
+    if (++row < s.tap_rows) continue;
+    row = 0;
+    ++channel;
   }
+  for_each_part(count, V::tile_channels, [&](int q, int q_end) {
+    float* packed = block.weight + q * block.taps;
+    const int width = q_end - q;
+    for (int k = 0; k < width; ++k) {
+      const float* weight = s.weight + (first + q + k) * s.weight_dst;
+      for (int t = 0; t < block.taps; ++t) packed[t * width + k] = weight[from[t]];
+    }
+  });
 }
 
 /// One block of taps into all of dst for channels [first, first + count).

@@ -13,9 +13,15 @@ struct Avx2 {
   // 12 accumulators + 2 values + 1 broadcast weight: 15 of the 16 registers, one less than 4 x 3 would take, which the
   // compiler fits in only by spilling. 8 loads for 12 multiply-adds.
   static constexpr int tile_channels = 6, tile_columns = 2;
+  static constexpr int gradient_channels = 2, gradient_columns = 6;
 
   [[gnu::always_inline]] static Float load(const float* p) { return _mm256_loadu_ps(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { _mm256_storeu_ps(p, v); }
+  /// v, in a register: keeps the compiler from loading it again at each use.
+  [[gnu::always_inline]] static Float keep(Float v) {
+    asm("" : "+x"(v));
+    return v;
+  }
   [[gnu::always_inline]] static Float broadcast(float v) { return _mm256_set1_ps(v); }
   [[gnu::always_inline]] static Float add(Float a, Float b) { return _mm256_add_ps(a, b); }
   [[gnu::always_inline]] static Float sub(Float a, Float b) { return _mm256_sub_ps(a, b); }

@@ -13,9 +13,15 @@ struct Avx512 {
   // 24 accumulators + 6 values + 1 broadcast weight of 32 registers; 10 loads for 24 multiply-adds, where the two load
   // ports could serve 24, and far more chains than 2 FMA ports x 4 cycles of latency need.
   static constexpr int tile_channels = 4, tile_columns = 6;
+  static constexpr int gradient_channels = 4, gradient_columns = 6;
 
   [[gnu::always_inline]] static Float load(const float* p) { return _mm512_loadu_ps(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { _mm512_storeu_ps(p, v); }
+  /// v, in a register: keeps the compiler from loading it again at each use.
+  [[gnu::always_inline]] static Float keep(Float v) {
+    asm("" : "+v"(v));
+    return v;
+  }
   [[gnu::always_inline]] static Float broadcast(float v) { return _mm512_set1_ps(v); }
   [[gnu::always_inline]] static Float add(Float a, Float b) { return _mm512_add_ps(a, b); }
   [[gnu::always_inline]] static Float sub(Float a, Float b) { return _mm512_sub_ps(a, b); }

@@ -13,9 +13,15 @@ struct Baseline {
   static constexpr int width = 4;
   // The emulation wants most of the 16 registers for itself; sharing the conversions to double is what a tile gains.
   static constexpr int tile_channels = 2, tile_columns = 2;
+  static constexpr int gradient_channels = 2, gradient_columns = 2;
 
   [[gnu::always_inline]] static Float load(const float* p) { return _mm_loadu_ps(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { _mm_storeu_ps(p, v); }
+  /// v, in a register: keeps the compiler from loading it again at each use.
+  [[gnu::always_inline]] static Float keep(Float v) {
+    asm("" : "+x"(v));
+    return v;
+  }
   [[gnu::always_inline]] static Float broadcast(float v) { return _mm_set1_ps(v); }
   [[gnu::always_inline]] static Float add(Float a, Float b) { return _mm_add_ps(a, b); }
   [[gnu::always_inline]] static Float sub(Float a, Float b) { return _mm_sub_ps(a, b); }

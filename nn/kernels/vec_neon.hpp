@@ -12,9 +12,15 @@ struct Neon {
   static constexpr int width = 4;
   // 24 accumulators + 6 values + 1 broadcast weight of 32 registers.
   static constexpr int tile_channels = 4, tile_columns = 6;
+  static constexpr int gradient_channels = 4, gradient_columns = 6;
 
   [[gnu::always_inline]] static Float load(const float* p) { return vld1q_f32(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { vst1q_f32(p, v); }
+  /// v, in a register: keeps the compiler from loading it again at each use.
+  [[gnu::always_inline]] static Float keep(Float v) {
+    asm("" : "+w"(v));
+    return v;
+  }
   [[gnu::always_inline]] static Float broadcast(float v) { return vdupq_n_f32(v); }
   [[gnu::always_inline]] static Float add(Float a, Float b) { return vaddq_f32(a, b); }
   [[gnu::always_inline]] static Float sub(Float a, Float b) { return vsubq_f32(a, b); }
