@@ -62,23 +62,17 @@ void fill_unused_lanes(const Tensor<T>& tensor, T value) {
 template <class T>
 class Chain {
  public:
-  /// Layers of its own, separated by ';'.
+  /// A layer a line, lines separated by ';'.
   Chain(Shape input, const std::string& architecture, int batch) {
     std::istringstream stream(architecture);
     for (std::string line; std::getline(stream, line, ';');) {
-      owned_.push_back(make_layer<T>(input, line));
-      input = owned_.back()->dst_shape();
-      layers_.push_back(owned_.back().get());
+      layers_.push_back(make_layer<T>(input, line));
+      input = layers_.back()->dst_shape();
     }
     plan(batch);
   }
-  /// Somebody else's layers.
-  Chain(const std::vector<std::unique_ptr<Layer<T>>>& layers, int batch) {
-    for (const auto& layer : layers) layers_.push_back(layer.get());
-    plan(batch);
-  }
 
-  const std::vector<Layer<T>*>& layers() const { return layers_; }
+  const std::vector<std::unique_ptr<Layer<T>>>& layers() const { return layers_; }
   /// [0] the input, [i + 1] the output of layer i; the same memory where the layer works in place.
   const std::vector<Tensor<T>>& activations() const { return activations_; }
   const Tensor<T>& input() const { return activations_.front(); }
@@ -87,13 +81,13 @@ class Chain {
   const Tensor<T>& output_diff() const { return differences_.back(); }
   std::vector<Parameter<T>*> parameters() const {
     std::vector<Parameter<T>*> all;
-    for (Layer<T>* layer : layers_)
+    for (const auto& layer : layers_)
       for (Parameter<T>* p : layer->parameters()) all.push_back(p);
     return all;
   }
   std::vector<Statistic<T>*> statistics() const {
     std::vector<Statistic<T>*> all;
-    for (Layer<T>* layer : layers_)
+    for (const auto& layer : layers_)
       for (Statistic<T>* s : layer->statistics()) all.push_back(s);
     return all;
   }
@@ -115,7 +109,7 @@ class Chain {
   }
   void plan(int batch) {
     const std::size_t count = layers_.size();
-    for (Layer<T>* layer : layers_) layer->plan(batch, Mode::training);
+    for (const auto& layer : layers_) layer->plan(batch, Mode::training);
     differences_.resize(count + 1);
     for (std::size_t i = 0; i <= count; ++i) {
       if (i > 0 && layers_[i - 1]->in_place()) {
@@ -131,8 +125,7 @@ class Chain {
     }
   }
 
-  std::vector<std::unique_ptr<Layer<T>>> owned_;
-  std::vector<Layer<T>*> layers_;
+  std::vector<std::unique_ptr<Layer<T>>> layers_;
   std::vector<std::unique_ptr<AlignedBuffer<T>>> memory_;
   std::vector<Tensor<T>> activations_, differences_;
 };

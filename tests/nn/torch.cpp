@@ -160,11 +160,11 @@ TEST_CASE("PyTorch: a network trained for five steps with momentum and weight de
                          "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; conv 6 3x3 stride 2x1 pad 1; batchnorm; relu; "
                          "avgpool 2; fc 3");
   network.plan(batch, Mode::training);
-  std::uint32_t id = 8010;
-  for (const auto& layer : network.layers()) {
-    set_parameters(layer->parameters(), id);
-    id += 2;
-  }
+  const std::string lines[] = {"0.", "0.", "1.", "1.", "4.", "4.", "5.", "5.", "8.", "8."};  // of each parameter
+  REQUIRE(network.parameters().size() == std::size(lines));
+  for (std::size_t k = 0; k < std::size(lines); ++k)
+    set_parameters({network.parameters()[k]},
+                   8010 + 2 * static_cast<std::uint32_t>(lines[k][0] - '0') + static_cast<std::uint32_t>(k % 2));
   const auto targets = hashed_values<float>(8001, batch * 3);
   std::vector<double> losses, squares(3);
   for (int step = 0; step < steps; ++step) {
@@ -174,17 +174,19 @@ TEST_CASE("PyTorch: a network trained for five steps with momentum and weight de
     losses.push_back((squares[0] + squares[1] + squares[2]) / (batch * 3));
     network.backward();
     if (step == 0)
-      for (std::size_t i = 0; i < network.layers().size(); ++i)
-        for (const Parameter<float>* p : network.layers()[i]->parameters())
-          compare("network/gradient" + std::to_string(i) + "." + p->name, p->gradient);
+      for (std::size_t k = 0; k < std::size(lines); ++k)
+        compare("network/gradient" + lines[k] + network.parameters()[k]->name, network.parameters()[k]->gradient);
     sgd_step(network, 0.0625, {.momentum = 0.875, .weight_decay = 0.03125});
   }
   compare("network/losses", losses);
-  for (std::size_t i = 0; i < network.layers().size(); ++i) {
-    const std::string prefix = "network/" + std::to_string(i) + ".";
-    for (const Parameter<float>* p : network.layers()[i]->parameters()) compare(prefix + p->name, p->value);
-    for (const Statistic<float>* s : network.layers()[i]->statistics()) compare(prefix + s->name, s->value);
-  }
+  for (std::size_t k = 0; k < std::size(lines); ++k)
+    compare("network/" + lines[k] + network.parameters()[k]->name, network.parameters()[k]->value);
+  std::vector<const Statistic<float>*> statistics;
+  for (const auto& layer : network.layers())
+    for (const Statistic<float>* s : layer->statistics()) statistics.push_back(s);
+  REQUIRE(statistics.size() == 4);
+  for (std::size_t k = 0; k < 4; ++k)
+    compare((k < 2 ? "network/1." : "network/5.") + statistics[k]->name, statistics[k]->value);
   network.plan(batch, Mode::inference);
   load_hashed(network.input(), 8002, 1.5, 0.2);
   network.forward();
