@@ -124,26 +124,50 @@ void pack(const Correlation& s, int begin, int end, int first, int count, TapBlo
   });
 }
 
-/// One block of taps into all of dst for channels [first, first + count).
+/// Which tile of dst comes after the one at work.
+enum class Next { channels, columns };
+
+/// Rows of src that fit the first-level cache as a whole: then each channel's row is written in one go, 10% faster
+/// where dst goes to memory (2 to 64 channels of 110 x 110). Else tiles of channels take turns on the same columns of
+/// src.
+inline bool row_fits_cache(const Correlation& s) {
+  const std::ptrdiff_t step = s.src_column < 0 ? -s.src_column : s.src_column;
+  constexpr std::ptrdiff_t bytes = 48 * 1024;
+  return s.channels * s.tap_rows * s.columns * step * static_cast<std::ptrdiff_t>(sizeof(float)) <= bytes;
+}
+
+/// One block of taps into all of dst for channels [first, first + count). Fetching ahead is worth a factor of two on
+/// planes larger than the second-level cache: hardware sees only short runs in many planes.
 template <class V>
 void correlate_block(const Correlation& s, const TapBlock& block, int first, int count, const float* start) {
-  const std::ptrdiff_t ahead = s.tap_column > 0 ? (s.tap_columns - 1) * lanes : 2 * (s.tap_columns - 1) * lanes;
+  const std::ptrdiff_t ahead = (s.tap_column > 0 ? 1 : 2) * (s.tap_columns - 1) * lanes;
+  const auto run = [&](int i, int j, int j_end, int q, int q_end, Next next) {
+    const CorrelationTile tile = find_correlation_tile<V>(q_end - q, j_end - j);
+    const float* src = s.src + i * s.src_row + j * s.src_column;
+    float* dst = s.dst + (first + q) * s.dst_channel + i * s.dst_row + j * s.dst_column;
+    // With Next::channels each tile of channels fetches the next share of the columns to come.
+    const float* next_src = src + (j_end - j) * s.src_column + ahead;
+    const float* next_dst = dst + (j_end - j) * s.dst_column;
+    if (next == Next::channels) {
+      next_src += q / V::tile_channels * s.tap_columns * lanes;
+      next_dst = q_end < count ? dst + (q_end - q) * s.dst_channel : next_dst - q * s.dst_channel;
+    }
+    for (int lane = 0; lane < lanes; lane += V::width) {
+      const TilePlace place{src + lane,   s.src_column,    dst + lane,     s.dst_channel,
+                            s.dst_column, next_src + lane, next_dst + lane};
+      tile(place, block.offset, block.weight + q * block.taps, block.taps, start != nullptr ? start + q : nullptr);
+    }
+  };
+  const bool by_rows = row_fits_cache(s);
   for (int i = 0; i < s.rows; ++i)
-    for_each_part(s.columns, V::tile_columns, [&](int j, int j_end) {
+    if (by_rows)
       for_each_part(count, V::tile_channels, [&](int q, int q_end) {
-        const CorrelationTile tile = find_correlation_tile<V>(q_end - q, j_end - j);
-        const float* src = s.src + i * s.src_row + j * s.src_column;
-        float* dst = s.dst + (first + q) * s.dst_channel + i * s.dst_row + j * s.dst_column;
-        const float* next_src = src + (j_end - j) * s.src_column + ahead + q / V::tile_channels * s.tap_columns * lanes;
-        const float* next_dst =
-            q_end < count ? dst + (q_end - q) * s.dst_channel : dst - q * s.dst_channel + (j_end - j) * s.dst_column;
-        for (int lane = 0; lane < lanes; lane += V::width) {
-          const TilePlace place{src + lane,   s.src_column,    dst + lane,     s.dst_channel,
-                                s.dst_column, next_src + lane, next_dst + lane};
-          tile(place, block.offset, block.weight + q * block.taps, block.taps, start != nullptr ? start + q : nullptr);
-        }
+        for_each_part(s.columns, V::tile_columns, [&](int j, int j_end) { run(i, j, j_end, q, q_end, Next::columns); });
       });
-    });
+    else
+      for_each_part(s.columns, V::tile_columns, [&](int j, int j_end) {
+        for_each_part(count, V::tile_channels, [&](int q, int q_end) { run(i, j, j_end, q, q_end, Next::channels); });
+      });
 }
 
 template <class V>
