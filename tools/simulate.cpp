@@ -42,7 +42,7 @@ void simulate(const Options& options) {
   if (!outcome.valid)
     throw Error("simulate",
                 format("the body leaves 5 degrees after %.2f s: these parameters do not stand", outcome.end_s),
-                "choose a larger --kp or --kd, or a shorter --delay");
+                "shorten --delay, lower --kp or raise --kd");
   sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, sway);
   for (double& value : sway) value /= sim::rad_per_deg;
   auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());

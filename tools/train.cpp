@@ -11,6 +11,7 @@
 #include "base/file.hpp"
 #include "dataset/npz.hpp"
 #include "dataset/protocol_json.hpp"
+#include "nn/schedule.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
 #include "tools/text.hpp"
@@ -45,6 +46,7 @@ TrainingSettings settings_from(const Options& options) {
   preset.sgd.momentum = options.momentum.value_or(preset.sgd.momentum);
   preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
   preset.schedule = options.schedule.value_or(preset.schedule);
+  nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // a wrong one is told before the work, not after
   settings.seed = options.seed;
   settings.scaling_trials = options.stream ? 2000 : 0;
   return settings;

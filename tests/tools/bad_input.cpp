@@ -1,20 +1,20 @@
 // Bad input: one clear line on standard error, exit code 2, nothing on standard output, and no file half-written.
 #include <doctest/doctest.h>
 
-#include <cstdint>
+#include <algorithm>
 
 #include "tests/tools/run.hpp"
 
-using decid::test::decid;
 using decid::test::Folder;
 using decid::test::read_text;
+using decid::test::run_decid;
 using decid::test::write_text;
 
 namespace {
 
 /// The command fails as it should, and its line holds all of `fragments`.
 void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
-  const auto result = decid(arguments);
+  const auto result = run_decid(arguments);
   CAPTURE(arguments);
   CAPTURE(result.err);
   CHECK(result.code == 2);
@@ -46,7 +46,7 @@ std::string recording(int samples, double rate, const Cell& cell) {
   return text;
 }
 std::string wave(int k) {
-  return std::to_string(0.3 * ((k / 70) % 5 - 2));
+  return std::to_string(0.3 * ((k / 7) % 5 - 2));
 }
 
 }  // namespace
@@ -76,14 +76,14 @@ TEST_CASE("wrong usage") {
 
 TEST_CASE("parameters that do not stand write no trial") {
   const Folder folder;
-  check_refused("simulate --kp 510 --kp-pass 63 --delay 0.24 -o " + folder / "t.csv", {"5 degrees", "--kp"});
+  check_refused("simulate --kp 1258 --kd 126 --delay 0.24 -o " + folder / "t.csv", {"5 degrees", "--delay"});
   CHECK(folder.files() == 0);
 }
 
 TEST_CASE("recordings that cannot be used") {
   check_refused("identify /nowhere/r.csv", {"/nowhere/r.csv"});
   check_refused("identify /", {"/"});
-  check_recording_refused("", {"r.csv", "empty"});
+  check_recording_refused("", {"r.csv", "no lines"});
   check_recording_refused("time,com_sway_deg\n", {"r.csv"});
   check_recording_refused("time,com_sway_deg\n0,0.1\n0.01,zero\n0.02,0.1\n", {"line 3", "zero"});
   check_recording_refused("time,com_sway_deg\n0,0.1\n0.01,nan\n0.02,0.1\n", {"line 3"});
@@ -91,7 +91,8 @@ TEST_CASE("recordings that cannot be used") {
   check_recording_refused("time,com_sway_deg\n0,0.1\n0.01\n0.02,0.1\n", {"line 3"});
   check_recording_refused("time,elbow\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"wrist", "elbow"}, "--column wrist");
   check_recording_refused(recording(12100, 100, [](int) { return std::string("0.25"); }), {"constant"});
-  check_recording_refused(recording(12100, 100, [](int k) { return std::to_string(k % 200); }), {"90 degrees"});
+  check_recording_refused(recording(12100, 100, [](int k) { return std::to_string(k % 200); }),
+                          {"lying flat", "--unit"});
   check_recording_refused(std::string("\x00\x01\x02\xff\xfe binary", 14), {"r.csv"});
 }
 
@@ -108,7 +109,7 @@ TEST_CASE("a wrong unit is suspected, not refused") {
              recording(12100, 100, [](int k) { return std::to_string(12.5 * ((k / 70) % 5 - 2)); }));
   write_text(folder / "small.csv", recording(12100, 100, [](int k) { return std::to_string((k / 70) % 5) + "e-5"; }));
   for (const std::string name : {"big.csv", "small.csv"}) {
-    const auto result = decid("identify " + folder / name);
+    const auto result = run_decid("identify " + folder / name);
     CAPTURE(name);
     CHECK(result.code == 0);
     CHECK(result.out.find("--unit") != std::string::npos);
@@ -117,7 +118,7 @@ TEST_CASE("a wrong unit is suspected, not refused") {
 
 TEST_CASE("outputs that cannot be written") {
   const Folder folder;
-  REQUIRE(decid("simulate -o " + folder / "t.csv").code == 0);
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
   const std::string trial = folder / "t.csv";
   check_refused("simulate -o /nowhere/t.csv", {"/nowhere"});
   check_refused("simulate -o " + folder / "", {""});
@@ -134,8 +135,8 @@ TEST_CASE("damaged model files and data sets") {
   write_text(folder / "quick.json",
              R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
   const std::string data = folder / "d.npz", model = folder / "m.safetensors", bad = folder / "bad";
-  REQUIRE(decid("dataset --count 16 --protocol " + folder / "quick.json" + " -o " + data).code == 0);
-  REQUIRE(decid("train --preset small --epochs 1 --batch 8 --data " + data + " -o " + model).code == 0);
+  REQUIRE(run_decid("dataset --count 16 --protocol " + folder / "quick.json" + " -o " + data).code == 0);
+  REQUIRE(run_decid("train --preset small --epochs 1 --batch 8 --data " + data + " -o " + model).code == 0);
   const std::string bytes = read_text(model), archive = read_text(data);
   for (const std::size_t size :
        {std::size_t{0}, std::size_t{7}, std::size_t{100}, bytes.size() / 2, bytes.size() - 1}) {

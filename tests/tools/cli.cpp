@@ -1,15 +1,16 @@
 // The command line as users and scripts rely on it: what each command writes, and that it is what it should be.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "sim/parameters.hpp"
 #include "tests/tools/run.hpp"
 
-using decid::test::decid;
 using decid::test::Folder;
 using decid::test::read_text;
+using decid::test::run_decid;
 using Json = nlohmann::json;
 
 namespace {
@@ -30,23 +31,23 @@ std::vector<std::vector<double>> read_csv(const std::string& path, std::string& 
 
 TEST_CASE("every command explains itself with an example") {
   for (const std::string command : {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "info"}) {
-    const auto result = decid(command + " --help");
+    const auto result = run_decid(command + " --help");
     CAPTURE(command);
     CHECK(result.code == 0);
     CHECK(result.out.find("Example") != std::string::npos);
     CHECK(result.out.find("--threads") != std::string::npos);
     CHECK(result.out.find("--quiet") != std::string::npos);
   }
-  CHECK(decid("--version").out == std::string("decid ") + DECID_VERSION + "\n");
+  CHECK(run_decid("--version").out == std::string("decid ") + DECID_VERSION + "\n");
 }
 
 TEST_CASE("simulate writes a trial that its seed determines") {
   const Folder folder;
-  const auto first = decid("simulate --kp 900 --seed 7 --threads 1 -o " + folder / "a.csv");
+  const auto first = run_decid("simulate --kp 900 --seed 7 --threads 1 -o " + folder / "a.csv");
   CHECK(first.code == 0);
   CHECK(first.out.empty());
-  CHECK(decid("simulate --kp 900 --seed 7 -o " + folder / "b.csv").code == 0);
-  CHECK(decid("simulate --kp 900 --seed 8 --quiet -o " + folder / "c.csv").err.empty());
+  CHECK(run_decid("simulate --kp 900 --seed 7 -o " + folder / "b.csv").code == 0);
+  CHECK(run_decid("simulate --kp 900 --seed 8 --quiet -o " + folder / "c.csv").err.empty());
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
   CHECK(read_text(folder / "a.csv") != read_text(folder / "c.csv"));
 
@@ -67,15 +68,15 @@ TEST_CASE("simulate writes a trial that its seed determines") {
 
 TEST_CASE("simulate without noise does not depend on the seed") {
   const Folder folder;
-  CHECK(decid("simulate --nv 0 --seed 1 -o " + folder / "a.csv").code == 0);
-  CHECK(decid("simulate --nv 0 --seed 2 -o " + folder / "b.csv").code == 0);
+  CHECK(run_decid("simulate --nv 0 --seed 1 -o " + folder / "a.csv").code == 0);
+  CHECK(run_decid("simulate --nv 0 --seed 2 -o " + folder / "b.csv").code == 0);
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
 }
 
 TEST_CASE("stimulus writes the tilt that simulate plays") {
   const Folder folder;
-  CHECK(decid("stimulus -o " + folder / "stim.csv").code == 0);
-  CHECK(decid("simulate -o " + folder / "trial.csv").code == 0);
+  CHECK(run_decid("stimulus -o " + folder / "stim.csv").code == 0);
+  CHECK(run_decid("simulate -o " + folder / "trial.csv").code == 0);
   std::string header;
   const auto stimulus = read_csv(folder / "stim.csv", header);
   CHECK(header == "time,tilt_deg");
@@ -87,11 +88,11 @@ TEST_CASE("stimulus writes the tilt that simulate plays") {
 TEST_CASE("identify prints, writes JSON and a report") {
   const Folder folder;
   const std::string trial = folder / "trial.csv";
-  REQUIRE(decid("simulate --seed 3 -o " + trial).code == 0);
-  const auto text = decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
+  REQUIRE(run_decid("simulate --seed 3 -o " + trial).code == 0);
+  const auto text = run_decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
   CHECK(text.code == 0);
   CHECK(text.out.find("Kp_pass") != std::string::npos);
-  const auto printed = decid("identify " + trial + " --json");
+  const auto printed = run_decid("identify " + trial + " --json");
   CHECK(printed.err.empty());
   CHECK(printed.out == read_text(folder / "out.json"));
 
@@ -115,39 +116,39 @@ TEST_CASE("identify prints, writes JSON and a report") {
       CHECK(parameter.at("normalized").is_null());
   }
   const std::string report = read_text(folder / "out.html");
-  CHECK(report.starts_with("<!DOCTYPE html>"));
+  CHECK(report.starts_with("<!doctype html>"));
   CHECK(report.find("Passive stiffness") != std::string::npos);
 }
 
 TEST_CASE("several recordings are identified in one call, each as alone") {
   const Folder folder;
-  REQUIRE(decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
-  REQUIRE(decid("simulate --seed 4 --kp 700 -o " + folder / "b.csv").code == 0);
-  const Json both = Json::parse(decid("identify --json " + folder / "a.csv" + " " + folder / "b.csv").out);
-  const Json alone = Json::parse(decid("identify --json " + folder / "b.csv").out);
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  REQUIRE(run_decid("simulate --seed 4 --kp 700 -o " + folder / "b.csv").code == 0);
+  const Json both = Json::parse(run_decid("identify --json " + folder / "a.csv" + " " + folder / "b.csv").out);
+  const Json alone = Json::parse(run_decid("identify --json " + folder / "b.csv").out);
   CHECK(both.at("recordings").size() == 2);
   CHECK(both.at("recordings").at(1) == alone.at("recordings").at(0));
 }
 
 TEST_CASE("known parameters are shown beside the identified ones") {
   const Folder folder;
-  REQUIRE(decid("simulate -o " + folder / "a.csv").code == 0);
+  REQUIRE(run_decid("simulate -o " + folder / "a.csv").code == 0);
   const std::string truth = "Kp=881,Kd=252,Kp_pass=220,Kd_pass=126,Nv=0.5,theta=0.0026,delay=0.12";
-  const Json json = Json::parse(decid("identify --json --truth " + truth + " " + folder / "a.csv").out);
+  const Json json = Json::parse(run_decid("identify --json --truth " + truth + " " + folder / "a.csv").out);
   CHECK(json.at("recordings").at(0).at("parameters").at(0).at("true") == 881.0);
 }
 
 TEST_CASE("a recording at another rate, in radians, without header, is the same recording") {
   const Folder folder;
-  REQUIRE(decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
   std::string header;
   const auto rows = read_csv(folder / "a.csv", header);
   std::string radians;
   for (const auto& row : rows)
     radians += std::to_string(row[0]) + "," + std::to_string(row[1] * M_PI / 180 * 1e6) + "e-6\n";
   decid::test::write_text(folder / "rad.csv", radians);
-  const Json a = Json::parse(decid("identify --json " + folder / "a.csv").out);
-  const Json b = Json::parse(decid("identify --json --unit rad " + folder / "rad.csv").out);
+  const Json a = Json::parse(run_decid("identify --json " + folder / "a.csv").out);
+  const Json b = Json::parse(run_decid("identify --json --unit rad " + folder / "rad.csv").out);
   for (std::size_t p = 0; p < 7; ++p) {
     const auto& info = decid::sim::parameter_info[p];
     const double difference = a["recordings"][0]["parameters"][p]["value"].get<double>() -
@@ -162,9 +163,9 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
       folder / "quick.json",
       R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
   const std::string protocol = " --protocol " + folder / "quick.json";
-  REQUIRE(decid("dataset --count 160 --seed 5" + protocol + " -o " + folder / "data.npz").code == 0);
-  const auto trained = decid("train --preset small --epochs 3 --json --quiet --data " + folder / "data.npz" + " -o " +
-                             folder / "m.safetensors");
+  REQUIRE(run_decid("dataset --count 160 --seed 5" + protocol + " -o " + folder / "data.npz").code == 0);
+  const auto trained = run_decid("train --preset small --epochs 3 --json --quiet --data " + folder / "data.npz" +
+                                 " -o " + folder / "m.safetensors");
   CAPTURE(trained.err);
   REQUIRE(trained.code == 0);
   CHECK(trained.err.empty());
@@ -176,7 +177,7 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
 
   const std::string model = " --model " + folder / "m.safetensors";
   const Json evaluation =
-      Json::parse(decid("evaluate --json --split validation" + model + " --data " + folder / "data.npz").out);
+      Json::parse(run_decid("evaluate --json --split validation" + model + " --data " + folder / "data.npz").out);
   CHECK(evaluation.at("trials") == 80);
   CHECK(evaluation.at("mse").get<double>() ==
         doctest::Approx(summary.at("validation_mse").get<double>()).epsilon(1e-12));
@@ -184,13 +185,13 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
         doctest::Approx(3.5 * evaluation.at("mse").get<double>()).epsilon(1e-12));
   CHECK(evaluation.at("mse_per_parameter").size() == 7);
 
-  const Json info = Json::parse(decid("info --json " + folder / "m.safetensors").out);
+  const Json info = Json::parse(run_decid("info --json " + folder / "m.safetensors").out);
   CHECK(info.at("weights_sha256") == summary.at("weights_sha256"));
   CHECK(info.at("protocol").at("name") == "quick");
 
-  REQUIRE(decid("simulate" + protocol + " -o " + folder / "trial.csv").code == 0);
-  CHECK(decid("identify" + model + " " + folder / "trial.csv").code == 0);
-  const auto other = decid("evaluate --data " + folder / "data.npz");  // the built-in model knows another protocol
+  REQUIRE(run_decid("simulate" + protocol + " -o " + folder / "trial.csv").code == 0);
+  CHECK(run_decid("identify" + model + " " + folder / "trial.csv").code == 0);
+  const auto other = run_decid("evaluate --data " + folder / "data.npz");  // the built-in model knows another protocol
   CHECK(other.code == 2);
   CHECK(other.err.find("another experiment") != std::string::npos);
 }

