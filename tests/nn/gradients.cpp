@@ -212,42 +212,66 @@ TEST_CASE("gradients: networks") {
   check_gradients({1, 7, 7}, "batchnorm; conv 3 5x5 pad 2; relu; maxpool 3 stride 2; fc 6; relu; fc 2", 7200);
 }
 
-TEST_CASE("gradients: Network's are those of its layers one by one") {
+// Network runs some lines as one layer and shares memory among tensors: neither may change a bit.
+TEST_CASE_TEMPLATE("gradients: Network's are those of its lines one by one", T, float, double) {
+  struct Case {
+    Shape shape;
+    const char* architecture;
+  };
+  const Shape square{2, 8, 8};
+  const Case cases[]{
+      {square, "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; conv 3 3x3 pad 1; batchnorm; relu; avgpool 2; fc 3"},
+      {square, "conv 4 3x3 stride 2 pad 1; relu; batchnorm; conv 3 2x2; relu; globalavgpool; fc 3"},
+      {square,
+       "batchnorm; conv 3 5x5 pad 4; relu; relu; conv 2 3x3 stride 2; maxpool 2; fc 6; relu; conv 5 3x3 pad 2; fc 3"},
+      {square,
+       "batchnorm; maxpool 3; conv 9 3x3 pad 2; batchnorm; relu; maxpool 2 stride 1; conv 2 1x1; batchnorm; "
+       "avgpool 2x1; batchnorm; relu; globalavgpool; batchnorm; batchnorm; relu; fc 3"},
+      {{1, 61, 90},
+       "batchnorm; relu; conv 2 3x3 pad 1; batchnorm; relu; maxpool 2; batchnorm; relu; avgpool 7x3; fc 3"},
+  };
   const OneThread one_thread;
-  for (const char* architecture :
-       {"conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; conv 3 3x3 pad 1; batchnorm; relu; avgpool 2; fc 3",
-        "conv 4 3x3 stride 2 pad 1; relu; batchnorm; conv 3 2x2; relu; globalavgpool; fc 3",
-        "batchnorm; conv 3 5x5 pad 4; relu; relu; conv 2 3x3 stride 2; maxpool 2; fc 6; relu; conv 5 3x3 pad 2; fc "
-        "3"}) {
+  for (const auto& [shape, architecture] : cases) {
     for (const int batch : {3, 16, 19}) {
       CAPTURE(architecture);
       CAPTURE(batch);
-      Network<double> network({2, 8, 8}, architecture);
+      Network<T> network(shape, architecture);
       network.initialise(5);
       network.plan(batch, Mode::training);
-      network.set_batch(batch);
       const auto samples = static_cast<std::size_t>(batch);
-      const auto input = hashed_values<double>(1, samples * 128), targets = hashed_values<double>(2, samples * 3);
-      load_batch<double>(network.input(), input);
+      const auto input = hashed_values<T>(1, samples * static_cast<std::size_t>(shape.size()));
+      const auto targets = hashed_values<T>(2, samples * 3);
+      load_batch<T>(network.input(), input);
       network.forward();
-      std::vector<double> squares(3);
-      mean_squared_error<double>(network.output(), targets, squares, &network.output_diff());
+      std::vector<double> squares(3), chain_squares(3);
+      mean_squared_error<T>(network.output(), targets, squares, &network.output_diff());
       network.backward();
-      const std::vector<double> output = store_batch(network.output());
-      std::vector<std::vector<double>> gradients;
-      for (const auto* p : network.parameters()) gradients.push_back(p->gradient);
 
-      Chain<double> chain({2, 8, 8}, architecture, batch);
-      REQUIRE(chain.parameters().size() == gradients.size());
-      for (std::size_t k = 0; k < gradients.size(); ++k) chain.parameters()[k]->value = network.parameters()[k]->value;
-      load_batch<double>(chain.input(), input);
+      Chain<T> chain(shape, architecture, batch);
+      const auto parameters = network.parameters(), chain_parameters = chain.parameters();
+      REQUIRE(chain_parameters.size() == parameters.size());
+      for (std::size_t k = 0; k < parameters.size(); ++k) chain_parameters[k]->value = parameters[k]->value;
+      load_batch<T>(chain.input(), input);
       chain.forward(Mode::training);
-      std::vector<double> chain_squares(3);
-      mean_squared_error<double>(chain.output(), targets, chain_squares, &chain.output_diff());
-      chain.backward();
-      CHECK(store_batch(chain.output()) == output);
+      mean_squared_error<T>(chain.output(), targets, chain_squares, &chain.output_diff());
+      CHECK(store_batch(chain.output()) == store_batch(network.output()));
       CHECK(chain_squares == squares);
-      for (std::size_t k = 0; k < gradients.size(); ++k) CHECK(chain.parameters()[k]->gradient == gradients[k]);
+      chain.backward();
+      for (std::size_t k = 0; k < parameters.size(); ++k) {
+        CAPTURE(k);
+        CHECK(chain_parameters[k]->gradient == parameters[k]->gradient);
+      }
+      std::size_t k = 0;
+      for (const auto& layer : network.layers())
+        for (const Statistic<T>* s : layer->statistics()) CHECK(chain.statistics()[k++]->value == s->value);
+      CHECK(k == chain.statistics().size());
+
+      network.plan(batch, Mode::inference);
+      load_batch<T>(network.input(), input);
+      network.forward();
+      load_batch<T>(chain.input(), input);
+      chain.forward(Mode::inference);
+      CHECK(store_batch(chain.output()) == store_batch(network.output()));
     }
   }
 }
