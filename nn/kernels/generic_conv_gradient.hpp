@@ -11,10 +11,10 @@ constexpr int gradient_channels = 16;
 /// Taps (channel, row and column of the kernel, flat) of a block at most: 14 channels of 3 x 3. Their accumulators for
 /// 16 output channels, 130 KB, stay in a 1 MB second-level cache with the rows they meet.
 constexpr int gradient_taps = 126;
-/// Positions after which a tile of this many channels pauses: diff_dst there is 28 KB, read from the first-level cache
-/// by every tile of taps.
-constexpr int gradient_positions(int channels) {
-  return 28 * 1024 / (lanes * static_cast<int>(sizeof(float)) * channels);
+/// Positions after which a tile of this many channels pauses: diff_dst there, and one channel of src under it, fill
+/// three quarters of a 48 KB first-level cache, where every tile of taps finds diff_dst again and nine taps share src.
+constexpr int gradient_positions(int channels, int stride_rows, int stride_columns) {
+  return 36 * 1024 / (lanes * static_cast<int>(sizeof(float)) * (channels + stride_rows * stride_columns));
 }
 
 /// Accumulators of 16 lanes, [channel][tap]; in the first block of taps the bias counts as one more tap, the last.
@@ -140,8 +140,8 @@ void accumulate_positions(const GradientTask& task, GradientBlock& block, int i,
 /// All positions into the accumulators of a block of taps, in order.
 template <class V>
 void accumulate_gradient(const GradientTask& task, GradientBlock& block) {
-  constexpr int positions = gradient_positions(V::gradient_channels);
   const Conv2dShape& s = task.shape;
+  const int positions = larger(1, gradient_positions(V::gradient_channels, s.stride_rows, s.stride_columns));
   for (int k = 0; k < task.count * (block.taps + block.bias) * lanes; ++k) block.acc[k] = 0;
   for_each_part(s.dst_rows, larger(1, positions / s.dst_columns), [&](int i, int i_end) {
     for_each_part(s.dst_columns, i_end - i > 1 ? s.dst_columns : positions,
