@@ -22,7 +22,7 @@ struct Band {
   int dst_row;
 };
 
-/// Scratch of the calling thread, for values and derivatives of a band. Grows in plan() only.
+/// Scratch of the calling thread, for values and derivatives of a band. Grows in plan(), or in a thread's first step.
 template <class T>
 AlignedBuffer<T>& band_scratch() {
   thread_local AlignedBuffer<T> buffer;
@@ -159,7 +159,9 @@ class BatchNorm final : public Layer<T> {
     return static_cast<std::size_t>(rows) * static_cast<std::size_t>(this->src_shape().columns) * lanes;
   }
   Plane<T> scratch_plane(const Plane<const T>& like, int which) const {
-    return {band_scratch<T>().data() + static_cast<std::size_t>(which) * band_values(),
+    AlignedBuffer<T>& scratch = band_scratch<T>();
+    scratch.reserve(2 * band_values());  // does nothing but in a thread that came after plan()
+    return {scratch.data() + static_cast<std::size_t>(which) * band_values(),
             static_cast<std::ptrdiff_t>(like.columns) * lanes, like.rows, like.columns};
   }
   static Plane<T> rows_of(Plane<T> plane, int first, int rows) {
