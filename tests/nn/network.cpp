@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <new>
+#include <thread>
 
 #include "nn/loss.hpp"
 #include "nn/schedule.hpp"
@@ -272,6 +273,30 @@ TEST_CASE("training: the loss falls, and threads have no say in the bits") {
     const Training training = train_small(20);
     CHECK(training.sha256 == one.sha256);
     CHECK(training.losses == one.losses);
+  }
+  omp_set_num_threads(threads);
+}
+
+TEST_CASE("training: threads that came after plan() have their memory too") {
+  const int threads = omp_get_max_threads();
+  const auto input = hashed_values<float>(1, small_batch * 288), targets = hashed_values<float>(2, small_batch * 3);
+  std::vector<double> squares(3);
+  std::string expected;
+  for (const int count : {1, 2, 8}) {
+    CAPTURE(count);
+    omp_set_num_threads(1);
+    Network<float> network(small_shape, small);
+    network.initialise(1);
+    network.plan(small_batch, Mode::training);
+    omp_set_num_threads(count);
+    // A thread of its own, with a team of its own.
+    std::thread([&] {
+      omp_set_num_threads(count);
+      train_step(network, input, targets, squares, 0.1);
+    }).join();
+    train_step(network, input, targets, squares, 0.1);
+    if (count == 1) expected = weights_sha256(network);
+    CHECK(weights_sha256(network) == expected);
   }
   omp_set_num_threads(threads);
 }
