@@ -35,4 +35,6 @@ function(decid_test name)
   decid_compile_options(test_${name})
   target_link_libraries(test_${name} PRIVATE doctest::doctest)
   add_test(NAME ${name} COMMAND test_${name})
+  # Small steps by the thousand: threads that spin while they wait cost minutes on a busy machine.
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "OMP_WAIT_POLICY=passive")
 endfunction()

@@ -56,8 +56,7 @@ void batchnorm_sums(Plane<const float> src, float pivot, double sums[2 * lanes])
 }
 
 template <class V>
-void batchnorm_backward_sums(Plane<const float> src, Plane<const float> diff_dst, float mean,
-                             double sums[2 * lanes]) {
+void batchnorm_backward_sums(Plane<const float> src, Plane<const float> diff_dst, float mean, double sums[2 * lanes]) {
   using Float = typename V::Float;
   const Float centre = V::broadcast(mean);
   plane_sums<V>(src.rows, src.columns, sums, [&](int i, int j, Float& sum, Float& dot) {

@@ -46,12 +46,12 @@ template <class T>
 struct Kernels {
   const char* name;
 
-  /// dst[o,i,j] = bias[o] + sum over (c, ky, kx), in that order, of weight[o,c,ky,kx] * src[c, i s + ky - p, j s + kx - p].
-  /// Padding counts as terms with value +0. src has a halo of at least the padding. For o in [first, last).
+  /// dst[o,i,j] = bias[o] + sum over (c, ky, kx), in that order, of weight[o,c,ky,kx] * src[c, i s + ky - p, j s + kx -
+  /// p]. Padding counts as terms with value +0. src has a halo of at least the padding. For o in [first, last).
   void (*conv2d_forward)(const Conv2dShape&, View<const T> src, const T* weight, const T* bias, View<T> dst, int first,
                          int last);
-  /// diff_src[c,y,x] = 0 + sum over (o, ky, kx), in that order, of weight[o,c,ky,kx] * diff_dst[o, (y+p-ky)/s, (x+p-kx)/s];
-  /// only taps for which s divides; outside the plane diff_dst counts as +0 and is read from its halo
+  /// diff_src[c,y,x] = 0 + sum over (o, ky, kx), in that order, of weight[o,c,ky,kx] * diff_dst[o, (y+p-ky)/s,
+  /// (x+p-kx)/s]; only taps for which s divides; outside the plane diff_dst counts as +0 and is read from its halo
   /// (diff_halo(shape)). For c in [first, last).
   void (*conv2d_backward_src)(const Conv2dShape&, View<const T> diff_dst, const T* weight, View<T> diff_src, int first,
                               int last);
@@ -65,8 +65,8 @@ struct Kernels {
   void (*fully_connected_forward)(Shape src_shape, View<const T> src, const T* weight, const T* bias, T* dst, int first,
                                   int last);
   /// diff_src[k] = 0 + sum over o of weight[o,k] * diff_dst[o]. For channels in [first, last).
-  void (*fully_connected_backward_src)(Shape src_shape, int outputs, const T* diff_dst, const T* weight, View<T> diff_src,
-                                       int first, int last);
+  void (*fully_connected_backward_src)(Shape src_shape, int outputs, const T* diff_dst, const T* weight,
+                                       View<T> diff_src, int first, int last);
   /// diff_weight[o,k] = lane tree of src[k] * diff_dst[o]; diff_bias[o] = lane tree of diff_dst[o].
   void (*fully_connected_backward_weight)(Shape src_shape, View<const T> src, const T* diff_dst, int valid,
                                           T* diff_weight, T* diff_bias, int first, int last);

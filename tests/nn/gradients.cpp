@@ -231,8 +231,10 @@ TEST_CASE_TEMPLATE("gradients: Network's are those of its lines one by one", T, 
        "batchnorm; relu; conv 2 3x3 pad 1; batchnorm; relu; maxpool 2; batchnorm; relu; avgpool 7x3; fc 3"},
   };
   const OneThread one_thread;
-  for (const auto& [shape, architecture] : cases) {
+  for (const Case& one : cases) {
     for (const int batch : {3, 16, 19}) {
+      const Shape shape = one.shape;
+      const std::string architecture = one.architecture;
       CAPTURE(architecture);
       CAPTURE(batch);
       Network<T> network(shape, architecture);

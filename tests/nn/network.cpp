@@ -26,7 +26,7 @@ using namespace decid::nn::testing;
 #endif
 
 // Counts every allocation of the program; sanitizers have operators of their own.
-static std::atomic<long> allocations{0};
+[[maybe_unused]] static std::atomic<long> allocations{0};
 #ifndef DECID_SANITIZED
 void* operator new(std::size_t size) {
   ++allocations;
