@@ -71,8 +71,7 @@ class BatchNorm final : public Layer<T> {
     if (mode == Mode::training)
       take_batch_statistics(src);
     else
-      for (std::size_t c = 0; c < channels_; ++c)
-        set_affine(c, static_cast<double>(running_mean_.value[c]), static_cast<double>(running_variance_.value[c]));
+      take_running_statistics();
     for_each_plane(src, [&](int block, int c) {
       for_each_band(const_plane_of(src, block, c), [&](const Band<T>& band) {
         if (!pool_) {
@@ -117,6 +116,21 @@ class BatchNorm final : public Layer<T> {
         row += band.src.rows;
       });
     });
+  }
+
+  Affine<T> take_affine(bool folded) override {
+    folded_ = false;
+    take_running_statistics();
+    const Affine<T> affine{scale_, shift_};
+    folded_ = folded;
+    return affine;
+  }
+  Stage<T> stage() const override {
+    Stage<T> stage;
+    if (!folded_) stage.affine = {scale_, shift_};
+    stage.relu = relu_;
+    stage.pool = pool_ ? &*pool_ : nullptr;
+    return stage;
   }
 
   std::vector<Parameter<T>*> parameters() override {
@@ -231,6 +245,17 @@ class BatchNorm final : public Layer<T> {
     return static_cast<double>(src.batch()) * this->src_shape().rows * this->src_shape().columns;
   }
 
+  void take_running_statistics() {
+    for (std::size_t c = 0; c < channels_; ++c) {
+      if (folded_) {
+        scale_[c] = T(1);
+        shift_[c] = T(0);
+      } else {
+        set_affine(c, static_cast<double>(running_mean_.value[c]), static_cast<double>(running_variance_.value[c]));
+      }
+    }
+  }
+
   void take_batch_statistics(const Tensor<T>& src) {
     for_each_plane(src, [&](int block, int c) {
       double sums[2 * lanes] = {};
@@ -262,6 +287,7 @@ class BatchNorm final : public Layer<T> {
   }
 
   bool relu_;
+  bool folded_ = false;  // in inference the layer before does what is affine here
   std::optional<Pool> pool_;
   std::size_t channels_;
   Parameter<T> gamma_, beta_;

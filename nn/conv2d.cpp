@@ -1,6 +1,7 @@
 // Two-dimensional convolution (cross-correlation, as everyone's): forward, and backward by hand. Formulas and the order
 // of every sum in kernels/kernels.hpp.
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "nn/layers.hpp"
@@ -48,10 +49,12 @@ class Conv2d final : public Layer<T> {
     bias_parts_.reserve(blocks * bias_.value.size());
   }
 
-  void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode) override {
+  void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode mode) override {
+    const bool folded = mode == Mode::inference && !folded_weight_.empty();
+    const T* const weight = folded ? folded_weight_.data() : weight_.value.data();
+    const T* const bias = folded ? folded_bias_.data() : bias_.value.data();
     for_each_group(src.blocks(), shape_.dst_channels, conv_group, [&](int block, int first, int last) {
-      kernels<T>().conv2d_forward(shape_, const_block_of(src, block), weight_.value.data(), bias_.value.data(),
-                                  block_of(dst, block), first, last);
+      kernels<T>().conv2d_forward(shape_, const_block_of(src, block), weight, bias, block_of(dst, block), first, last);
     });
   }
 
@@ -74,12 +77,33 @@ class Conv2d final : public Layer<T> {
     });
   }
 
+  bool fold(const Affine<T>& after) override {
+    folded_weight_.clear();
+    folded_bias_.clear();
+    if (after.scale.empty()) return true;
+    const std::size_t outputs = bias_.value.size(), inputs = weight_.value.size() / outputs;
+    for (std::size_t i = 0; i < weight_.value.size(); ++i)
+      folded_weight_.push_back(weight_.value[i] * after.scale[i / inputs]);
+    for (std::size_t o = 0; o < outputs; ++o)
+      folded_bias_.push_back(std::fma(bias_.value[o], after.scale[o], after.shift[o]));
+    return true;
+  }
+  Stage<T> stage() const override {
+    const bool folded = !folded_weight_.empty();
+    Stage<T> stage;
+    stage.conv = &shape_;
+    stage.weight = folded ? folded_weight_.data() : weight_.value.data();
+    stage.bias = folded ? folded_bias_.data() : bias_.value.data();
+    return stage;
+  }
+
   std::vector<Parameter<T>*> parameters() override { return {&weight_, &bias_}; }
 
  private:
   Conv2dShape shape_;
   Parameter<T> weight_, bias_;
   AlignedBuffer<T> weight_parts_, bias_parts_;  // gradients of each block of samples
+  std::vector<T> folded_weight_, folded_bias_;  // of inference, with the BatchNorm that follows; empty: none
 };
 
 }  // namespace

@@ -58,6 +58,14 @@ class FullyConnected final : public Layer<T> {
     });
   }
 
+  Stage<T> stage() const override {
+    Stage<T> stage;
+    stage.fully_connected = true;
+    stage.weight = weight_.value.data();
+    stage.bias = bias_.value.data();
+    return stage;
+  }
+
   std::vector<Parameter<T>*> parameters() override { return {&weight_, &bias_}; }
 
  private:

@@ -13,6 +13,8 @@
 
 namespace decid::nn {
 
+struct Pool;
+
 /// training: batch statistics, activations kept for backward. inference: running statistics, nothing kept.
 enum class Mode { training, inference };
 
@@ -38,6 +40,24 @@ struct Statistic {
   std::string name;
   T initial = 0;
   std::vector<T> value;
+};
+
+/// scale x + shift, one pair a channel; empty: x.
+template <class T>
+struct Affine {
+  std::vector<T> scale, shift;
+};
+
+/// A layer in inference, in the order in which things happen; the pointers are the layer's own.
+template <class T>
+struct Stage {
+  const Conv2dShape* conv = nullptr;  ///< a convolution with these weights, or
+  bool fully_connected = false;       ///< all values of the sample to each output; or neither
+  const T* weight = nullptr;
+  const T* bias = nullptr;
+  Affine<T> affine;
+  bool relu = false;
+  const Pool* pool = nullptr;
 };
 
 template <class T>
@@ -74,6 +94,20 @@ class Layer {
   /// After forward in training mode. Writes the parameters' gradients and, unless null, diff_src.
   virtual void backward(const Tensor<T>& src, const Tensor<T>& dst, const Tensor<T>& diff_dst,
                         const Tensor<T>* diff_src) = 0;
+
+  /// For inference: takes `after` (dst = scale dst + shift, a channel each) into its own weights, which are to stay as
+  /// they are from then on; an empty one gives the weights back their own. False if the layer has no weights.
+  virtual bool fold(const Affine<T>& after) {
+    (void)after;
+    return false;
+  }
+  /// For inference: what this layer does first, as far as it is affine; `folded` says that the layer before does it.
+  virtual Affine<T> take_affine(bool folded) {
+    (void)folded;
+    return {};
+  }
+  /// What the layer computes in inference, for those who compute it elsewhere.
+  virtual Stage<T> stage() const = 0;
 
   virtual std::vector<Parameter<T>*> parameters() { return {}; }
   virtual std::vector<Statistic<T>*> statistics() { return {}; }

@@ -144,6 +144,17 @@ void Network<T>::plan(int batch, Mode mode) {
                               place.difference_halo);
   }
   for (const auto& layer : layers_) layer->plan(batch, mode);
+  fold();
+}
+
+// In inference a convolution does what is affine in the layer after it.
+template <class T>
+void Network<T>::fold() {
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    const bool before = i > 0 && mode_ == Mode::inference && layers_[i - 1]->fold({});
+    const Affine<T> affine = layers_[i]->take_affine(before);
+    if (before) layers_[i - 1]->fold(affine);
+  }
 }
 
 template <class T>

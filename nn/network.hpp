@@ -33,10 +33,12 @@ class Network {
   /// variance 1; momentum 0.
   void initialise(std::uint64_t seed);
 
-  /// Takes all memory for steps of up to `batch` samples. Nothing allocates afterwards.
+  /// Takes all memory for steps of up to `batch` samples. Nothing allocates afterwards. For inference the weights are
+  /// taken as they are: BatchNorm becomes part of the convolution before it, w' = w scale, b' = fma(b, scale, shift).
   void plan(int batch, Mode mode);
   std::size_t planned_bytes() const { return memory_.size() * sizeof(T); }
   int planned_batch() const { return planned_batch_; }
+  Mode mode() const { return mode_; }
   /// Samples of the next forward, 1 .. planned_batch().
   void set_batch(int batch);
 
@@ -54,6 +56,7 @@ class Network {
   int activation_halo(std::size_t index) const;
   int difference_halo(std::size_t index) const;
   bool difference_replaces_activation(std::size_t index) const;
+  void fold();
 
   Shape input_shape_;
   std::vector<std::unique_ptr<Layer<T>>> layers_;

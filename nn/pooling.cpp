@@ -17,6 +17,12 @@ class PoolLayer final : public Layer<T> {
     return static_cast<long long>(this->dst_shape().size()) * pool_.shape.kernel_rows * pool_.shape.kernel_columns;
   }
 
+  Stage<T> stage() const override {
+    Stage<T> stage;
+    stage.pool = &pool_;
+    return stage;
+  }
+
   void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode) override {
     share(src, [&](const PoolShape& s, int block, int first) {
       pool_forward(pool_.kind, s, from(const_block_of(src, block), first), from(block_of(dst, block), first));

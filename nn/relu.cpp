@@ -15,6 +15,12 @@ class Relu final : public Layer<T> {
   bool in_place() const override { return true; }
   bool backward_reads_dst() const override { return true; }
 
+  Stage<T> stage() const override {
+    Stage<T> stage;
+    stage.relu = true;
+    return stage;
+  }
+
   void forward(const Tensor<T>&, const Tensor<T>& dst, Mode) override {
     for_each_group(dst.blocks(), this->src_shape().channels, plane_group, [&](int block, int first, int last) {
       for (int c = first; c < last; ++c) kernels<T>().relu_forward(plane_of(dst, block, c));

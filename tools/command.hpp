@@ -3,6 +3,9 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
+
+#include "sim/protocol.hpp"
 
 namespace decid::tools {
 
@@ -16,6 +19,15 @@ struct CommonOptions {
 void add_common_options(CLI::App& command, CommonOptions& options, bool prints_figures);
 /// Puts --threads into force.
 void apply(const CommonOptions& options);
+
+/// --protocol and --sensor-noise of the commands that simulate many trials.
+struct ProtocolOptions {
+  std::string name = "default";
+  std::vector<double> sensor_noise_deg;  ///< one level, or a range; empty: the protocol's own
+
+  sim::Protocol load() const;
+};
+void add_protocol_options(CLI::App& command, ProtocolOptions& options);
 
 /// Each adds one subcommand whose callback does the work. Bad input: Error. Anything else: any other exception.
 void add_simulate(CLI::App& program);

@@ -1,6 +1,7 @@
-// Options that all subcommands have.
+// Options that several subcommands have.
 #include <omp.h>
 
+#include "dataset/protocol_json.hpp"
 #include "tools/command.hpp"
 
 namespace decid::tools {
@@ -14,6 +15,22 @@ void add_common_options(CLI::App& command, CommonOptions& options, bool prints_f
 
 void apply(const CommonOptions& options) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
+}
+
+void add_protocol_options(CLI::App& command, ProtocolOptions& options) {
+  command.add_option("--protocol", options.name, "default, short, or a JSON file")->capture_default_str();
+  command
+      .add_option("--sensor-noise", options.sensor_noise_deg,
+                  "Standard deviation of the sway sensor's noise in degrees, or LOW HIGH to draw one for each trial; "
+                  "default: the protocol's, which is none for default and short")
+      ->expected(1, 2);
+}
+
+sim::Protocol ProtocolOptions::load() const {
+  sim::Protocol protocol = dataset::load_protocol(name);
+  if (!sensor_noise_deg.empty()) protocol.sensor_noise = {sensor_noise_deg.front(), sensor_noise_deg.back()};
+  protocol.validate();
+  return protocol;
 }
 
 }  // namespace decid::tools

@@ -7,7 +7,6 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "dataset/npz.hpp"
-#include "dataset/protocol_json.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
 #include "tools/text.hpp"
@@ -19,7 +18,7 @@ struct Options {
   CommonOptions common;
   int count = 0, base = 0;
   std::uint64_t seed = 1;
-  std::string protocol = "default";
+  ProtocolOptions protocol;
   std::string output;
 };
 
@@ -27,7 +26,7 @@ void make_dataset(const Options& options) {
   catch_interrupt();
   PendingFile probe(options.output);  // an unwritable place is told before the work, not after
   dataset::DatasetRequest request;
-  request.protocol = dataset::load_protocol(options.protocol);
+  request.protocol = options.protocol.load();
   request.count = options.count;
   request.base = options.base;
   request.seed = options.seed;
@@ -64,7 +63,7 @@ void add_dataset(CLI::App& program) {
                       "Of these, how many come from the uniform distributions; the rest are "
                       "children of trials with large sway. Default: all");
   command->add_option("--seed", options->seed, "Seed")->capture_default_str();
-  command->add_option("--protocol", options->protocol, "default, short, or a JSON file")->capture_default_str();
+  add_protocol_options(*command, options->protocol);
   command->add_option("-o,--output", options->output, ".npz file to write")->required();
   add_common_options(*command, options->common, false);
   command->footer("Example, the paper's set: decid dataset --count 12766 --base 10000 --seed 1 -o data.npz");

@@ -25,7 +25,8 @@ using Json = nlohmann::ordered_json;
 
 struct Options {
   CommonOptions common;
-  std::string data, protocol = "default", preset = "default", architecture_file, output;
+  std::string data, preset = "default", architecture_file, output;
+  ProtocolOptions protocol;
   bool stream = false, resume = false;
   int stream_trials = 12800, validation_trials = 1000;
   std::uint64_t seed = 1;
@@ -109,9 +110,9 @@ void train(const Options& options) {
   { PendingFile probe(options.output); }  // an unwritable place is told before the work, not after
   const TrainingSettings settings = settings_from(options);
   const std::unique_ptr<TrialSource> source =
-      options.stream ? stream_source(dataset::load_protocol(options.protocol), options.seed, options.stream_trials,
-                                     options.validation_trials)
-                     : dataset_source(dataset::read_npz(options.data));
+      options.stream
+          ? stream_source(options.protocol.load(), options.seed, options.stream_trials, options.validation_trials)
+          : dataset_source(dataset::read_npz(options.data));
   const std::string origin = origin_json(options, settings, *source);
   TrainingState state =
       options.resume ? resume_training(checkpoint, origin, *source) : start_training(*source, settings);
@@ -175,8 +176,7 @@ void add_train(CLI::App& program) {
   CLI::App* command = program.add_subcommand("train", "Train a model");
   CLI::Option* data = command->add_option("--data", options->data, "Data set made by decid dataset");
   command->add_flag("--stream", options->stream, "Simulate fresh trials for every epoch instead")->excludes(data);
-  command->add_option("--protocol", options->protocol, "With --stream: default, short, or a JSON file")
-      ->capture_default_str();
+  add_protocol_options(*command, options->protocol);
   command->add_option("--stream-trials", options->stream_trials, "With --stream: trials an epoch")
       ->capture_default_str()
       ->check(CLI::Range(16, 100'000'000));

@@ -8,6 +8,7 @@
 #include "nn/kernels/generic_dense.hpp"
 #include "nn/kernels/generic_plane.hpp"
 #include "nn/kernels/generic_pool.hpp"
+#include "nn/kernels/generic_single.hpp"
 
 namespace decid::nn {
 namespace {
@@ -22,6 +23,7 @@ constexpr Kernels<float> kernel_table(const char* name) {
       fully_connected_forward<V>,
       fully_connected_backward_src<V>,
       fully_connected_backward_weight<V>,
+      conv2d_single<V>,
       batchnorm_sums<V>,
       batchnorm_apply<V>,
       batchnorm_backward_sums<V>,

@@ -42,6 +42,21 @@ struct Plane {
   int rows, columns;
 };
 
+/// A convolution of one sample, output channels in the lanes: blocks of 16 channels, [block][row][column][lane]. A
+/// fully connected layer is one whose only position sees all values.
+template <class T>
+struct SingleConv {
+  int rows, columns;                   ///< of dst
+  const T* src;                        ///< value that tap offset 0 reads for position (0, 0)
+  std::ptrdiff_t src_row, src_column;  ///< from one position of dst to the next
+  const std::ptrdiff_t* offset;        ///< of each tap, in the order of the chain
+  int taps;
+  const T* weight;  ///< [block][tap][lane]
+  const T* bias;    ///< [block][lane]
+  T* dst;
+  std::ptrdiff_t dst_block, dst_row;
+};
+
 template <class T>
 struct Kernels {
   const char* name;
@@ -70,6 +85,11 @@ struct Kernels {
   /// diff_weight[o,k] = lane tree of src[k] * diff_dst[o]; diff_bias[o] = lane tree of diff_dst[o].
   void (*fully_connected_backward_weight)(Shape src_shape, View<const T> src, const T* diff_dst, int valid,
                                           T* diff_weight, T* diff_bias, int first, int last);
+
+  /// dst[o,i,j] = bias[o] + sum over taps t, in order, of weight[o,t] * src[i row + j column + offset[t]]: with the
+  /// taps in order (c, ky, kx) the bits of conv2d_forward for that sample. For blocks of output channels in [first,
+  /// last).
+  void (*conv2d_single)(const SingleConv<T>&, int first, int last);
 
   /// With d = src - pivot: sums[l] += each row's chain of d + ... of lane l, in double, row after row;
   /// sums[lanes + l] += the same of d * d. Calls for parts of a plane, in order of rows, add up to one for the whole.

@@ -141,6 +141,20 @@ void fully_connected_backward_weight(Shape shape, View<const T> src, const T* di
   }
 }
 
+template <class T>
+void conv2d_single(const SingleConv<T>& s, int first, int last) {
+  for (int block = first; block < last; ++block)
+    for (int i = 0; i < s.rows; ++i)
+      for (int j = 0; j < s.columns; ++j)
+        for (int l = 0; l < lanes; ++l) {
+          const T* weight = s.weight + static_cast<std::ptrdiff_t>(block) * s.taps * lanes;
+          T acc = s.bias[block * lanes + l];
+          for (int t = 0; t < s.taps; ++t)
+            acc = std::fma(weight[t * lanes + l], s.src[i * s.src_row + j * s.src_column + s.offset[t]], acc);
+          s.dst[block * s.dst_block + i * s.dst_row + j * lanes + l] = acc;
+        }
+}
+
 /// Adds to sums the rows' chains of each lane; f(row, column, lane, acc) continues a chain.
 template <class T, class F>
 void add_row_chains(int rows, int columns, double* sums, const F& f) {
@@ -308,6 +322,7 @@ constexpr Kernels<T> table{
     fully_connected_forward<T>,
     fully_connected_backward_src<T>,
     fully_connected_backward_weight<T>,
+    conv2d_single<T>,
     batchnorm_sums<T>,
     batchnorm_apply<T>,
     batchnorm_backward_sums<T>,

@@ -264,10 +264,10 @@ TEST_CASE("memory: what a larger batch or another plan left behind changes nothi
     CHECK(train(used, batch) == expected);
 
     Network<float> other = network_of_all_layers();
-    other.plan(batch, Mode::inference);
     other.initialise(11);
-    used.plan(48, Mode::inference);
+    other.plan(batch, Mode::inference);
     used.initialise(11);
+    used.plan(48, Mode::inference);
     const Values fresh_output = infer(other, 3, batch);
     infer(used, 0, 48);
     CHECK(same_bits(infer(used, 3, batch), fresh_output));
