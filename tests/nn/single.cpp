@@ -38,18 +38,19 @@ std::vector<float> random_image(const Shape& shape, std::uint64_t item) {
   return image;
 }
 
-constexpr const char* architectures[] = {
-    "conv 8 3x3 pad 1; batchnorm; relu; avgpool 2; conv 17 3x3 pad 1; batchnorm; relu; fc 7",
+constexpr const char* small_network =
+    "conv 8 3x3 pad 1; batchnorm; relu; avgpool 2; conv 17 3x3 pad 1; batchnorm; relu; fc 7";
+constexpr const char* odd_network =
     "conv 40 5x5 stride 2 pad 2; batchnorm; relu; maxpool 2; conv 33 3x1 stride 1x2 pad 1x0; relu; maxpool 2 stride 1; "
-    "conv 20 1x1; batchnorm; globalavgpool; fc 7",
-    "batchnorm; conv 3 2x3; avgpool 3 stride 2; batchnorm; relu; fc 20; relu; fc 5",
-    "fc 33; batchnorm; relu; fc 2",
-};
+    "conv 20 1x1; batchnorm; globalavgpool; fc 7";
+constexpr const char* normalised_input =
+    "batchnorm; conv 3 2x3; avgpool 3 stride 2; batchnorm; relu; fc 20; relu; fc 5";
+constexpr const char* dense_network = "fc 33; batchnorm; relu; fc 2";
 
 }  // namespace
 
 TEST_CASE("lanes: a sample alone has the bits that it has in a batch") {
-  for (const char* architecture : architectures)
+  for (const char* architecture : {small_network, odd_network, normalised_input, dense_network})
     for (const Shape shape : {Shape{2, 21, 30}, Shape{18, 13, 13}}) {
       CAPTURE(architecture);
       Network<float> network = lived_in_network(shape, architecture);
@@ -75,7 +76,7 @@ TEST_CASE("lanes: a sample alone has the bits that it has in a batch") {
 
 TEST_CASE("lanes: every instruction set computes a single sample alike") {
   const Shape shape{3, 14, 29};
-  Network<float> network = lived_in_network(shape, architectures[1]);
+  Network<float> network = lived_in_network(shape, odd_network);
   network.plan(1, Mode::inference);
   const SingleNetwork packed(network);
   CHECK(packed.weight_bytes() > 4 * network.parameter_count());
