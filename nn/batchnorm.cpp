@@ -43,7 +43,7 @@ class BatchNorm final : public Layer<T> {
         gamma_("gamma", {src.channels}, 0, T(1), false),
         beta_("beta", {src.channels}, 0, T(0), false),
         running_mean_{"running_mean", T(0), std::vector<T>(channels_, T(0))},
-        running_variance_{"running_variance", T(1), std::vector<T>(channels_, T(1))},
+        running_variance_{"running_variance", T(1), std::vector<T>(channels_, T(1)), true},
         mean_(channels_),
         inverse_deviation_(channels_),
         scale_(channels_),

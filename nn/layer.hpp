@@ -40,6 +40,7 @@ struct Statistic {
   std::string name;
   T initial = 0;
   std::vector<T> value;
+  bool never_negative = false;
 };
 
 /// scale x + shift, one pair a channel; empty: x.

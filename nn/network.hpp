@@ -42,7 +42,7 @@ class Network {
   /// Samples of the next forward, 1 .. planned_batch().
   void set_batch(int batch);
 
-  /// Where to load the samples.
+  /// Where to load the samples. In inference forward() overwrites them.
   const Tensor<T>& input() const { return activations_.front(); }
   const Tensor<T>& output() const { return activations_.back(); }
   /// Where to put d loss / d output before backward (training only).

@@ -195,8 +195,12 @@ void load_network(const Network<float>& network, const TensorFile& file, const s
       pair_up("layers." + index + p->name, p->shape, p->value);
       if (momentum) pair_up("momentum." + index + p->name, p->shape, p->velocity);
     }
-    for (Statistic<float>* s : layer->statistics())
+    for (Statistic<float>* s : layer->statistics()) {
       pair_up("layers." + index + s->name, {static_cast<int>(s->value.size())}, s->value);
+      const std::vector<float>& values = pairs.back().first->values;
+      if (s->never_negative && std::any_of(values.begin(), values.end(), [](float v) { return v < 0; }))
+        throw Error(where, "has a negative value in 'layers." + index + s->name + "'", "train the model again");
+    }
   }
   for (const auto& [tensor, values] : pairs) *values = tensor->values;
 }

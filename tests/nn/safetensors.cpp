@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstdio>
 #include <cstring>
@@ -176,6 +177,13 @@ TEST_CASE("safetensors: load_network refuses what does not fit, and changes noth
     CHECK(problem([&](TensorFile& f) { last(f).values[0] = -bad; }, true) ==
           "m: has a value in 'momentum.3.bias' that is not finite");
   }
+  const auto variance = [](TensorFile& f) {
+    return std::find_if(f.tensors.begin(), f.tensors.end(),
+                        [](const NamedTensor& t) { return t.name == "layers.1.running_variance"; });
+  };
+  REQUIRE(variance(whole) != whole.tensors.end());
+  CHECK(problem([&](TensorFile& f) { variance(f)->values[0] = -0.1F; }) ==
+        "m: has a negative value in 'layers.1.running_variance'");
 }
 
 TEST_CASE("safetensors: truncation at every byte is refused") {

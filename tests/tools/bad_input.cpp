@@ -93,7 +93,7 @@ TEST_CASE("recordings that cannot be used") {
   check_recording_refused(recording(12100, 100, [](int) { return std::string("0.25"); }), {"constant"});
   check_recording_refused(recording(12100, 100, [](int k) { return std::to_string(k % 200); }),
                           {"lying flat", "--unit"});
-  check_recording_refused(std::string("\x00\x01\x02\xff\xfe binary", 14), {"r.csv"});
+  check_recording_refused(std::string("\x00\x01\x02\xff\xfe binary", 12), {"r.csv"});
 }
 
 TEST_CASE("recordings of another length or rate are refused with both and a way out") {
