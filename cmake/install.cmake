@@ -1,9 +1,9 @@
 # What `cmake --install` puts where, and the package that other projects find with find_package(decid 0.1).
 include(CMakePackageConfigHelpers)
 
-install(TARGETS decid_base decid_sim decid_dataset decid_nn EXPORT decid-targets
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY base sim dataset nn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/decid
+get_property(libraries GLOBAL PROPERTY DECID_LIBRARIES)
+install(TARGETS ${libraries} EXPORT decid-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY base sim $<$<BOOL:${DECID_DATASET}>:dataset> nn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/decid
         FILES_MATCHING PATTERN "*.hpp"
         # The kernels themselves are compiled into the library, once an instruction set; only their table is for others.
         PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE PATTERN "isa.hpp" EXCLUDE
@@ -21,7 +21,8 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/decid-config-versio
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/decid-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/decid-config-version.cmake
         DESTINATION ${package})
 
-if(DECID_TESTS)
+# The test's project uses all libraries, and runs on the machine that builds it.
+if(DECID_TESTS AND DECID_DATASET AND NOT CMAKE_CROSSCOMPILING)
   add_test(NAME consumer
            COMMAND ${CMAKE_COMMAND} -D BUILD=${CMAKE_CURRENT_BINARY_DIR} -D CONFIG=$<CONFIG>
                    -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER}
