@@ -33,12 +33,15 @@ void make_dataset(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   dataset::DatasetReport report;
   dataset::Dataset data;
-  {
+  try {
     ProgressBar bar("dataset", "trials", options.count, options.common.quiet);
     data = dataset::generate(request, &report, [&](int done, int) {
       bar.update(done);
       return !interrupted();
     });
+  } catch (const Error&) {
+    if (interrupted()) throw std::runtime_error("stopped; nothing was written");
+    throw;
   }
   dataset::write_npz(options.output, data);
   if (options.common.quiet) return;
