@@ -1,0 +1,92 @@
+// The networks that are timed, one training step of each, and the multiplications and additions in it. NetA is small,
+// NetB is the paper's preset, Default what the program trains unless told otherwise; peers/training.py has A and B too.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "nn/loss.hpp"
+#include "nn/network.hpp"
+
+namespace decid::bench {
+
+struct NamedNetwork {
+  const char* name;
+  nn::Shape input;
+  const char* architecture;
+};
+
+inline constexpr NamedNetwork named_networks[] = {
+    {"NetA",
+     {2, 110, 110},
+     "conv 8 3x3 pad 1; batchnorm; relu; avgpool 2; conv 16 3x3 pad 1; batchnorm; relu; avgpool 2; conv 32 3x3 pad 1; "
+     "batchnorm; relu; conv 32 3x3 pad 1; batchnorm; relu; fc 7"},
+    {"NetB",
+     {2, 110, 110},
+     "conv 64 3x3 pad 1; batchnorm; relu; maxpool 2; conv 64 3x3 pad 1; batchnorm; relu; maxpool 2; conv 128 3x3 pad "
+     "1; batchnorm; relu; maxpool 2; conv 128 3x3 pad 1; batchnorm; relu; globalavgpool; fc 7"},
+    {"Default",
+     {4, 56, 55},
+     "conv 48 5x5 stride 2 pad 2; batchnorm; relu; conv 64 3x3 stride 2 pad 1; batchnorm; relu; conv 96 3x3 stride 2 "
+     "pad 1; batchnorm; relu; conv 128 3x3 stride 2 pad 1; batchnorm; relu; fc 7"},
+};
+
+/// A layer of multiply-adds: the others' work is not counted, as it is bound by memory.
+inline bool multiplies(nn::Layer<float>& layer) {
+  for (const nn::Parameter<float>* p : layer.parameters())
+    if (p->name == "weight") return true;
+  return false;
+}
+
+/// Of one sample, forward.
+inline double forward_flops(const nn::Network<float>& network) {
+  double sum = 0;
+  for (const auto& layer : network.layers())
+    if (multiplies(*layer)) sum += static_cast<double>(layer->flops());
+  return sum;
+}
+
+/// Forward and both gradients, without that by the network's input, which no one asks for.
+inline double training_flops(const nn::Network<float>& network) {
+  return 3 * forward_flops(network) - static_cast<double>(network.layers().front()->flops());
+}
+
+/// Some numbers away from zero and from subnormals.
+inline std::vector<float> some_values(std::size_t count) {
+  std::vector<float> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(i * 7919 % 1000) * 0.002F - 0.9F;
+  return values;
+}
+
+inline void load_some(const nn::Tensor<float>& tensor) {
+  const std::vector<float> values = some_values(static_cast<std::size_t>(tensor.shape().size()));
+  for (int n = 0; n < tensor.batch(); ++n) tensor.load(n, values);
+}
+
+/// A network in training, with a batch to train on.
+class Training {
+ public:
+  Training(const NamedNetwork& named, int batch) : network(named.input, named.architecture) {
+    network.initialise(1);
+    network.plan(batch, nn::Mode::training);
+    const auto outputs = static_cast<std::size_t>(network.output_shape().size());
+    targets_ = some_values(static_cast<std::size_t>(batch) * outputs);
+    squares_.resize(outputs);
+    load_some(network.input());
+  }
+  void step() {
+    network.forward();
+    nn::mean_squared_error<float>(network.output(), targets_, squares_, &network.output_diff());
+    network.backward();
+    nn::sgd_step(network, 1e-3, {});
+  }
+
+  nn::Network<float> network;
+
+ private:
+  std::vector<float> targets_;
+  std::vector<double> squares_;
+};
+
+}  // namespace decid::bench

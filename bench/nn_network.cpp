@@ -1,0 +1,230 @@
+// Speed of whole networks: training steps and inference, samples/s, GFLOP/s and % of the multiply-add peak measured
+// between the steps. One thread: CPU time; more: wall time, which other programs lengthen. `--layers` prints instead
+// where the time of a training step on one thread goes. Pin threads: OMP_PROC_BIND=true OMP_PLACES=cores.
+#include <benchmark/benchmark.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <new>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bench/machine.hpp"
+#include "bench/networks.hpp"
+#include "nn/single.hpp"
+
+// Counts the allocations of a step: there should be none.
+static std::atomic<long> allocations{0};
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size > 0 ? size : 1)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+
+namespace {
+
+using namespace decid::nn;
+using namespace decid::bench;
+
+/// Peaks of all threads at once, each on its own CPU time, GFLOP/s.
+class TeamPeak {
+ public:
+  explicit TeamPeak(int threads) : peaks_(static_cast<std::size_t>(threads), FmaPeak(kernels<float>().name)) {}
+  void measure() {
+#pragma omp parallel num_threads(static_cast <int>(peaks_.size()))
+    peaks_[static_cast<std::size_t>(omp_get_thread_num())].measure();
+  }
+  double best() const {
+    double sum = 0;
+    for (const FmaPeak& peak : peaks_) sum += peak.best();
+    return sum;
+  }
+
+ private:
+  std::vector<FmaPeak> peaks_;
+};
+
+double wall_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Runs `step` of `flops` operations on `samples` samples until the benchmark has enough.
+void measure(benchmark::State& state, int threads, int samples, double flops, const std::function<void()>& step) {
+  const auto now = threads == 1 ? cpu_seconds : wall_seconds;
+  TeamPeak peak(threads);
+  step();  // memory is touched, threads start
+  std::vector<double> times;
+  times.reserve(1U << 20U);
+  long allocated = 0;
+  for (auto _ : state) {
+    if (times.size() % 16 == 0) peak.measure();
+    const long before = allocations;
+    const double start = now();
+    step();
+    const double seconds = now() - start;
+    allocated += allocations - before;
+    times.push_back(seconds);
+    state.SetIterationTime(seconds);
+  }
+  const double best = best_of(times), rate = flops * samples / best * 1e-9;
+  state.counters["samples/s"] = samples / best;
+  state.counters["ms"] = best * 1e3;
+  state.counters["GFLOP/s"] = rate;
+  state.counters["peak"] = peak.best();
+  state.counters["%peak"] = 100 * rate / peak.best();
+  state.counters["allocations"] = static_cast<double>(allocated);
+}
+
+void bench_training(benchmark::State& state, const NamedNetwork& named, int batch, int threads) {
+  omp_set_num_threads(threads);
+  Training training(named, batch);
+  measure(state, threads, batch, training_flops(training.network), [&] { training.step(); });
+  state.counters["MB"] = static_cast<double>(training.network.planned_bytes()) * 1e-6;
+}
+
+void bench_inference(benchmark::State& state, const NamedNetwork& named, int batch, int threads) {
+  omp_set_num_threads(threads);
+  Network<float> network(named.input, named.architecture);
+  network.initialise(1);
+  network.plan(batch, Mode::inference);
+  load_some(network.input());
+  measure(state, threads, batch, forward_flops(network), [&] { network.forward(); });
+  state.counters["MB"] = static_cast<double>(network.planned_bytes()) * 1e-6;
+}
+
+/// One sample with channels in the lanes (nn/single.hpp).
+void bench_single(benchmark::State& state, const NamedNetwork& named, int threads) {
+  omp_set_num_threads(threads);
+  Network<float> network(named.input, named.architecture);
+  network.initialise(1);
+  network.plan(1, Mode::inference);
+  SingleNetwork single(network);
+  const std::vector<float> image = some_values(static_cast<std::size_t>(named.input.size()));
+  std::vector<float> output(static_cast<std::size_t>(network.output_shape().size()));
+  measure(state, threads, 1, forward_flops(network), [&] { single.run(image, output); });
+  state.counters["MB"] = static_cast<double>(single.weight_bytes() + single.activation_bytes()) * 1e-6;
+}
+
+/// Best times of each layer in training steps, every tensor where Network would have it: a derivative takes the place
+/// of the activation if the layer allows it.
+class LayerTimes {
+ public:
+  LayerTimes(const NamedNetwork& named, int batch) : network_(named.input, named.architecture), batch_(batch) {
+    network_.initialise(1);
+    const auto& layers = network_.layers();
+    for (const auto& layer : layers) layer->plan(batch, Mode::training);
+    for (std::size_t i = 0; i <= layers.size(); ++i) {
+      const Shape shape = i > 0 ? layers[i - 1]->dst_shape() : named.input;
+      const int halo = i > 0 ? layers[i - 1]->diff_dst_halo() : 0;
+      const int src_halo = i < layers.size() ? layers[i]->src_halo() : 0;
+      const bool shared =
+          i > 0 && i < layers.size() && layers[i]->diff_may_replace_src() && !layers[i - 1]->backward_reads_dst();
+      activations_.push_back(tensor(shape, shared ? std::max(halo, src_halo) : src_halo));
+      differences_.push_back(shared ? activations_.back() : tensor(shape, halo));
+    }
+    load_some(activations_.front());
+    forward_.resize(layers.size(), std::numeric_limits<double>::max());
+    backward_ = forward_;
+  }
+
+  void step() {
+    const auto& layers = network_.layers();
+    const auto keep_best = [](double& best, const std::function<void()>& run) {
+      const double start = cpu_seconds();
+      run();
+      best = std::min(best, cpu_seconds() - start);
+    };
+    for (std::size_t i = 0; i < layers.size(); ++i)
+      keep_best(forward_[i], [&] { layers[i]->forward(activations_[i], activations_[i + 1], Mode::training); });
+    load_some(differences_.back());
+    for (std::size_t i = layers.size(); i-- > 0;)
+      keep_best(backward_[i], [&] {
+        const Tensor<float>* const diff_src = i > 0 ? &differences_[i] : nullptr;
+        if (diff_src != nullptr) diff_src->clear_halo();
+        layers[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
+      });
+  }
+
+  void print(const char* name, double peak) const {
+    double total = 0;
+    for (std::size_t i = 0; i < forward_.size(); ++i) total += forward_[i] + backward_[i];
+    std::printf("\n%s, batch %d: %.1f ms, %.1f samples/s, %.1f %% of the peak of %.1f GFLOP/s\n", name, batch_,
+                total * 1e3, batch_ / total, training_flops(network_) * batch_ / total * 1e-9 / peak * 100, peak);
+    std::printf("%-36s %21s %21s %7s\n", "layer", "forward ms  % of peak", "backward ms % of peak", "share");
+    for (std::size_t i = 0; i < forward_.size(); ++i) {
+      Layer<float>& layer = *network_.layers()[i];
+      std::string text = layer.text();
+      for (char& c : text)
+        if (c == '\n') c = ' ';
+      const double flops = multiplies(layer) ? static_cast<double>(layer.flops()) * batch_ * 1e-9 / peak * 100 : 0;
+      std::printf("%-36.36s %11.2f %9s %11.2f %9s %5.1f %%\n", text.c_str(), forward_[i] * 1e3,
+                  percent(flops / forward_[i]).c_str(), backward_[i] * 1e3,
+                  percent((i > 0 ? 2 : 1) * flops / backward_[i]).c_str(), 100 * (forward_[i] + backward_[i]) / total);
+    }
+  }
+
+ private:
+  static std::string percent(double value) { return value > 0 ? std::to_string(std::lround(value)) : "-"; }
+  Tensor<float> tensor(Shape shape, int halo) {
+    memory_.emplace_back().reserve(Tensor<float>::required(shape, batch_, halo));
+    return {memory_.back().data(), shape, batch_, halo};
+  }
+
+  Network<float> network_;
+  int batch_;
+  std::vector<AlignedBuffer<float>> memory_;
+  std::vector<Tensor<float>> activations_, differences_;
+  std::vector<double> forward_, backward_;
+};
+
+void print_layers() {
+  omp_set_num_threads(1);
+  constexpr int steps = 12;
+  for (const NamedNetwork& named : named_networks) {
+    LayerTimes times(named, 64);
+    FmaPeak peak(kernels<float>().name);
+    for (int s = 0; s < steps; ++s) {
+      times.step();
+      peak.measure();
+    }
+    times.print(named.name, peak.best());
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc == 2 && std::string_view(argv[1]) == "--layers") {
+    print_layers();
+    return 0;
+  }
+  constexpr int inference_batches[] = {1, 16, 64};
+  for (const NamedNetwork& named : named_networks)
+    for (const int threads : {1, 2}) {
+      const auto add = [&](const std::string& what, auto run, auto... arguments) {
+        const std::string name = std::string(named.name) + "/" + what + "/threads:" + std::to_string(threads);
+        benchmark::RegisterBenchmark(name.c_str(), run, named, arguments..., threads)->UseManualTime();
+      };
+      add("training/batch:64", bench_training, 64);
+      for (const int batch : inference_batches) add("inference/batch:" + std::to_string(batch), bench_inference, batch);
+      add("inference/single", bench_single);
+    }
+  benchmark::AddCustomContext("kernels", kernels<float>().name);
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+}
