@@ -25,6 +25,8 @@ constexpr double step_tolerance = 0.01;
 constexpr double rate_tolerance = 1e-4;
 constexpr double slowest_plausible_hz = 5.0;
 constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
+/// Where degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
+constexpr double small_for_a_guess_deg = 0.1;
 /// So much of a recording may hang over the end of the protocol.
 constexpr double cut_limit_s = 1.0;
 
@@ -218,6 +220,11 @@ double find_rate(const CsvTable& table, int time, const RecordingOptions& option
 /// Brings the sway to radians and holds its size against what a standing body does.
 void convert(Recording& recording, const RecordingOptions& options) {
   const std::optional<Unit> unit = options.unit ? options.unit : unit_in(recording.column);
+  const std::string last_word = words(recording.column).back();
+  if (!unit && words(recording.column).size() > 1 && one_of(last_word, {"mm", "cm", "m", "meter", "metre"})) {
+    throw Error(recording.file, recording.column + " is a length by its name, not an angle",
+                "divide it by the height of the centre of mass above the ankles, or give --unit if it is an angle");
+  }
   if (!unit) recording.warnings.push_back("no unit in the name of " + recording.column + ": degrees are assumed");
   if (unit.value_or(Unit::degree) == Unit::degree) {
     for (double& value : recording.sway_rad) value *= sim::rad_per_deg;
@@ -238,8 +245,9 @@ void convert(Recording& recording, const RecordingOptions& options) {
     recording.warnings.push_back("sway reaches " + shown(peak_deg) + " degrees, more than a standing body does; " +
                                  other);
   }
-  if (peak_to_peak_deg < smallest_plausible_deg) {
-    recording.warnings.push_back("sway is only " + shown(peak_to_peak_deg) + " degrees peak to peak; " + other);
+  if (peak_to_peak_deg < smallest_plausible_deg || (!unit && peak_to_peak_deg < small_for_a_guess_deg)) {
+    recording.warnings.push_back("sway is only " + shown(peak_to_peak_deg) + " degrees peak to peak, " +
+                                 shown(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
   }
 }
 

@@ -59,6 +59,7 @@ void validate_sequence(const Checker& check, const Sequence& sequence) {
     check.fail("start", "is all zero", "set at least one stage to 1 or 2");
   }
   check.positive("state_s", sequence.state_s, longest_trial_s);
+  check.within("state_s", sequence.state_s, 1e-3, longest_trial_s);
   check.whole_milliseconds("state_s", sequence.state_s);
   check.positive("amplitude_deg", sequence.amplitude_deg, 45.0);
   check.within("cycles", sequence.cycles, 1, 100'000);

@@ -29,6 +29,10 @@ struct ProtocolOptions {
 };
 void add_protocol_options(CLI::App& command, ProtocolOptions& options);
 
+/// Throws Error if `output` is one of `others`: what was read, or is written too, would be lost. Empty names are no
+/// files.
+void refuse_same_file(const std::string& output, const std::vector<std::string>& others);
+
 /// Each adds one subcommand whose callback does the work. Bad input: Error. Anything else: any other exception.
 void add_simulate(CLI::App& program);
 void add_stimulus(CLI::App& program);

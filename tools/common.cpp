@@ -1,6 +1,9 @@
 // Options that several subcommands have.
 #include <omp.h>
 
+#include <filesystem>
+
+#include "base/error.hpp"
 #include "dataset/protocol_json.hpp"
 #include "tools/command.hpp"
 
@@ -24,6 +27,14 @@ void add_protocol_options(CLI::App& command, ProtocolOptions& options) {
                   "Standard deviation of the sway sensor's noise in degrees, or LOW HIGH to draw one for each trial; "
                   "default: the protocol's, which is none for default and short")
       ->expected(1, 2);
+}
+
+void refuse_same_file(const std::string& output, const std::vector<std::string>& others) {
+  if (output.empty()) return;
+  const auto place = [](const std::string& name) { return std::filesystem::weakly_canonical(name); };
+  for (const std::string& other : others)
+    if (!other.empty() && place(output) == place(other))
+      throw Error(output, "is read or written already in this call", "give the output another name");
 }
 
 sim::Protocol ProtocolOptions::load() const {

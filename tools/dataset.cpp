@@ -1,6 +1,5 @@
 // decid dataset: simulated trials with known parameters, as a file for training and for NumPy.
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -24,7 +23,7 @@ struct Options {
 
 void make_dataset(const Options& options) {
   catch_interrupt();
-  PendingFile probe(options.output);  // an unwritable place is told before the work, not after
+  { PendingFile probe(options.output); }  // an unwritable place is told before the work, not after
   dataset::DatasetRequest request;
   request.protocol = options.protocol.load();
   request.count = options.count;
@@ -65,7 +64,7 @@ void add_dataset(CLI::App& program) {
   command->add_option("--base", options->base,
                       "Of these, how many come from the uniform distributions; the rest are "
                       "children of trials with large sway. Default: all");
-  command->add_option("--seed", options->seed, "Seed")->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed")->capture_default_str()->check(CLI::NonNegativeNumber);
   add_protocol_options(*command, options->protocol);
   command->add_option("-o,--output", options->output, ".npz file to write")->required();
   add_common_options(*command, options->common, false);

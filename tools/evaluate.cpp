@@ -5,7 +5,6 @@
 
 #include "base/error.hpp"
 #include "dataset/npz.hpp"
-#include "dataset/protocol_json.hpp"
 #include "tools/command.hpp"
 #include "tools/text.hpp"
 #include "tools/training.hpp"
@@ -24,10 +23,13 @@ void evaluate_model(const Options& options) {
   Model model = model_or_built_in(options.model);
   const dataset::Dataset data = dataset::read_npz(options.data);
   if (!sim::same_experiment(model.protocol, data.protocol))
-    throw Error(options.data,
-                "was made for another experiment than " + model_name(options.model) + " (" +
-                    dataset::to_json(data.protocol) + ")",
-                "make a data set with the model's protocol, or train a model on this one");
+    throw Error(
+        options.data,
+        format("was made with protocol '%s' (%g s at %g Hz), another experiment than '%s' (%g s at %g Hz) of %s",
+               data.protocol.name.c_str(), data.protocol.duration_s(), data.protocol.sample_rate_hz,
+               model.protocol.name.c_str(), model.protocol.duration_s(), model.protocol.sample_rate_hz,
+               model_name(options.model).c_str()),
+        "make a data set with the model's protocol, or train a model on this one");
   std::vector<int> chosen;
   std::vector<sim::Parameters> truth;
   for (int i = 0; i < data.trials(); ++i) {

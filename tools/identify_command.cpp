@@ -26,6 +26,11 @@ void run_identify(const Options& options) {
   if (!options.unit.empty()) recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
   std::optional<sim::Parameters> truth;
   if (!options.truth.empty()) truth = parameters_from_text(options.truth, "--truth");
+  std::vector<std::string> inputs = options.files;
+  inputs.push_back(options.model);
+  refuse_same_file(options.output, inputs);
+  inputs.push_back(options.output);
+  refuse_same_file(options.report, inputs);
   // Unwritable places are told before the work, not after.
   for (const std::string& path : {options.output, options.report})
     if (!path.empty()) PendingFile probe(path);

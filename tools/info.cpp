@@ -18,6 +18,18 @@ struct Options {
   std::string model;
 };
 
+/// Lines that run as one layer, in one line.
+std::string layer_text(const nn::Layer<float>& layer) {
+  std::string text = layer.text();
+  for (std::size_t i = text.find('\n'); i != std::string::npos; i = text.find('\n')) text.replace(i, 1, " + ");
+  return text;
+}
+
+/// The JSON text without its line breaks.
+std::string compact(const std::string& json) {
+  return Json::parse(json).dump();
+}
+
 std::string shape_text(const nn::Shape& s) {
   return format("%d x %d x %d", s.channels, s.rows, s.columns);
 }
@@ -32,7 +44,7 @@ void info(const Options& options) {
       const nn::Shape& s = layer->dst_shape();
       std::size_t parameters = 0;
       for (const auto* p : layer->parameters()) parameters += p->value.size();
-      layers.push_back({{"layer", layer->text()},
+      layers.push_back({{"layer", layer_text(*layer)},
                         {"output", {s.channels, s.rows, s.columns}},
                         {"parameters", parameters},
                         {"flops", layer->flops()}});
@@ -52,17 +64,18 @@ void info(const Options& options) {
     return;
   }
   std::cout << model_name(options.model) << '\n';
-  std::cout << format("  %-40s %-16s %10s %12s\n", "layer", "output", "parameters", "FLOP");
-  std::cout << format("  %-40s %-16s\n", "input", shape_text(network.input_shape()).c_str());
+  std::cout << format("  %-48s %-16s %10s %12s\n", "layer", "output", "parameters", "FLOP");
+  std::cout << format("  %-48s %-16s\n", "input", shape_text(network.input_shape()).c_str());
   for (const auto& layer : network.layers()) {
     std::size_t parameters = 0;
     for (const auto* p : layer->parameters()) parameters += p->value.size();
-    std::cout << format("  %-40s %-16s %10zu %12lld\n", layer->text().c_str(), shape_text(layer->dst_shape()).c_str(),
-                        parameters, layer->flops());
+    std::cout << format("  %-48s %-16s %10zu %12lld\n", layer_text(*layer).c_str(),
+                        shape_text(layer->dst_shape()).c_str(), parameters, layer->flops());
   }
-  std::cout << format("  %-40s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
-  std::cout << "protocol  " << dataset::to_json(model.protocol) << "\nimage     " << dataset::to_json(model.image)
-            << "\norigin    " << model.origin << "\nweights   SHA-256 " << hash << '\n';
+  std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
+  std::cout << "protocol  " << compact(dataset::to_json(model.protocol)) << "\nimage     "
+            << compact(dataset::to_json(model.image)) << "\norigin    " << model.origin << "\nweights   SHA-256 "
+            << hash << '\n';
 }
 
 }  // namespace

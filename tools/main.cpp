@@ -10,6 +10,13 @@
 
 namespace {
 
+/// One line on standard error, whatever a file's name holds.
+void complain(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';
+  std::cerr << "decid: " << text << '\n';
+}
+
 int run(int argc, char** argv) {
   CLI::App program{"decid identifies the posture controller behind a recording of body sway on a tilting platform"};
   program.name("decid");
@@ -29,7 +36,7 @@ int run(int argc, char** argv) {
     if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
     std::string command;
     for (const CLI::App* sub : program.get_subcommands()) command = " " + sub->get_name();
-    std::cerr << "decid: " << error.what() << "; see decid" << command << " --help\n";
+    complain(std::string(error.what()) + "; see decid" + command + " --help");
     return 2;
   }
   return 0;
@@ -41,13 +48,13 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const decid::Error& error) {
-    std::cerr << "decid: " << error.what() << '\n';
+    complain(error.what());
     return 2;
   } catch (const std::bad_alloc&) {
-    std::cerr << "decid: not enough memory; ask for fewer trials or a smaller batch\n";
+    complain("not enough memory; ask for fewer trials, a smaller batch or a shorter recording");
     return 1;
   } catch (const std::exception& error) {
-    std::cerr << "decid: " << error.what() << '\n';
+    complain(error.what());
     return 1;
   }
 }

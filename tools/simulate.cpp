@@ -74,7 +74,9 @@ void add_simulate(CLI::App& program) {
                      format("%s, %s; usual range %g to %g", info.description, info.unit, info.low, info.high))
         ->capture_default_str();
   }
-  command->add_option("--seed", options->seed, "Seed of the noise")->capture_default_str();
+  command->add_option("--seed", options->seed, "Seed of the noise")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--model", "Body: sip, the single inverted pendulum")
       ->check(CLI::IsMember({"sip"}))
       ->default_str("sip");

@@ -54,7 +54,7 @@ TrainingSettings settings_from(const Options& options) {
 }
 
 /// Everything that decides the bits of the result, for people and for --resume.
-std::string origin_json(const Options& options, const TrainingSettings& settings, const TrialSource& source) {
+std::string origin_json(const TrainingSettings& settings, const std::string& architecture, const TrialSource& source) {
   const Preset& p = settings.preset;
   Json origin{{"program", std::string("decid ") + version},
               {"preset", p.name},
@@ -66,7 +66,8 @@ std::string origin_json(const Options& options, const TrainingSettings& settings
               {"weight_decay", p.sgd.weight_decay},
               {"schedule", p.schedule},
               {"warmup_epochs", p.warmup_epochs},
-              {"trials", options.stream ? "simulated for each epoch" : "data set"},
+              {"architecture", architecture},
+              {"trials", source.identity()},
               {"training_trials", source.training_trials()},
               {"validation_trials", source.validation_trials()}};
   return origin.dump();
@@ -106,14 +107,18 @@ void train(const Options& options) {
   if (options.data.empty() != options.stream)
     throw Error("train", "needs trials", "give either --data data.npz or --stream");
   const std::string checkpoint = options.output + ".checkpoint";
-  const std::filesystem::path log_path = std::filesystem::path(options.output).replace_extension(".csv");
-  { PendingFile probe(options.output); }  // an unwritable place is told before the work, not after
+  const std::string log_path = options.output + ".log.csv";
+  refuse_same_file(options.output, {options.data, options.architecture_file});
+  // Unwritable places are told before the work, not after.
+  for (const std::string& path : {options.output, checkpoint, log_path}) PendingFile probe(path);
   const TrainingSettings settings = settings_from(options);
   const std::unique_ptr<TrialSource> source =
       options.stream
           ? stream_source(options.protocol.load(), options.seed, options.stream_trials, options.validation_trials)
           : dataset_source(dataset::read_npz(options.data));
-  const std::string origin = origin_json(options, settings, *source);
+  const std::string architecture =
+      Model(source->protocol(), settings.preset.image, settings.preset.architecture).network.architecture();
+  const std::string origin = origin_json(settings, architecture, *source);
   TrainingState state =
       options.resume ? resume_training(checkpoint, origin, *source) : start_training(*source, settings);
   state.model.origin = origin;
@@ -198,12 +203,16 @@ void add_train(CLI::App& program) {
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
   command->add_option("--seed", options->seed, "Seed of weights, shuffling and, with --stream, trials")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
   command->add_option("-o,--output", options->output, "Model file to write (.safetensors)")->required();
   add_common_options(*command, options->common, true);
   command->footer("Example: decid train --data data.npz --preset default -o model.safetensors");
-  command->callback([options] {
+  command->callback([options, command] {
+    for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
+      if (!options->stream && command->count(name) > 0)
+        throw Error(name, "has no effect on a data set, which was simulated already", "use it with --stream");
     apply(options->common);
     train(*options);
   });

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/sha256.hpp"
 
 namespace decid::tools {
 namespace {
@@ -18,6 +19,13 @@ class DatasetSource final : public TrialSource {
   }
 
   const sim::Protocol& protocol() const override { return data_.protocol; }
+  std::string identity() const override {
+    Sha256 hash;
+    hash.update(data_.parameters.data(), data_.parameters.size() * sizeof(sim::Parameters));
+    hash.update(data_.split.data(), data_.split.size());
+    hash.update(data_.sway.data(), std::min<std::size_t>(data_.sway.size(), 1 << 20) * sizeof(float));
+    return "data set " + hash.hex();
+  }
   int training_trials() const override { return static_cast<int>(training_.size()); }
   int validation_trials() const override { return static_cast<int>(validation_.size()); }
   sim::Parameters training_trial(int, int index, std::span<float> sway_rad) const override {
@@ -43,6 +51,7 @@ class StreamSource final : public TrialSource {
       : simulator_(std::move(protocol)), seed_(seed), training_(trials_per_epoch), validation_(validation) {}
 
   const sim::Protocol& protocol() const override { return simulator_.protocol(); }
+  std::string identity() const override { return "simulated for each epoch from seed " + std::to_string(seed_); }
   int training_trials() const override { return training_; }
   int validation_trials() const override { return validation_; }
   sim::Parameters training_trial(int epoch, int index, std::span<float> sway_rad) const override {

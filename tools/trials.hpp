@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 
 #include "dataset/dataset.hpp"
 
@@ -12,6 +13,8 @@ class TrialSource {
  public:
   virtual ~TrialSource() = default;
   virtual const sim::Protocol& protocol() const = 0;
+  /// Names these very trials: sources of equal identity and protocol give equal trials.
+  virtual std::string identity() const = 0;
   /// Trials of an epoch. Those of one epoch may be others than those of the next.
   virtual int training_trials() const = 0;
   virtual int validation_trials() const = 0;

@@ -93,6 +93,7 @@ TEST_CASE("recordings that cannot be used") {
   check_recording_refused(recording(12100, 100, [](int) { return std::string("0.25"); }), {"constant"});
   check_recording_refused(recording(12100, 100, [](int k) { return std::to_string(k % 200); }),
                           {"lying flat", "--unit"});
+  check_recording_refused("time,COM_x_mm\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"COM_x_mm", "length", "height"});
   check_recording_refused(std::string("\x00\x01\x02\xff\xfe binary", 12), {"r.csv"});
 }
 
@@ -114,6 +115,24 @@ TEST_CASE("a wrong unit is suspected, not refused") {
     CHECK(result.code == 0);
     CHECK(result.out.find("--unit") != std::string::npos);
   }
+}
+
+TEST_CASE("outputs that would replace what is read or written") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  const std::string trial = folder / "t.csv", before = read_text(trial);
+  check_refused("identify " + trial + " -o " + trial, {"t.csv", "another name"});
+  check_refused("identify " + trial + " --report " + folder / "./t.csv", {"another name"});
+  check_refused("identify " + trial + " -o " + folder / "x" + " --report " + folder / "x", {"another name"});
+  check_refused("train --data " + trial + " -o " + trial, {"another name"});
+  CHECK(read_text(trial) == before);
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("options without effect are refused") {
+  check_refused("train --data d.npz --sensor-noise 0.1 -o m.safetensors", {"--sensor-noise", "--stream"});
+  check_refused("train --data d.npz --protocol short -o m.safetensors", {"--protocol", "--stream"});
+  check_refused("simulate --seed -1 -o x.csv", {"--seed"});
 }
 
 TEST_CASE("outputs that cannot be written") {
@@ -162,6 +181,7 @@ TEST_CASE("damaged model files and data sets") {
   check_refused("train --resume --preset small --data " + data + " -o " + folder / "new.safetensors",
                 {"new.safetensors.checkpoint"});
   CHECK_FALSE(std::filesystem::exists(folder / "new.safetensors"));
+  check_refused("evaluate --data " + data, {"another experiment", "'default'"});
 }
 
 TEST_CASE("protocol files that cannot be used") {
@@ -177,6 +197,7 @@ TEST_CASE("protocol files that cannot be used") {
   check("[]", {"p.json"});
   check(R"({"amplitude": 2})", {"amplitude"});
   check(R"({"sequence": {"cycles": 0}})", {"cycles"});
+  check(R"({"sequence": {"state_s": 1e-10, "offset_s": 0, "lead_in_s": 1.0}})", {"state_s"});
   check(R"({"sequence": {"cycles": 1000000}})", {"p.json"});
   check(R"({"sample_rate_hz": 333})", {"sample_rate_hz"});
   check(R"({"sample_rate_hz": "fast"})", {"sample_rate_hz"});

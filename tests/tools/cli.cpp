@@ -171,7 +171,7 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   CHECK(trained.err.empty());
   const Json summary = Json::parse(trained.out);
   CHECK(summary.at("weights_sha256").get<std::string>().size() == 64);
-  const std::string log = read_text(folder / "m.csv");
+  const std::string log = read_text(folder / "m.safetensors.log.csv");
   CHECK(std::count(log.begin(), log.end(), '\n') == 4);
   CHECK_FALSE(std::filesystem::exists(folder / "m.safetensors.checkpoint"));
 
@@ -194,4 +194,49 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   const auto other = run_decid("evaluate --data " + folder / "data.npz");  // the built-in model knows another protocol
   CHECK(other.code == 2);
   CHECK(other.err.find("another experiment") != std::string::npos);
+}
+
+TEST_CASE("an interrupted training goes on, with its own data and settings only") {
+  const Folder folder;
+  decid::test::write_text(
+      folder / "quick.json",
+      R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  const std::string protocol = " --protocol " + folder / "quick.json", model = folder / "m.safetensors";
+  REQUIRE(run_decid("dataset --count 400 --seed 5" + protocol + " -o " + folder / "a.npz").code == 0);
+  REQUIRE(run_decid("dataset --count 400 --seed 6" + protocol + " -o " + folder / "b.npz").code == 0);
+  const auto train = [&](const std::string& data, const std::string& options) {
+    return "train --preset small --epochs 30 --data " + folder / data + " " + options + " -o " + model;
+  };
+  // Ctrl-C as soon as there is a checkpoint.
+  const std::string command = std::string(DECID_PROGRAM) + " " + train("a.npz", "") + " 2>" + folder / "err" +
+                              " & child=$!; while ! test -e " + model +
+                              ".checkpoint; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
+  // A shell without job control starts children with SIGINT ignored; the program sets its own handler all the same.
+  REQUIRE(std::system(command.c_str()) == 0);
+  CHECK(read_text(folder / "err").find("--resume") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(model));
+  REQUIRE(std::filesystem::exists(model + ".checkpoint"));
+  decid::test::write_text(folder / "other.txt", "conv 4 5x5 stride 4; relu; fc 7");
+  for (const std::string& other : {train("b.npz", "--resume"), train("a.npz", "--resume --lr 0.001"),
+                                   train("a.npz", "--resume --architecture " + folder / "other.txt")}) {
+    const auto refused = run_decid(other);
+    CAPTURE(other);
+    CHECK(refused.code == 2);
+    CHECK(refused.err.find("other settings") != std::string::npos);
+  }
+  CHECK(run_decid(train("a.npz", "--resume")).code == 0);
+  CHECK(std::filesystem::exists(model));
+  CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));
+}
+
+TEST_CASE("an offset of the sensor is noticed") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  std::string header;
+  std::string shifted = "time,com_sway_deg\n";
+  for (const auto& row : read_csv(folder / "a.csv", header))
+    shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 1.5) + "\n";
+  decid::test::write_text(folder / "b.csv", shifted);
+  CHECK(run_decid("identify " + folder / "a.csv").out.find("offset") == std::string::npos);
+  CHECK(run_decid("identify " + folder / "b.csv").out.find("offset") != std::string::npos);
 }
