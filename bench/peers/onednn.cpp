@@ -78,7 +78,7 @@ class Theirs {
 };
 
 void compare(const dnnl::engine& engine, const Conv& conv, Direction direction, const std::string& name) {
-  constexpr double seconds_a_side = 0.25;
+  constexpr double seconds_a_side = 0.5;
   ConvRun ours(conv.shape);
   Theirs theirs(engine, conv.shape, direction);
   const Kernels<float>& kernels = decid::nn::kernels<float>();
