@@ -46,10 +46,8 @@ class FullyConnected final : public Layer<T> {
           weight_parts_.data() + static_cast<std::size_t>(block) * weights,
           bias_parts_.data() + static_cast<std::size_t>(block) * biases, first, last);
     });
-    tree_sum(weight_parts_.data(), src.blocks(), weights);
-    tree_sum(bias_parts_.data(), src.blocks(), biases);
-    std::copy_n(weight_parts_.data(), weights, weight_.gradient.data());
-    std::copy_n(bias_parts_.data(), biases, bias_.gradient.data());
+    sum_gradient(weight_parts_, src.blocks(), weight_);
+    sum_gradient(bias_parts_, src.blocks(), bias_);
     if (diff_src == nullptr) return;
     for_each_group(src.blocks(), this->src_shape().channels, plane_group, [&](int block, int first, int last) {
       kernels<T>().fully_connected_backward_src(this->src_shape(), this->dst_shape().channels,

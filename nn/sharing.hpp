@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/parallel.hpp"
+#include "nn/layer.hpp"
 
 namespace decid::nn {
 
@@ -17,6 +18,13 @@ void for_each_group(int blocks, int channels, int group, const Body& body) {
     const int first = item % groups * group;
     body(item / groups, first, std::min(first + group, channels));
   });
+}
+
+/// A parameter's gradient from the blocks' parts of it, which it uses up.
+template <class T>
+void sum_gradient(const AlignedBuffer<T>& parts, int blocks, Parameter<T>& parameter) {
+  tree_sum(parts.data(), blocks, parameter.gradient.size());
+  std::copy_n(parts.data(), parameter.gradient.size(), parameter.gradient.data());
 }
 
 inline constexpr int conv_group = 16;

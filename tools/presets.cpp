@@ -8,6 +8,9 @@ namespace decid::tools {
 using dataset::Channel;
 
 const std::vector<Preset>& presets() {
+  // The mean of the stimulus' cycles, and how they differ.
+  const std::vector<Channel> folded_channels{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
+                                             Channel::log_residual};
   static const std::vector<Preset> all{
       {.name = "default",
        .description = "stride-2 network on the two cycles' mean and difference",
@@ -15,12 +18,8 @@ const std::vector<Preset>& presets() {
            "conv 48 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 64 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
            "conv 96 3x3 stride 2x2 pad 1x1; batchnorm; relu; conv 128 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
            "fc 7",
-       .image = {.window = 110,
-                 .half_spectrum = true,
-                 .channels = {Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
-                              Channel::log_residual},
-                 .standardize_rows = true,
-                 .fold = 2},
+       .image =
+           {.window = 110, .half_spectrum = true, .channels = folded_channels, .standardize_rows = true, .fold = 2},
        .epochs = 24,
        .batch = 64,
        .learning_rate = 0.05,
@@ -35,8 +34,7 @@ const std::vector<Preset>& presets() {
            "fc 7",
        .image = {.window = 100,
                  .half_spectrum = true,
-                 .channels = {Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
-                              Channel::log_residual},
+                 .channels = folded_channels,
                  .standardize_rows = true,
                  .first_sample = 197,
                  .fold = 3},

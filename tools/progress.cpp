@@ -59,7 +59,7 @@ std::string ProgressBar::figures(long long done) const {
   return text + (done > 0 ? ", " + duration_text(static_cast<double>(total_ - done) / rate) + " left" : std::string());
 }
 
-void ProgressBar::update(long long done, const std::string& note) {
+void ProgressBar::update(long long done) {
   const auto now = std::chrono::steady_clock::now();
   if (quiet_ || now < next_) return;
   next_ = now + std::chrono::milliseconds(terminal_ ? 200 : 10000);
@@ -69,7 +69,7 @@ void ProgressBar::update(long long done, const std::string& note) {
     const auto filled = static_cast<std::size_t>(width * std::min(done, total_) / total_);
     text += "[" + std::string(filled, '#') + std::string(width - filled, '.') + "] ";
   }
-  text += figures(done) + (note.empty() ? "" : "; " + note);
+  text += figures(done);
   if (!terminal_) {
     std::fprintf(stderr, "%s\n", text.c_str());
     return;

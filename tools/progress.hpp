@@ -15,8 +15,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// `note` is shown behind the figures ("validation MSE 0.41").
-  void update(long long done, const std::string& note = {});
+  void update(long long done);
   /// A line of its own, kept on the screen.
   void line(const std::string& text);
 
