@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 #include <utility>
 
@@ -203,6 +204,12 @@ std::vector<int> ternary_sequence(const Sequence& sequence) {
   return values;
 }
 
+double Stimulus::tilt_at(int step) const {
+  const int point = step / interval_steps, beyond = step % interval_steps;
+  const auto k = static_cast<std::size_t>(point);
+  return beyond == 0 ? tilt_rad[k] : tilt_rad[k] + beyond * (rate_rad_s[k] / steps_per_second);
+}
+
 Stimulus make_stimulus(const Protocol& protocol) {
   const Sequence& sequence = protocol.sequence;
   const std::vector<int> values = ternary_sequence(sequence);
@@ -214,17 +221,17 @@ Stimulus make_stimulus(const Protocol& protocol) {
   const double rad_per_count = sequence.amplitude_deg * rad_per_deg / (peak_to_peak(values) * state_ms);
 
   Stimulus stimulus;
-  const int steps = protocol.steps();
-  stimulus.tilt_rad.reserve(static_cast<std::size_t>(steps) + 1);
-  stimulus.rate_rad_s.reserve(static_cast<std::size_t>(steps));
+  // The widest grid with a point at every change of the velocity and at every sample.
+  stimulus.interval_steps = std::gcd(std::gcd(protocol.steps_per_sample(), state_ms), std::gcd(first_ms, offset_ms));
+  const int interval = stimulus.interval_steps;
   int count = 0;  // state values, summed over the milliseconds
-  for (int k = 0; k < steps; ++k) {
+  for (int k = 0; k < protocol.steps(); k += interval) {
     const bool moving = k >= first_ms && k < last_ms;
     const int state = (offset_ms + (k - first_ms)) % cycle_ms / state_ms;
     const int value = moving ? values[static_cast<std::size_t>(state)] : 0;
     stimulus.tilt_rad.push_back(count * rad_per_count);
     stimulus.rate_rad_s.push_back(value * (rad_per_count * steps_per_second));
-    count += value;
+    count += value * interval;
   }
   stimulus.tilt_rad.push_back(count * rad_per_count);
   return stimulus;

@@ -91,12 +91,19 @@ Protocol short_protocol();
 /// register never returns to its start.
 std::vector<int> ternary_sequence(const Sequence& sequence);
 
-/// The stimulus of a trial on the 1 ms grid. The tilt is a whole number of state steps times one factor, so that it
-/// does not drift.
+/// The stimulus of a trial: a platform tilt that is linear between the points of a uniform grid. The grid's interval is
+/// a whole number of steps and divides the sample period.
 struct Stimulus {
-  std::vector<double> tilt_rad;    ///< platform in space at t = k ms, k = 0 .. steps
-  std::vector<double> rate_rad_s;  ///< its velocity in [k, k + 1) ms, k = 0 .. steps - 1
+  int interval_steps = 1;          ///< 1 ms steps between two points
+  std::vector<double> tilt_rad;    ///< platform in space at point k, t = k * interval, k = 0 .. intervals
+  std::vector<double> rate_rad_s;  ///< its velocity between points k and k + 1, k = 0 .. intervals - 1
+
+  /// The tilt at t = step ms, 0 <= step <= steps.
+  double tilt_at(int step) const;
+  /// The velocity in [step, step + 1) ms, 0 <= step < steps.
+  double rate_at(int step) const { return rate_rad_s[static_cast<std::size_t>(step / interval_steps)]; }
 };
+/// The tilt of a ternary sequence is a whole number of states times one factor, so that it does not drift.
 Stimulus make_stimulus(const Protocol& protocol);
 
 }  // namespace decid::sim

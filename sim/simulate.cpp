@@ -13,6 +13,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "base/parallel.hpp"
 
 namespace decid::sim {
 namespace {
@@ -152,8 +153,7 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
     sway_rad[sample] = state.sway;
     const double noise_slope = (noise_rate[sample + 1] - noise_rate[sample]) / steps_per_sample;
     for (int i = 0; i < steps_per_sample; ++i, ++step) {
-      const auto k = static_cast<std::size_t>(step);
-      const Platform platform{stimulus_.tilt_rad[k], stimulus_.rate_rad_s[k]};
+      const Platform platform{stimulus_.tilt_at(step), stimulus_.rate_at(step)};
       const double commanded = command(controller, state, platform, noise_rate[sample] + i * noise_slope);
       move(controller, plant, state, platform, delay_line.pass(step, commanded));
 
@@ -166,6 +166,16 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
     }
   }
   return {.valid = true, .largest_sway_rad = largest_sway, .end_s = protocol_.duration_s()};
+}
+
+void Simulator::run_all(int count, const TrialOf& trial_of, const Finished& finished) const {
+  parallel_for(count, [&](int index) {
+    thread_local std::vector<double> sway;
+    sway.resize(static_cast<std::size_t>(samples_));
+    const Trial trial = trial_of(index);
+    const Outcome outcome = run(trial.parameters, trial.noise, sway);
+    finished(index, outcome, sway);
+  });
 }
 
 Complex closed_loop(const Parameters& parameters, const Body& body, double frequency_hz) {

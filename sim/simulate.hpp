@@ -7,6 +7,7 @@
 // here, with the ankle angle = body - platform throughout.
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "base/random.hpp"
@@ -30,6 +31,12 @@ struct Outcome {
   double end_s;             ///< when the trial ended: its length, or when the body left the bound
 };
 
+/// What a trial depends on besides the protocol. `noise` gives the vestibular noise's normals.
+struct Trial {
+  Parameters parameters;
+  Random noise;
+};
+
 /// Simulates trials of one protocol. Immutable: one serves all threads.
 class Simulator {
  public:
@@ -44,6 +51,14 @@ class Simulator {
   /// the rest of them is not written. `noise` gives the vestibular noise's normals. No sensor noise is added.
   /// Throws Error for a non-finite or negative parameter, or a delay above longest_delay_s.
   Outcome run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const;
+
+  /// Simulates trial_of(0) .. trial_of(count - 1) on OpenMP's threads, with the bits that run() gives each of them.
+  /// finished(index, outcome, sway_rad) is called once a trial, in any order and from any thread; sway_rad may be
+  /// changed there and is void afterwards. The more trials a call has, the fuller are its lanes: give it hundreds.
+  /// Throws what run(), trial_of or finished throw.
+  using TrialOf = std::function<Trial(int index)>;
+  using Finished = std::function<void(int index, const Outcome& outcome, std::span<double> sway_rad)>;
+  void run_all(int count, const TrialOf& trial_of, const Finished& finished) const;
 
  private:
   Protocol protocol_;

@@ -143,8 +143,7 @@ std::vector<Identification> identify(Model& model, const std::vector<std::filesy
     const auto [low, high] = std::ranges::minmax(id.sway_rad);
     id.peak_to_peak_deg = static_cast<double>(high - low) / sim::rad_per_deg;
     for (std::size_t k = 0; k < id.sway_rad.size(); ++k)
-      id.tilt_rad.push_back(
-          static_cast<float>(simulator.stimulus().tilt_rad[k * static_cast<std::size_t>(steps_per_sample)]));
+      id.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(static_cast<int>(k) * steps_per_sample)));
     warn(id);
     fit(simulator, id);
   }

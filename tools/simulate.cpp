@@ -28,8 +28,7 @@ std::vector<std::vector<double>> time_and_tilt(const sim::Protocol& protocol, co
   std::vector<std::vector<double>> columns(2);
   for (int k = 0; k < protocol.samples(); ++k) {
     columns[0].push_back(k / protocol.sample_rate_hz);
-    columns[1].push_back(stimulus.tilt_rad[static_cast<std::size_t>(k * protocol.steps_per_sample())] /
-                         sim::rad_per_deg);
+    columns[1].push_back(stimulus.tilt_at(k * protocol.steps_per_sample()) / sim::rad_per_deg);
   }
   return columns;
 }

@@ -81,8 +81,9 @@ TEST_CASE("make_stimulus: default protocol") {
 
   const Stimulus stimulus = make_stimulus(protocol);
   const std::vector<double>& tilt = stimulus.tilt_rad;
-  REQUIRE(tilt.size() == 121'001);
-  REQUIRE(stimulus.rate_rad_s.size() == 121'000);
+  REQUIRE(stimulus.interval_steps == 10);
+  REQUIRE(tilt.size() == 12'101);
+  REQUIRE(stimulus.rate_rad_s.size() == 12'100);
   CHECK(tilt[0] == 0.0);
   constexpr double eps = std::numeric_limits<double>::epsilon();
   CHECK(std::abs(peak_to_peak(tilt) / rad_per_deg - 1.0) < 2.0 * eps);
@@ -90,23 +91,23 @@ TEST_CASE("make_stimulus: default protocol") {
   const double rate = rad_per_deg / 4.25;
   double rate_error = 0.0, tilt_error = 0.0;
   bool cycles_equal = true, ternary = true;
-  for (std::size_t k = 0; k < 121'000; ++k) {
+  for (std::size_t k = 0; k < 12'100; ++k) {
     const double v = stimulus.rate_rad_s[k] / rate;
     ternary = ternary && (std::abs(v) < 4.0 * eps || std::abs(std::abs(v) - 1.0) < 4.0 * eps);
-    rate_error = std::max(rate_error, std::abs((tilt[k + 1] - tilt[k]) * 1000.0 - stimulus.rate_rad_s[k]));
-    if (k >= 60'500) {
+    rate_error = std::max(rate_error, std::abs((tilt[k + 1] - tilt[k]) * 100.0 - stimulus.rate_rad_s[k]));
+    if (k >= 6'050) {
       cycles_equal =
-          cycles_equal && tilt[k] == tilt[k - 60'500] && stimulus.rate_rad_s[k] == stimulus.rate_rad_s[k - 60'500];
+          cycles_equal && tilt[k] == tilt[k - 6'050] && stimulus.rate_rad_s[k] == stimulus.rate_rad_s[k - 6'050];
     } else {
       // The second half is the first negated: the tilt goes back the way it came.
-      tilt_error = std::max(tilt_error, std::abs((tilt[k + 30'250] - tilt[30'250]) + tilt[k] - tilt[0]));
+      tilt_error = std::max(tilt_error, std::abs((tilt[k + 3'025] - tilt[3'025]) + tilt[k] - tilt[0]));
     }
   }
   CHECK(ternary);
   CHECK(cycles_equal);
   CHECK(tilt.back() == 0.0);
-  // Tilts are below rad_per_deg and rounded to eps / 2 of it; a difference of two, a thousandfold.
-  CHECK(rate_error < 1000.0 * eps * rad_per_deg);
+  // Tilts are below rad_per_deg and rounded to eps / 2 of it; a difference of two, a hundredfold.
+  CHECK(rate_error < 100.0 * eps * rad_per_deg);
   CHECK(tilt_error < 4.0 * eps * rad_per_deg);
 }
 
@@ -117,12 +118,13 @@ TEST_CASE("make_stimulus: the trial starts at its offset, 120 ms before a new st
   const double rate = rad_per_deg / 4.25;
   // 25.63 s = 102 states and 130 ms.
   struct Case {
-    std::size_t step, state;
+    int step;
+    std::size_t state;
   };
   for (const Case& c : {Case{0, 102}, Case{119, 102}, Case{120, 103}, Case{369, 103}, Case{370, 104}}) {
     const double expected = values[c.state] * rate;
     CAPTURE(c.step);
-    CHECK(stimulus.rate_rad_s[c.step] == doctest::Approx(expected).epsilon(1e-14));
+    CHECK(stimulus.rate_at(c.step) == doctest::Approx(expected).epsilon(1e-14));
   }
   // Where it starts is in the middle of the range, to within a state.
   const auto [low, high] = std::minmax_element(stimulus.tilt_rad.begin(), stimulus.tilt_rad.end());
@@ -136,18 +138,19 @@ TEST_CASE("make_stimulus: short protocol") {
   CHECK(protocol.samples() == 6'370);
   CHECK(protocol.cycle_s() == 20.0);
   const Stimulus stimulus = make_stimulus(protocol);
+  REQUIRE(stimulus.interval_steps == 10);
   CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(rad_per_deg).epsilon(1e-15));
   const auto& rate = stimulus.rate_rad_s;
   const auto is_zero = [](double x) { return x == 0.0; };
-  CHECK(std::all_of(rate.begin(), rate.begin() + 1970, is_zero));
-  CHECK(std::all_of(rate.begin() + 61'970, rate.end(), is_zero));
-  CHECK(std::all_of(stimulus.tilt_rad.begin(), stimulus.tilt_rad.begin() + 1970, is_zero));
-  CHECK(std::all_of(stimulus.tilt_rad.begin() + 61'970, stimulus.tilt_rad.end(), is_zero));
-  CHECK(std::equal(rate.begin() + 1970, rate.begin() + 21'970, rate.begin() + 41'970));
+  CHECK(std::all_of(rate.begin(), rate.begin() + 197, is_zero));
+  CHECK(std::all_of(rate.begin() + 6'197, rate.end(), is_zero));
+  CHECK(std::all_of(stimulus.tilt_rad.begin(), stimulus.tilt_rad.begin() + 197, is_zero));
+  CHECK(std::all_of(stimulus.tilt_rad.begin() + 6'197, stimulus.tilt_rad.end(), is_zero));
+  CHECK(std::equal(rate.begin() + 197, rate.begin() + 2'197, rate.begin() + 4'197));
   const std::vector<int> values = ternary_sequence(protocol.sequence);
   for (const std::size_t state : {0u, 1u, 2u, 3u, 79u}) {
     const double expected = values[state] * rad_per_deg / (0.25 * divisor(values));
-    CHECK(rate[1970 + 250 * state] == doctest::Approx(expected).epsilon(1e-14));
+    CHECK(rate[197 + 25 * state] == doctest::Approx(expected).epsilon(1e-14));
   }
 }
 
@@ -157,9 +160,27 @@ TEST_CASE("make_stimulus: amplitude scales the tilt; rest after the last cycle k
   protocol.sequence.cycles = 1;
   protocol.sequence.lead_out_s = 0.5;
   const Stimulus stimulus = make_stimulus(protocol);
-  CHECK(stimulus.tilt_rad.size() == 61'001);
+  CHECK(stimulus.tilt_rad.size() == 6'101);
   CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(4.0 * rad_per_deg).epsilon(1e-15));
   CHECK(stimulus.tilt_rad.back() == 0.0);
+}
+
+TEST_CASE("Stimulus: between the points of its grid, and a grid as fine as the sequence asks for") {
+  Protocol protocol;
+  protocol.sequence.offset_s = 25.634;
+  protocol.validate();
+  const Stimulus fine = make_stimulus(protocol);
+  CHECK(fine.interval_steps == 2);
+  protocol.sequence.offset_s = 25.63;
+  const Stimulus stimulus = make_stimulus(protocol);
+  // Both play one sequence, 4 ms apart.
+  const double first = fine.tilt_at(0), shift = stimulus.tilt_at(4) - first;
+  double difference = 0.0;
+  for (int step = 0; step < 120'000; step += 7) {
+    difference = std::max(difference, std::abs(stimulus.tilt_at(step + 4) - shift - fine.tilt_at(step)));
+    CHECK(stimulus.rate_at(step + 4) == fine.rate_at(step));
+  }
+  CHECK(difference < 4.0 * std::numeric_limits<double>::epsilon() * rad_per_deg);
 }
 
 TEST_CASE("Protocol::validate: every bound") {

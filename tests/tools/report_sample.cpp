@@ -39,7 +39,7 @@ Identification recording(std::vector<decid::dataset::Channel> channels, int fold
   made.fitted_rad = run(simulator, noise_free);
   for (int k = 0; k < simulator.samples(); ++k) {
     const int step = k * simulator.protocol().steps_per_sample();
-    made.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_rad[static_cast<std::size_t>(step)]));
+    made.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(step)));
   }
   made.rms_residual_deg = 0.2874;
   made.variance_accounted_for = 0.631;
