@@ -2,10 +2,17 @@
 // reduced here.
 #pragma once
 
+#include <omp.h>
+
 #include <atomic>
 #include <exception>
 
 namespace decid {
+
+/// The threads that parallel_for has: OMP_NUM_THREADS, or what omp_set_num_threads said.
+inline int thread_count() {
+  return omp_get_max_threads();
+}
 
 /// Calls body(i) for i in [0, count) on OpenMP's threads. The first exception is thrown again in the caller.
 template <class Body>

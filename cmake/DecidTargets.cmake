@@ -38,3 +38,26 @@ function(decid_test name)
   # Small steps by the thousand: threads that spin while they wait cost minutes on a busy machine.
   set_tests_properties(${name} PROPERTIES ENVIRONMENT "OMP_WAIT_POLICY=passive")
 endfunction()
+
+# decid_kernels(library): adds kernels/kernels_<instruction set>.cpp of the current folder to decid_<library>, one
+# translation unit an instruction set; only these are compiled for more than the baseline. -O3 in every build type: they
+# define nothing but internal functions and one table, so no build of them can leak into other code, and what a kernel
+# keeps in registers stays there in debug builds too.
+function(decid_kernels library)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+    set(flags_baseline "")
+    set(flags_avx2 -mavx2 -mfma)
+    # g++ 12 takes the undefined register that its own AVX-512 intrinsics start from for a mistake (GCC bug 105593).
+    set(flags_avx512 -mavx2 -mfma -mavx512f $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+    set(isas baseline avx2 avx512)
+  elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64)$")
+    set(flags_neon "")
+    set(isas neon)
+  else()
+    message(FATAL_ERROR "No kernels for ${CMAKE_SYSTEM_PROCESSOR}: decid runs on x86-64 and AArch64")
+  endif()
+  foreach(isa ${isas})
+    target_sources(decid_${library} PRIVATE kernels/kernels_${isa}.cpp)
+    set_source_files_properties(kernels/kernels_${isa}.cpp PROPERTIES COMPILE_OPTIONS "-O3;${flags_${isa}}")
+  endforeach()
+endfunction()

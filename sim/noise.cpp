@@ -3,11 +3,14 @@
 // Sensor: white and Gaussian, its level log-uniform over the trials.
 #include "sim/noise.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "sim/kernels/generic_fft.hpp"
+#include "sim/kernels/kernels.hpp"
 
 namespace decid::sim {
 namespace {
@@ -16,16 +19,33 @@ double power_of(double base, double exponent) {
   return exponent == 1.0 ? base : decid::exp(exponent * decid::log(base));
 }
 
+// A band edge that is meant to be a harmonic, as 1/121 Hz is, belongs to the band whatever its rounding.
+constexpr double slack = 1e-9;
+
+int first_harmonic(const Protocol& protocol) {
+  return static_cast<int>(std::ceil(protocol.vestibular_noise.low_hz * protocol.duration_s() - slack));
+}
+int last_harmonic(const Protocol& protocol) {
+  return static_cast<int>(std::floor(protocol.vestibular_noise.high_hz * protocol.duration_s() + slack));
+}
+
 }  // namespace
 
+int VestibularNoiseMaker::transform_length(int samples, int last) {
+  for (int length = 2 * last + 2; length < samples; length += 2) {
+    if (samples % length == 0) return length;
+  }
+  return samples;
+}
+
 VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
-    : samples_(protocol.samples()), fft_(protocol.samples()) {
+    : samples_(protocol.samples()),
+      first_(first_harmonic(protocol)),
+      fft_(transform_length(samples_, last_harmonic(protocol))),
+      phases_(samples_ / fft_.length()) {
   const VestibularNoise& noise = protocol.vestibular_noise;
   const double duration_s = protocol.duration_s();
-  // A band edge that is meant to be a harmonic, as 1/121 Hz is, belongs to the band whatever its rounding.
-  constexpr double slack = 1e-9;
-  first_ = static_cast<int>(std::ceil(noise.low_hz * duration_s - slack));
-  const int last = static_cast<int>(std::floor(noise.high_hz * duration_s + slack));
+  const int last = last_harmonic(protocol);
   if (noise.scale_deg == 0.0) return;
   if (first_ > last) {
     throw Error("protocol " + protocol.name + ", vestibular_noise",
@@ -40,6 +60,29 @@ VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
     const double phase = pi * frequency_hz / protocol.sample_rate_hz;  // at most 0.1 pi
     const double sinc = sin_small(phase) / phase;
     harmonics_.push_back({deviation, deviation * (2.0 * pi * frequency_hz) / (sinc * sinc)});
+  }
+  for (int r = 0; r < phases_; ++r) {
+    for (int k = first_; k <= last; ++k) {
+      const auto [sin, cos] = sincos_of_turn(static_cast<long long>(k) * r, samples_);
+      turns_.emplace_back(cos, sin);
+    }
+  }
+}
+
+void VestibularNoiseMaker::draw(Quantity quantity, double nv, const Random& random, int lanes,
+                                double* coefficients) const {
+  std::vector<double> normals(2 * harmonics_.size());
+  random.fill_normal(normals, 2 * static_cast<std::uint64_t>(first_));
+  // a cos + b sin is the inverse transform of (a - i b) N / 2; its derivative is 2 pi f (b cos - a sin).
+  const double gain = nv * (0.5 * fft_.length());
+  const bool is_angle = quantity == Quantity::angle;
+  const auto apart = static_cast<std::size_t>(lanes);
+  for (std::size_t i = 0; i < harmonics_.size(); ++i) {
+    const double deviation = gain * (is_angle ? harmonics_[i].angle_deviation : harmonics_[i].rate_deviation);
+    const double a = deviation * normals[2 * i];
+    const double b = deviation * normals[2 * i + 1];
+    coefficients[2 * i * apart] = is_angle ? a : b;
+    coefficients[(2 * i + 1) * apart] = is_angle ? -b : a;
   }
 }
 
@@ -57,21 +100,47 @@ void VestibularNoiseMaker::synthesize(Quantity quantity, double nv, const Random
     throw Error("vestibular noise", "the output holds " + std::to_string(out.size()) + " values",
                 "make room for the trial's samples and one more, " + std::to_string(samples + 1));
   }
-  std::vector<double> normals(2 * harmonics_.size());
-  random.fill_normal(normals, 2 * static_cast<std::uint64_t>(first_));
+  const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
+  std::vector<double> coefficients(2 * harmonics_.size()), signal(length);
+  draw(quantity, nv, random, 1, coefficients.data());
   std::vector<Complex> spectrum(static_cast<std::size_t>(fft_.bins()));
-  // a cos + b sin is the inverse transform of (a - i b) N / 2; its derivative is 2 pi f (b cos - a sin).
-  const double gain = nv * (0.5 * samples_);
-  for (std::size_t i = 0; i < harmonics_.size(); ++i) {
-    const bool is_angle = quantity == Quantity::angle;
-    const double deviation = gain * (is_angle ? harmonics_[i].angle_deviation : harmonics_[i].rate_deviation);
-    const double a = deviation * normals[2 * i];
-    const double b = deviation * normals[2 * i + 1];
-    spectrum[static_cast<std::size_t>(first_) + i] = is_angle ? Complex(a, -b) : Complex(b, a);
-  }
   std::vector<Complex> work(static_cast<std::size_t>(fft_.work_length()));
-  fft_.inverse(spectrum, out.first(samples), work);
+  for (std::size_t r = 0; r < phases; ++r) {
+    turn<One, 1>(static_cast<int>(harmonics_.size()), coefficients.data(),
+                 reinterpret_cast<const double*>(turns_.data() + r * harmonics_.size()),
+                 reinterpret_cast<double*>(spectrum.data() + first_));
+    fft_.inverse(spectrum, signal, work);
+    for (std::size_t m = 0; m < length; ++m) out[m * phases + r] = signal[m];
+  }
   out[samples] = out[0];
+}
+
+void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<const Random> random,
+                                          std::span<double> rate, Isa isa) const {
+  constexpr std::size_t lanes = fft_lanes;
+  const auto samples = static_cast<std::size_t>(samples_);
+  if (nv.size() > lanes || random.size() != nv.size() || rate.size() != (samples + 1) * lanes) {
+    throw Error("vestibular noise", std::to_string(nv.size()) + " trials and room for " + std::to_string(rate.size()),
+                "give 8 trials at most, and room for " + std::to_string((samples + 1) * lanes));
+  }
+  const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
+  const FftKernels& kernels = simulator_kernels(isa).fft;
+  std::vector<double> coefficients(2 * harmonics_.size() * lanes, 0.0), signal(length * lanes);
+  std::vector<double> spectrum(2 * static_cast<std::size_t>(fft_.bins()) * lanes, 0.0);
+  std::vector<double> work(2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
+  for (std::size_t lane = 0; lane < nv.size(); ++lane) {
+    if (nv[lane] > 0.0) draw(Quantity::velocity, nv[lane], random[lane], fft_lanes, coefficients.data() + lane);
+  }
+  for (std::size_t r = 0; r < phases; ++r) {
+    kernels.turn(static_cast<int>(harmonics_.size()), coefficients.data(),
+                 reinterpret_cast<const double*>(turns_.data() + r * harmonics_.size()),
+                 spectrum.data() + 2 * static_cast<std::size_t>(first_) * lanes);
+    fft_.inverse_lanes(spectrum, signal, work, isa);
+    for (std::size_t m = 0; m < length; ++m) {
+      std::copy_n(signal.data() + m * lanes, lanes, rate.data() + (m * phases + r) * lanes);
+    }
+  }
+  std::copy_n(rate.data(), lanes, rate.data() + samples * lanes);
 }
 
 double sensor_noise_level(const SensorNoise& noise, std::uint64_t seed, std::uint64_t item) {

@@ -12,10 +12,11 @@ namespace decid::sim {
 
 /// Makes realisations of the vestibular noise of a protocol: independent Gaussian harmonics of the trial's length T,
 /// nu(t) = sum over k of a_k cos(2 pi k t / T) + b_k sin(2 pi k t / T), where a_k and b_k have the variance PSD(k/T)/T
-/// for low <= k/T <= high and are zero elsewhere; by an inverse real FFT.
-/// The controller uses only the noise's velocity; that is what is made, to be linearly interpolated between the
-/// samples. Interpolation multiplies the spectrum by sinc^2(f / rate), so the harmonics are divided by that: the
-/// interpolated velocity is exact inside the band.
+/// for low <= k/T <= high and are zero elsewhere. As the band is narrow, `phases` short inverse FFTs make it, each of
+/// the samples that are `phases` apart: shifting the signal by a sample turns harmonic k by k / samples. The controller
+/// uses only the noise's velocity; that is what is made, to be linearly interpolated between the samples. Interpolation
+/// multiplies the spectrum by sinc^2(f / rate), so the harmonics are divided by that: the interpolated velocity is
+/// exact inside the band.
 class VestibularNoiseMaker {
  public:
   /// The protocol must be valid. Throws Error if no harmonic of the trial lies in a band that is not silent.
@@ -25,6 +26,10 @@ class VestibularNoiseMaker {
   /// rad/s, divided by sinc^2. Harmonic k takes normals 2k and 2k + 1 of `random`. nv = 0: exactly zero.
   /// Throws Error unless `rate` holds samples + 1 values.
   void velocity(double nv, const Random& random, std::span<double> rate) const;
+  /// The same for up to fft_lanes trials at once, each with the bits that it has alone: rate[k * fft_lanes + l] for
+  /// trial l, in all (samples + 1) * fft_lanes values. A trial whose nv is 0, or that is not there, is exactly zero.
+  void velocity_lanes(std::span<const double> nv, std::span<const Random> random, std::span<double> rate,
+                      Isa isa = chosen_isa()) const;
   /// The noise itself at the same instants, rad; the same realisation.
   void angle(double nv, const Random& random, std::span<double> angle) const;
 
@@ -36,11 +41,18 @@ class VestibularNoiseMaker {
   };
   enum class Quantity { angle, velocity };
   void synthesize(Quantity quantity, double nv, const Random& random, std::span<double> out) const;
+  /// The band's coefficients of one lane, into coefficients[(2 i + part) * lanes]; those of `lanes` lanes lie side by
+  /// side.
+  void draw(Quantity quantity, double nv, const Random& random, int lanes, double* coefficients) const;
+  /// The transform's length: the shortest even divisor of `samples` that resolves the band, or `samples`.
+  static int transform_length(int samples, int last);
 
   int samples_;
   int first_;                        // number k of the band's lowest harmonic
   std::vector<Harmonic> harmonics_;  // first_, first_ + 1, ...
   RealFft fft_;
+  int phases_;
+  std::vector<Complex> turns_;  // of phase r and harmonic i: exp(2 pi i k r / samples) at [r * harmonics + i]
 };
 
 /// The level of sensor noise of trial `item`, rad: log-uniform in the protocol's range, or 0 if that is 0.

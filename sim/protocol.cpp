@@ -224,8 +224,9 @@ Stimulus make_stimulus(const Protocol& protocol) {
   // The widest grid with a point at every change of the velocity and at every sample.
   stimulus.interval_steps = std::gcd(std::gcd(protocol.steps_per_sample(), state_ms), std::gcd(first_ms, offset_ms));
   const int interval = stimulus.interval_steps;
+  const int steps = protocol.steps();
   int count = 0;  // state values, summed over the milliseconds
-  for (int k = 0; k < protocol.steps(); k += interval) {
+  for (int k = 0; k < steps; k += interval) {
     const bool moving = k >= first_ms && k < last_ms;
     const int state = (offset_ms + (k - first_ms)) % cycle_ms / state_ms;
     const int value = moving ? values[static_cast<std::size_t>(state)] : 0;

@@ -17,6 +17,10 @@
 
 namespace decid::sim {
 
+/// How trials are computed: many at a time, in the lanes of vector registers; one that ends gives its lane to the next.
+/// Each lane is one chain of fused multiply-adds in one order, so a trial has the same bits alone or in any company,
+/// with any instruction set and number of threads.
+
 /// A trial is valid while the body stays within this bound, over every integration step.
 inline constexpr double sway_limit_rad = 5.0 * rad_per_deg;
 /// The longest delay that can be simulated.
@@ -27,8 +31,8 @@ double dead_band(double x, double theta);
 
 struct Outcome {
   bool valid;               ///< stayed within sway_limit_rad
-  double largest_sway_rad;  ///< max |a| over the steps that were simulated
-  double end_s;             ///< when the trial ended: its length, or when the body left the bound
+  double largest_sway_rad;  ///< max |a| over the steps up to then; infinite if it is not finite
+  double end_s;             ///< its length, or the end of the sample period in which the body left the bound
 };
 
 /// What a trial depends on besides the protocol. `noise` gives the vestibular noise's normals.
@@ -40,8 +44,8 @@ struct Trial {
 /// Simulates trials of one protocol. Immutable: one serves all threads.
 class Simulator {
  public:
-  /// Throws Error if the protocol is not valid.
-  explicit Simulator(Protocol protocol);
+  /// Throws Error if the protocol is not valid. isa: tests and benchmarks may ask for another.
+  explicit Simulator(Protocol protocol, Isa isa = chosen_isa());
 
   const Protocol& protocol() const noexcept { return protocol_; }
   const Stimulus& stimulus() const noexcept { return stimulus_; }
@@ -62,9 +66,11 @@ class Simulator {
 
  private:
   Protocol protocol_;
+  Isa isa_;
   Stimulus stimulus_;
   VestibularNoiseMaker noise_maker_;
   int samples_;
+  std::vector<double> tilt_and_rate_;  // of each interval of the stimulus, for the kernels
 };
 
 /// The closed loop's transfer function from platform tilt to body sway at theta = 0, no noise, small angles:

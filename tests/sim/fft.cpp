@@ -245,3 +245,42 @@ TEST_CASE("Fft: errors") {
   CHECK_THROWS_AS(real.inverse(eight, short_real, work), decid::Error);
   CHECK_THROWS_AS(real.inverse(eight, real_signal, seven), decid::Error);
 }
+
+TEST_CASE("RealFft: eight signals side by side have the bits that each has alone, with every instruction set") {
+  constexpr auto lanes = static_cast<std::size_t>(decid::sim::fft_lanes);
+  // All hand-written radices, the fixed odd ones (7, 11), general ones (13, 17), odd lengths, one that is no product.
+  for (const int length : {1, 2, 3, 30, 77, 110, 121, 484, 13 * 34, 997}) {
+    CAPTURE(length);
+    const RealFft fft(length);
+    const auto n = static_cast<std::size_t>(length), bins = static_cast<std::size_t>(fft.bins());
+    std::vector<std::vector<double>> signals;
+    std::vector<double> in(n * lanes);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      signals.push_back(real_parts(random_signal(length, lane)));
+      for (std::size_t k = 0; k < n; ++k) in[k * lanes + lane] = signals[lane][k];
+    }
+    for (const decid::Isa isa : decid::available_isas()) {
+      CAPTURE(name(isa));
+      std::vector<double> spectra(2 * bins * lanes), back(n * lanes);
+      std::vector<double> work(2 * static_cast<std::size_t>(fft.work_length()) * lanes);
+      fft.forward_lanes(in, spectra, work, isa);
+      fft.inverse_lanes(spectra, back, work, isa);
+      bool equal = true;
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        Signal spectrum(bins), plain_work(static_cast<std::size_t>(fft.work_length()));
+        std::vector<double> plain_back(n);
+        fft.forward(signals[lane], spectrum, plain_work);
+        for (std::size_t k = 0; k < bins; ++k) {
+          equal = equal && spectra[2 * k * lanes + lane] == spectrum[k].real() &&
+                  spectra[(2 * k + 1) * lanes + lane] == spectrum[k].imag();
+        }
+        fft.inverse(spectrum, plain_back, plain_work);
+        for (std::size_t k = 0; k < n; ++k) equal = equal && back[k * lanes + lane] == plain_back[k];
+      }
+      CHECK(equal);
+    }
+    std::vector<double> nothing;
+    CHECK_THROWS_AS(fft.forward_lanes(in, nothing, nothing), decid::Error);
+    CHECK_THROWS_AS(fft.inverse_lanes(nothing, in, nothing), decid::Error);
+  }
+}

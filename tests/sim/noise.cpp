@@ -176,6 +176,34 @@ TEST_CASE("VestibularNoiseMaker: Nv scales, and is exactly zero at zero") {
   CHECK(std::all_of(none.begin(), none.end(), [](double x) { return x == 0.0; }));
 }
 
+TEST_CASE("VestibularNoiseMaker: trials side by side have the bits that each has alone") {
+  constexpr auto lanes = static_cast<std::size_t>(fft_lanes);
+  // One transform of all samples (a band too wide to be split), 25 of 484, and the short protocol's.
+  Protocol wide;
+  wide.vestibular_noise.high_hz = 10.0;
+  for (const Protocol& protocol : {Protocol{}, wide, short_protocol()}) {
+    const VestibularNoiseMaker maker(protocol);
+    const auto values = static_cast<std::size_t>(protocol.samples()) + 1;
+    const std::vector<double> nv{0.2, 0.0, 1.0, 0.5, 0.7};
+    std::vector<Random> random;
+    for (std::size_t i = 0; i < nv.size(); ++i) random.emplace_back(4, Stream::vestibular_noise, i);
+    for (const decid::Isa isa : decid::available_isas()) {
+      CAPTURE(name(isa));
+      std::vector<double> rates(values * lanes, 1.0), alone(values);
+      maker.velocity_lanes(nv, random, rates, isa);
+      bool equal = true;
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        std::fill(alone.begin(), alone.end(), 0.0);
+        if (lane < nv.size()) maker.velocity(nv[lane], random[lane], alone);
+        for (std::size_t k = 0; k < values; ++k) equal = equal && rates[k * lanes + lane] == alone[k];
+      }
+      CHECK(equal);
+    }
+    std::vector<double> short_of_one(values * lanes - 1);
+    CHECK_THROWS_AS(maker.velocity_lanes(nv, random, short_of_one), decid::Error);
+  }
+}
+
 TEST_CASE("VestibularNoiseMaker: errors") {
   Protocol protocol;
   const VestibularNoiseMaker maker(protocol);

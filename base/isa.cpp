@@ -1,0 +1,73 @@
+// Choice of the instruction set: see isa.hpp.
+#include "base/isa.hpp"
+
+#include <cstdlib>
+
+#include "base/error.hpp"
+
+namespace decid {
+namespace {
+
+constexpr Isa all_isas[] = {Isa::reference, Isa::baseline, Isa::avx2, Isa::avx512, Isa::neon};
+
+bool runs_here(Isa isa) {
+  switch (isa) {
+    case Isa::reference:
+      return true;
+#if defined(__x86_64__)
+    // __builtin_cpu_supports also asks whether the operating system saves the wide registers (XGETBV).
+    case Isa::baseline:
+      return true;
+    case Isa::avx2:
+      return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    case Isa::avx512:
+      return runs_here(Isa::avx2) && __builtin_cpu_supports("avx512f");
+#elif defined(__aarch64__)
+    case Isa::neon:
+      return true;
+#endif
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+const char* name(Isa isa) noexcept {
+  constexpr const char* names[] = {"reference", "baseline", "avx2", "avx512", "neon"};
+  return names[static_cast<int>(isa)];
+}
+
+std::vector<Isa> available_isas() {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+#endif
+  std::vector<Isa> available;
+  for (const Isa isa : all_isas) {
+    if (runs_here(isa)) available.push_back(isa);
+  }
+  return available;
+}
+
+Isa chosen_isa() {
+  static const Isa chosen = [] {
+    const char* wanted = std::getenv("DECID_ISA");
+    if (wanted != nullptr && *wanted != '\0') return isa_from_name("DECID_ISA", wanted);
+    return available_isas().back();
+  }();
+  return chosen;
+}
+
+Isa isa_from_name(const std::string& where, const std::string& wanted) {
+  std::string available;
+  for (const Isa isa : available_isas()) {
+    if (wanted == name(isa)) return isa;
+    available += (available.empty() ? "" : ", ") + std::string(name(isa));
+  }
+  bool known = false;
+  for (const Isa isa : all_isas) known = known || wanted == name(isa);
+  throw Error(where, "instruction set '" + wanted + "' " + (known ? "cannot run on this machine" : "is unknown"),
+              "use one of " + available);
+}
+
+}  // namespace decid

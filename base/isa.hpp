@@ -1,0 +1,21 @@
+// Which instruction set runs: the fastest that this program was built with and that the processor and the operating
+// system support, or the one that the environment variable DECID_ISA names. The results have the same bits with all.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace decid {
+
+/// reference: plain definitions, to hold the others to. baseline: what every x86-64 processor has (SSE2).
+enum class Isa { reference, baseline, avx2, avx512, neon };
+const char* name(Isa isa) noexcept;
+
+/// What can run here, slowest first.
+std::vector<Isa> available_isas();
+/// The one that is used; looked up once. Throws Error if DECID_ISA names none that can run here.
+Isa chosen_isa();
+/// Throws Error, which says `where`, if there is no such instruction set or it cannot run here.
+Isa isa_from_name(const std::string& where, const std::string& name);
+
+}  // namespace decid

@@ -1,0 +1,132 @@
+// The pendulums' steps, written once on a vector type V (base/doubles.hpp) and compiled once per instruction set.
+// In an unnamed namespace and without the standard library, as all that is compiled for more than the baseline.
+#pragma once
+
+#include "base/doubles.hpp"
+#include "sim/kernels/pendulums.hpp"
+
+namespace decid::sim {
+namespace {
+
+/// `vectors` registers of trials that advance in turn, so that one's latency is the others' time.
+template <class V, int vectors>
+class Group {
+  using D = typename V::D;
+
+ public:
+  [[gnu::always_inline]] Group(Pendulums& p, const Course& course, int first) : p_(p), course_(course), first_(first) {
+    for (int v = 0; v < vectors; ++v) {
+      sway_[v] = V::load(p.sway + lane(v));
+      rate_[v] = V::load(p.sway_rate + lane(v));
+      error_[v] = V::load(p.error + lane(v));
+      newer_[v] = V::load(p.newer + lane(v));
+      largest_[v] = V::load(p.largest + lane(v));
+      noise_[v] = V::load(p.noise + lane(v));
+    }
+  }
+
+  /// One sample; true if all lanes are within the bound. starting: for some the delay has not passed yet.
+  template <bool starting>
+  [[gnu::always_inline]] bool advance(int sample, int row) {
+    D next[vectors];
+    for (int v = 0; v < vectors; ++v) {
+      V::scatter(p_.samples + lane(v), sample, sway_[v]);
+      next[v] = 0.5 * V::gather(p_.noise_rate + lane(v), (sample + std::ptrdiff_t{1}) * Pendulums::noise_apart);
+      slope_[v] = (next[v] - noise_[v]) * course_.per_step;
+    }
+    const int intervals = course_.steps_per_sample / course_.interval_steps;
+    int step = 0;
+    for (int interval = 0; interval < intervals; ++interval) {
+      const std::ptrdiff_t at = 2 * (static_cast<std::ptrdiff_t>(sample) * intervals + interval);
+      for (int v = 0; v < vectors; ++v) {
+        const D tilt = V::gather(p_.stimulus + lane(v), at);
+        const D rate = V::gather(p_.stimulus + lane(v), at + 1);
+        const D passive = V::load(p_.passive + lane(v));
+        drive_[v] = V::fma(passive, tilt, V::load(p_.damping + lane(v)) * rate);
+        drive_slope_[v] = passive * (rate * course_.step_s);
+        platform_rate_[v] = 0.5 * rate;
+      }
+      for (int i = 0; i < course_.interval_steps; ++i, ++step) advance_step<starting>(row + step);
+    }
+    bool within = true;
+    for (int v = 0; v < vectors; ++v) {
+      noise_[v] = next[v];
+      within = V::all_within(largest_[v], course_.sway_limit_rad) && within;
+    }
+    return within;
+  }
+
+  [[gnu::always_inline]] void store() {
+    for (int v = 0; v < vectors; ++v) {
+      V::store(p_.sway + lane(v), sway_[v]);
+      V::store(p_.sway_rate + lane(v), rate_[v]);
+      V::store(p_.error + lane(v), error_[v]);
+      V::store(p_.newer + lane(v), newer_[v]);
+      V::store(p_.largest + lane(v), largest_[v]);
+      V::store(p_.noise + lane(v), noise_[v]);
+    }
+  }
+
+ private:
+  [[gnu::always_inline]] int lane(int v) const { return first_ + v * V::width; }
+
+  template <bool starting>
+  [[gnu::always_inline]] void advance_step(int row) {
+    const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(row) * Pendulums::count;
+#pragma GCC unroll 8
+    for (int v = 0; v < vectors; ++v) {
+      const D heard = platform_rate_[v] + noise_[v];
+      const D q = noise_[v] - V::max(V::min(heard, V::load(p_.theta + lane(v))), V::load(p_.minus_theta + lane(v)));
+      noise_[v] = noise_[v] + slope_[v];
+      const D command =
+          V::fma(V::load(p_.kp + lane(v)), sway_[v] + error_[v], V::load(p_.kd + lane(v)) * (rate_[v] + q));
+      error_[v] = V::fma(q, step_s_, error_[v]);
+      V::store(p_.commands + offset + lane(v), command);
+      // A whole delay of 0 reads what has just been written.
+      const D newer = V::gather(p_.delayed + lane(v), offset);
+      D active = V::fma(V::load(p_.fraction + lane(v)), newer_[v] - newer, newer);
+      if constexpr (starting) active = V::load(p_.first_row + lane(v)) > V::set(row) ? D{} : active;
+      newer_[v] = newer;
+
+      D next = V::fma(V::load(p_.k2 + lane(v)), rate_[v], drive_[v] - active);
+      drive_[v] = drive_[v] + drive_slope_[v];
+      next = V::fma(V::load(p_.k1 + lane(v)), sway_[v], next);
+      const D z = sway_[v] * sway_[v];
+      const D sine = V::fma(V::fma(sine_[2], z, sine_[1]), z, sine_[0]);
+      next = V::fma(sway_[v] * z, sine, next);
+      rate_[v] = next;
+      sway_[v] = V::fma(next, step_s_, sway_[v]);
+      // NaN comes last, so it stays until the sample's end.
+      largest_[v] = V::max(largest_[v], V::abs(sway_[v]));
+    }
+  }
+
+  Pendulums& p_;
+  const Course& course_;
+  int first_;
+  D step_s_ = V::set(course_.step_s);
+  D sine_[3] = {V::set(course_.sine[0]), V::set(course_.sine[1]), V::set(course_.sine[2])};
+  D sway_[vectors], rate_[vectors], error_[vectors], newer_[vectors], largest_[vectors], noise_[vectors];
+  D slope_[vectors], platform_rate_[vectors], drive_[vectors], drive_slope_[vectors];
+};
+
+template <class V, int vectors>
+int advance_pendulums(Pendulums& p, const Course& course, int samples) {
+  static_assert(Pendulums::count % (vectors * V::width) == 0);
+  int row = p.row;
+  for (int sample = 0; sample < samples; ++sample, row += course.steps_per_sample) {
+    bool within = true;
+    for (int first = 0; first < Pendulums::count; first += vectors * V::width) {
+      Group<V, vectors> group(p, course, first);
+      within = (row < p.last_first_row ? group.template advance<true>(sample, row)
+                                       : group.template advance<false>(sample, row)) &&
+               within;
+      group.store();
+    }
+    if (!within) return sample + 1;
+  }
+  return samples;
+}
+
+}  // namespace
+}  // namespace decid::sim

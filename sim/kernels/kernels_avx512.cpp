@@ -1,0 +1,10 @@
+// The simulator's kernels for x86-64 with AVX-512.
+#include "sim/kernels/generic.hpp"
+
+namespace decid::sim {
+
+const SimulatorKernels& avx512_simulator_kernels() {
+  return kernel_table<Native, 2>;
+}
+
+}  // namespace decid::sim
