@@ -6,8 +6,9 @@
 // compiled for AVX-512 for a caller on a lesser machine.
 #pragma once
 
+#include <bit>
+#include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -34,6 +35,16 @@ struct One {
   [[gnu::always_inline]] static D sqrt(D a) { return __builtin_sqrt(a); }
   /// Whether every lane is <= limit; false if one is NaN.
   [[gnu::always_inline]] static bool all_within(D a, double limit) { return a <= limit; }
+  [[gnu::always_inline]] static I bits(D a) { return std::bit_cast<I>(a); }
+  [[gnu::always_inline]] static D from_bits(I a) { return std::bit_cast<D>(a); }
+  [[gnu::always_inline]] static I set_bits(std::int64_t a) { return a; }
+  /// The product of the lower 32 bits, unsigned.
+  [[gnu::always_inline]] static I multiply_low(I a, I b) {
+    const auto low = [](I x) { return static_cast<std::uint64_t>(x) & 0xffffffffU; };
+    return static_cast<I>(low(a) * low(b));
+  }
+  /// The lanes as float, rounded to nearest.
+  [[gnu::always_inline]] static void store_floats(float* p, D v) { *p = static_cast<float>(v); }
   /// Lane i is p[i][offset].
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) { return p[0][offset]; }
   [[gnu::always_inline]] static void scatter(double* const* p, std::ptrdiff_t offset, D v) { p[0][offset] = v; }
@@ -56,6 +67,11 @@ struct Native {
   [[gnu::always_inline]] static bool all_within(D a, double limit) {
     return _mm512_cmp_pd_mask(a, _mm512_set1_pd(limit), _CMP_NLE_UQ) == 0;
   }
+  [[gnu::always_inline]] static I bits(D a) { return (I)a; }
+  [[gnu::always_inline]] static D from_bits(I a) { return (D)a; }
+  [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
+  [[gnu::always_inline]] static I multiply_low(I a, I b) { return (I)_mm512_mul_epu32((__m512i)a, (__m512i)b); }
+  [[gnu::always_inline]] static void store_floats(float* p, D v) { _mm256_storeu_ps(p, _mm512_cvtpd_ps(v)); }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     const __m256d low = _mm256_insertf128_pd(_mm256_castpd128_pd256(pair(p[0] + offset, p[1] + offset)),
                                              pair(p[2] + offset, p[3] + offset), 1);
@@ -92,6 +108,11 @@ struct Native {
   [[gnu::always_inline]] static bool all_within(D a, double limit) {
     return _mm256_movemask_pd(_mm256_cmp_pd(a, _mm256_set1_pd(limit), _CMP_NLE_UQ)) == 0;
   }
+  [[gnu::always_inline]] static I bits(D a) { return (I)a; }
+  [[gnu::always_inline]] static D from_bits(I a) { return (D)a; }
+  [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
+  [[gnu::always_inline]] static I multiply_low(I a, I b) { return (I)_mm256_mul_epu32((__m256i)a, (__m256i)b); }
+  [[gnu::always_inline]] static void store_floats(float* p, D v) { _mm_storeu_ps(p, _mm256_cvtpd_ps(v)); }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadh_pd(_mm_load_sd(p[0] + offset), p[1] + offset)),
                                 _mm_loadh_pd(_mm_load_sd(p[2] + offset), p[3] + offset), 1);
@@ -123,6 +144,13 @@ struct Native {
   [[gnu::always_inline]] static bool all_within(D a, double limit) {
     return _mm_movemask_pd(_mm_cmpnle_pd(a, _mm_set1_pd(limit))) == 0;
   }
+  [[gnu::always_inline]] static I bits(D a) { return (I)a; }
+  [[gnu::always_inline]] static D from_bits(I a) { return (D)a; }
+  [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
+  [[gnu::always_inline]] static I multiply_low(I a, I b) { return (I)_mm_mul_epu32((__m128i)a, (__m128i)b); }
+  [[gnu::always_inline]] static void store_floats(float* p, D v) {
+    _mm_storel_pi(reinterpret_cast<__m64*>(p), _mm_cvtpd_ps(v));
+  }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     return _mm_loadh_pd(_mm_load_sd(p[0] + offset), p[1] + offset);
   }
@@ -150,6 +178,13 @@ struct Native {
     const uint64x2_t within = vcleq_f64(a, vdupq_n_f64(limit));
     return (vgetq_lane_u64(within, 0) & vgetq_lane_u64(within, 1)) != 0;
   }
+  [[gnu::always_inline]] static I bits(D a) { return (I)a; }
+  [[gnu::always_inline]] static D from_bits(I a) { return (D)a; }
+  [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
+  [[gnu::always_inline]] static I multiply_low(I a, I b) {
+    return (I)vmull_u32(vmovn_u64((uint64x2_t)a), vmovn_u64((uint64x2_t)b));
+  }
+  [[gnu::always_inline]] static void store_floats(float* p, D v) { vst1_f32(p, vcvt_f32_f64(v)); }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     return D{p[0][offset], p[1][offset]};
   }

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <span>
 
+#include "base/isa.hpp"
+
 namespace decid {
 
 /// What a random number is for. Each purpose has numbers of its own; the values are part of the bits we promise.
@@ -41,8 +43,8 @@ class Random {
   double uniform(std::uint64_t index, double low, double high) const noexcept;
   /// Standard normal deviate.
   double normal(std::uint64_t index) const noexcept;
-  /// values[i] = normal(first + i).
-  void fill_normal(std::span<double> values, std::uint64_t first = 0) const noexcept;
+  /// values[i] = normal(first + i), several at once. isa: tests may ask for another.
+  void fill_normal(std::span<double> values, std::uint64_t first = 0, Isa isa = chosen_isa()) const;
   /// Uniform integer in [0, bound), bound > 0; the bias, bound / 2^64, is beyond any test.
   std::uint64_t below(std::uint64_t index, std::uint64_t bound) const noexcept;
 

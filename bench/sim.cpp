@@ -1,7 +1,8 @@
 // Speed of what makes a training image, on one thread: trials, their vestibular noise, windows' FFTs, whole images,
-// each beside what bounds it on this machine, measured in the same run: the latency of dependent multiplications and
-// additions in double, or how many a second there can be. Library code is scalar double; its bits allow no other order.
+// for each instruction set, each beside what it is measured against in the same run: trials beside the plain loop, FFTs
+// beside how many multiplications and additions a second one core can do one at a time, and beside FFTW.
 #include <benchmark/benchmark.h>
+#include <omp.h>
 
 #include <cmath>
 #include <functional>
@@ -10,9 +11,16 @@
 #include <vector>
 
 #include "bench/machine.hpp"
+#include "bench/plain_trial.hpp"
 #include "dataset/image.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
+
+#if defined(DECID_FFTW)
+#include <fftw3.h>
+
+#include <complex>
+#endif
 
 namespace {
 
@@ -49,12 +57,8 @@ class Scalar {
 };
 
 struct Machine {
-  Scalar<1> latency;      // one after the other
   Scalar<12> throughput;  // 4 a cycle x 3 cycles
-  void measure() {
-    latency.measure();
-    throughput.measure();
-  }
+  void measure() { throughput.measure(); }
 };
 
 /// Seconds of the best run; the machine is measured now and then in between.
@@ -72,28 +76,89 @@ double best_seconds(benchmark::State& state, Machine& machine, const std::functi
   return best_of(times);
 }
 
-/// A trial of 121,000 steps of 1 ms. From one step's sway to the next's lead 14 operations, each waiting for the one
-/// before: 8 to sin(sway), 2 to the torque, 4 to the velocity and the sway.
-void bench_trial(benchmark::State& state, bool noise) {
-  constexpr double chain = 14;
-  const sim::Simulator simulator(sim::default_protocol());
-  sim::Parameters parameters = sim::middle_parameters();
-  if (!noise) parameters[sim::Nv] = 0;
-  std::vector<double> sway_rad(static_cast<std::size_t>(simulator.samples()));
-  std::uint64_t item = 0;
-  bool valid = true;
-  Machine machine;
-  const double seconds = best_seconds(state, machine, [&] {
-    valid =
-        simulator.run(parameters, Random(1, Stream::vestibular_noise, noise ? item++ % 4 : 0), sway_rad).valid && valid;
-  });
-  if (!valid) state.SkipWithError("a trial left its bound: less than a trial was timed");
-  const double steps = simulator.samples() * static_cast<double>(simulator.protocol().steps_per_sample());
+/// Trials of the data set's distribution, 160 at once: ten for each lane. Beside the plain loop, one after the other,
+/// with noise of its own for each as well; and beside what 24 multiplications and additions a step would take, 12 of
+/// them fused, if nothing else did.
+void bench_trials(benchmark::State& state, Isa isa, bool noise) {
+  constexpr int count = 160;
+  const sim::Simulator simulator(sim::default_protocol(), isa);
+  const auto trial_of = [&](int index) {
+    const auto item = static_cast<std::uint64_t>(index);
+    const Random random(1, Stream::base_parameters, item);
+    sim::Parameters parameters{};
+    for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+      parameters[i] = random.uniform(i, sim::parameter_info[i].low, sim::parameter_info[i].high);
+    }
+    if (!noise) parameters[sim::Nv] = 0;
+    return sim::Trial{parameters, Random(1, Stream::vestibular_noise, item)};
+  };
+  const sim::VestibularNoiseMaker maker(simulator.protocol());
+  const auto samples = static_cast<std::size_t>(simulator.samples());
+  std::vector<double> noise_rate(samples + 1), sway_rad(samples);
+  std::vector<double> plain_times;
+  int plain_index = 0;
+  const auto run_plain = [&] {
+    // A whole trial: those that fall would make it look cheaper.
+    for (;; ++plain_index) {
+      const sim::Trial trial = trial_of(plain_index % count);
+      std::fill(noise_rate.begin(), noise_rate.end(), 0.0);
+      const double start = cpu_seconds();
+      if (noise) maker.velocity(trial.parameters[sim::Nv], trial.noise, noise_rate);
+      const double largest = bench::plain_trial(simulator, trial.parameters, noise_rate, sway_rad);
+      if (largest > sim::sway_limit_rad) continue;
+      plain_times.push_back(cpu_seconds() - start);
+      break;
+    }
+    ++plain_index;
+  };
+  omp_set_num_threads(1);
+  double simulated_s = 0.0;
+  std::vector<double> times;
+  const auto run = [&] {
+    simulated_s = 0.0;
+    const double start = cpu_seconds();
+    simulator.run_all(count, trial_of,
+                      [&](int, const sim::Outcome& outcome, std::span<double>) { simulated_s += outcome.end_s; });
+    times.push_back(cpu_seconds() - start);
+  };
+  run();
+  for (auto _ : state) {
+    run();
+    for (int i = 0; i < 4; ++i) run_plain();
+    state.SetIterationTime(times.back());
+  }
+  const double trial_s = simulator.protocol().duration_s();
+  const double whole_trials = simulated_s / trial_s, seconds = best_of(times) / whole_trials;
   state.counters["trials/s"] = 1 / seconds;
-  state.counters["ns/step"] = seconds / steps * 1e9;
-  state.counters["bound ns"] = chain * machine.latency.best() * 1e9;
-  state.counters["%bound"] = 100 * chain * machine.latency.best() * steps / seconds;
+  state.counters["us/trial"] = seconds * 1e6;
+  state.counters["ns/step"] = seconds / (trial_s * sim::steps_per_second) * 1e9;
+  state.counters["plain us"] = best_of(plain_times) * 1e6;
+  state.counters["x plain"] = best_of(plain_times) / seconds;
 }
+
+#if defined(DECID_FFTW)
+/// The same windows by FFTW in float, planned by measurement.
+class FftwWindows {
+ public:
+  FftwWindows(int windows, int length)
+      : in_(static_cast<std::size_t>(windows * length), 0.5F),
+        out_(static_cast<std::size_t>(windows) * static_cast<std::size_t>(length / 2 + 1)) {
+    const auto out = reinterpret_cast<fftwf_complex*>(out_.data());
+    plan_ = fftwf_plan_many_dft_r2c(1, &length, windows, in_.data(), nullptr, 1, length, out, nullptr, 1,
+                                    length / 2 + 1, FFTW_PATIENT);
+    for (std::size_t i = 0; i < in_.size(); ++i) in_[i] = 0.01F * static_cast<float>(i * 7919 % 100);
+  }
+  ~FftwWindows() { fftwf_destroy_plan(plan_); }
+  FftwWindows(const FftwWindows&) = delete;
+  FftwWindows& operator=(const FftwWindows&) = delete;
+  void run() { fftwf_execute(plan_); }
+
+ private:
+  std::vector<float> in_;
+  std::vector<std::complex<float>> out_;
+  fftwf_plan plan_;
+};
+#endif
 
 /// Operations of a real FFT as FFTW counts them.
 double fft_flops(double length) {
@@ -106,45 +171,72 @@ void count_flops(benchmark::State& state, const Machine& machine, double flops, 
   state.counters["%peak"] = 100 * flops * machine.throughput.best() / seconds;
 }
 
-/// The noise of a trial: 240 normals, an inverse FFT of 12,100 samples.
-void bench_noise(benchmark::State& state) {
+/// The noise of a trial: 242 normals, an inverse FFT of 12,100 samples. Of eight trials at once.
+void bench_noise(benchmark::State& state, Isa isa) {
   const sim::Protocol protocol = sim::default_protocol();
   const sim::VestibularNoiseMaker maker(protocol);
-  std::vector<double> rate(static_cast<std::size_t>(protocol.samples()) + 1);
+  const std::vector<double> nv(sim::fft_lanes, 0.5);
+  std::vector<Random> random;
+  for (std::uint64_t i = 0; i < nv.size(); ++i) random.emplace_back(1, Stream::vestibular_noise, i);
+  std::vector<double> rates((static_cast<std::size_t>(protocol.samples()) + 1) * nv.size());
   Machine machine;
   const double seconds =
-      best_seconds(state, machine, [&] { maker.velocity(0.5, Random(1, Stream::vestibular_noise, 0), rate); });
-  state.counters["us"] = seconds * 1e6;
-  count_flops(state, machine, fft_flops(protocol.samples()), seconds);
+      best_seconds(state, machine, [&] { maker.velocity_lanes(nv, random, rates, isa); }) / sim::fft_lanes;
+  state.counters["us/trial"] = seconds * 1e6;
 }
 
-/// All windows of a trial.
-void bench_fft(benchmark::State& state, int length) {
-  constexpr std::size_t count = 110;
+/// The sensor's noise of a trial.
+void bench_normals(benchmark::State& state, Isa isa) {
+  std::vector<double> values(12100);
+  Machine machine;
+  const double seconds =
+      best_seconds(state, machine, [&] { Random(1, Stream::sensor_noise, 0).fill_normal(values, 1, isa); });
+  state.counters["us/trial"] = seconds * 1e6;
+  state.counters["ns/number"] = seconds / static_cast<double>(values.size()) * 1e9;
+}
+
+/// All windows of a trial, in double; FFTW does them in float, which is half the memory and half the work.
+void bench_fft(benchmark::State& state, int length, Isa isa) {
+  constexpr int windows = 110;
+  constexpr std::size_t lanes = sim::fft_lanes, blocks = (windows + lanes - 1) / lanes;
   const sim::RealFft fft(length);
-  const auto step = static_cast<std::size_t>(length), bins = static_cast<std::size_t>(fft.bins());
-  std::vector<double> in(count * step, 0.5);
-  std::vector<sim::Complex> out(count * bins), work(static_cast<std::size_t>(fft.work_length()));
+  const auto in_size = static_cast<std::size_t>(length) * lanes,
+             out_size = static_cast<std::size_t>(2 * fft.bins()) * lanes;
+  std::vector<double> in(blocks * in_size), out(blocks * out_size);
+  std::vector<double> work(2 * static_cast<std::size_t>(fft.work_length()) * lanes);
   for (std::size_t i = 0; i < in.size(); ++i) in[i] = 0.01 * static_cast<double>(i * 7919 % 100);
   Machine machine;
+#if defined(DECID_FFTW)
+  FftwWindows fftw(windows, length);
+#endif
+  std::vector<double> peer_times;
   const double seconds = best_seconds(state, machine, [&] {
-    for (std::size_t i = 0; i < count; ++i)
-      fft.forward(std::span(in).subspan(i * step, step), std::span(out).subspan(i * bins, bins), work);
+    for (std::size_t i = 0; i < blocks; ++i) {
+      fft.forward_lanes(std::span(in).subspan(i * in_size, in_size), std::span(out).subspan(i * out_size, out_size),
+                        work, isa);
+    }
   });
   state.counters["us"] = seconds * 1e6;
-  count_flops(state, machine, count * fft_flops(length), seconds);
+  count_flops(state, machine, windows * fft_flops(length), seconds);
+#if defined(DECID_FFTW)
+  for (int i = 0; i < 200; ++i) {
+    const double start = cpu_seconds();
+    fftw.run();
+    peer_times.push_back(cpu_seconds() - start);
+  }
+  state.counters["fftw us"] = best_of(peer_times) * 1e6;
+  state.counters["fftw/ours"] = best_of(peer_times) / seconds;
+#endif
 }
 
 /// The image of a trial. Beside its FFTs (fft/110x110): real_imaginary adds copies, the others their functions.
-void bench_image(benchmark::State& state, const std::vector<dataset::Channel>& channels) {
+void bench_image(benchmark::State& state, const dataset::ImageSettings& settings, Isa isa) {
   constexpr int samples = 12100;
-  dataset::ImageSettings settings;
-  settings.channels = channels;
   const dataset::ImageMaker maker(settings, samples);
   std::vector<float> sway_rad(samples), image(static_cast<std::size_t>(maker.shape().size()));
   for (std::size_t i = 0; i < sway_rad.size(); ++i) sway_rad[i] = 1e-4F * static_cast<float>(i * 7919 % 100);
   Machine machine;
-  const double seconds = best_seconds(state, machine, [&] { maker.make(sway_rad, image); });
+  const double seconds = best_seconds(state, machine, [&] { maker.make(sway_rad, image, isa); });
   state.counters["us"] = seconds * 1e6;
   state.counters["images/s"] = 1 / seconds;
   state.counters["ns/value"] = seconds / maker.shape().size() * 1e9;
@@ -154,17 +246,26 @@ void bench_image(benchmark::State& state, const std::vector<dataset::Channel>& c
 
 int main(int argc, char** argv) {
   using dataset::Channel;
-  const auto add = [](const char* name, auto run, auto... arguments) {
-    benchmark::RegisterBenchmark(name, run, arguments...)->UseManualTime();
+  const auto add = [](const std::string& what, Isa isa, auto run, auto... arguments) {
+    benchmark::RegisterBenchmark((name(isa) + ("/" + what)).c_str(), run, arguments...)->UseManualTime();
   };
-  add("trial", bench_trial, true);
-  add("trial/without_noise", bench_trial, false);
-  add("noise", bench_noise);
-  add("fft/110x110", bench_fft, 110);
-  add("fft/110x100", bench_fft, 100);
-  add("image/modulus_phase", bench_image, std::vector{Channel::modulus, Channel::phase});
-  add("image/real_imaginary", bench_image, std::vector{Channel::real, Channel::imaginary});
-  add("image/log_modulus", bench_image, std::vector{Channel::log_modulus});
+  const dataset::ImageSettings paper{.channels = {Channel::modulus, Channel::phase}};
+  const dataset::ImageSettings copies{.channels = {Channel::real, Channel::imaginary}};
+  const dataset::ImageSettings folded{
+      .half_spectrum = true,
+      .channels = {Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus, Channel::log_residual},
+      .fold = 2};
+  for (const Isa isa : available_isas()) {
+    add("trials", isa, bench_trials, isa, true);
+    add("trials_without_noise", isa, bench_trials, isa, false);
+    add("vestibular_noise", isa, bench_noise, isa);
+    add("sensor_noise", isa, bench_normals, isa);
+    add("fft/110x110", isa, bench_fft, 110, isa);
+    add("fft/110x100", isa, bench_fft, 100, isa);
+    add("image/modulus_phase", isa, bench_image, paper, isa);
+    add("image/real_imaginary", isa, bench_image, copies, isa);
+    add("image/folded", isa, bench_image, folded, isa);
+  }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

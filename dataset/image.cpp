@@ -1,5 +1,6 @@
-// Images of trials: the FFT of each window, drawn as the settings say. The spectrum of a real signal is its own mirror
-// image, so only the lower half is computed: bin (window - k) is the conjugate of bin k.
+// Images of trials: the FFT of each window, drawn as the settings say, eight windows at a time (kernels/generic.hpp).
+// The spectrum of a real signal is its own mirror image, so only the lower half is computed: bin (window - k) is the
+// conjugate of bin k.
 // Row statistics: mean and squares of each image exactly in two passes, joined by the update of Chan, Golub and
 // LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances", 1979.
 #include "dataset/image.hpp"
@@ -10,12 +11,14 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
 #include "dataset/json_object.hpp"
+#include "dataset/kernels/image.hpp"
 
 namespace decid::dataset {
 
 namespace {
+
+static_assert(image_lanes == sim::fft_lanes);
 
 constexpr std::array<std::pair<Channel, const char*>, 10> channel_names{{
     {Channel::modulus, "modulus"},
@@ -34,76 +37,6 @@ std::string list_of_channels() {
   std::string list;
   for (const auto& [channel, name] : channel_names) list += (list.empty() ? "" : ", ") + std::string(name);
   return list;
-}
-
-double modulus(sim::Complex z) {
-  return std::sqrt(z.real() * z.real() + z.imag() * z.imag());
-}
-
-/// The bins of the cycles that are folded into one: their mean, and how they differ from it.
-struct Bin {
-  sim::Complex mean;
-  double residual;
-};
-
-double floored_log(double modulus) {
-  return decid::log(std::max(modulus, modulus_floor_rad));
-}
-
-double value_of(Channel channel, const Bin& bin) {
-  const sim::Complex z = bin.mean;
-  switch (channel) {
-    case Channel::modulus:
-      return modulus(z);
-    case Channel::log_modulus:
-      return floored_log(modulus(z));
-    case Channel::phase:
-      return decid::atan2(z.imag(), z.real());
-    case Channel::cos_phase: {
-      const double r = modulus(z);
-      return r > 0.0 ? z.real() / r : 1.0;
-    }
-    case Channel::sin_phase: {
-      const double r = modulus(z);
-      return r > 0.0 ? z.imag() / r : 0.0;
-    }
-    case Channel::real:
-      return z.real();
-    case Channel::imaginary:
-      return z.imag();
-    case Channel::asinh_real:
-      return decid::asinh(z.real() / asinh_knee_rad);
-    case Channel::asinh_imaginary:
-      return decid::asinh(z.imag() / asinh_knee_rad);
-    case Channel::log_residual:
-      return floored_log(bin.residual);
-  }
-  return 0.0;
-}
-
-/// Bin k of each cycle's spectrum, `bins` apart, as one.
-Bin fold_bins(const std::vector<sim::Complex>& spectra, std::size_t bins, std::size_t k) {
-  const double count = static_cast<double>(spectra.size() / bins);
-  double real = 0.0, imaginary = 0.0, squares = 0.0;
-  for (std::size_t i = k; i < spectra.size(); i += bins) {
-    real += spectra[i].real();
-    imaginary += spectra[i].imag();
-  }
-  // The sums begin with +0, so no part of the mean is -0: the phase of a real bin is 0 or +pi, never -pi.
-  const sim::Complex mean{real / count, imaginary / count};
-  for (std::size_t i = k; i < spectra.size(); i += bins) {
-    const double dx = spectra[i].real() - mean.real(), dy = spectra[i].imag() - mean.imag();
-    squares += dx * dx + dy * dy;
-  }
-  return {mean, std::sqrt(squares / count)};
-}
-
-/// What the channel shows of the conjugate of z, given what it shows of z.
-float mirrored(Channel channel, sim::Complex z, float value) {
-  const bool odd = channel == Channel::phase || channel == Channel::sin_phase || channel == Channel::imaginary ||
-                   channel == Channel::asinh_imaginary;
-  // A real z is its own conjugate: its phase stays pi, where -pi would be outside (-pi, pi].
-  return odd && z.imag() != 0.0 ? -value : value;
 }
 
 }  // namespace
@@ -189,35 +122,35 @@ ImageShape ImageMaker::shape() const noexcept {
           std::max(samples_ - settings_.first_sample, 0) / settings_.window / settings_.fold};
 }
 
-void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image) const {
+void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image, Isa isa) const {
   const ImageShape size = shape();
   if (sway_rad.size() != static_cast<std::size_t>(samples_) || image.size() != static_cast<std::size_t>(size.size())) {
     throw Error("image",
                 "a trial of " + std::to_string(sway_rad.size()) + " samples for images of " + std::to_string(samples_),
                 "make images of trials of one length");
   }
+  const ImageKernels& kernels = image_kernels(isa);
   const auto window = static_cast<std::size_t>(settings_.window), bins = static_cast<std::size_t>(fft_.bins());
-  const auto rows = static_cast<std::size_t>(size.rows), columns = static_cast<std::size_t>(size.columns);
+  const auto plane_size = static_cast<std::size_t>(size.rows) * static_cast<std::size_t>(size.columns);
   const auto fold = static_cast<std::size_t>(settings_.fold);
-  std::vector<double> signal(window);
-  std::vector<sim::Complex> spectra(bins * fold), work(static_cast<std::size_t>(fft_.work_length()));
-  for (std::size_t column = 0; column < columns; ++column) {
-    for (std::size_t cycle = 0; cycle < fold; ++cycle) {
-      const std::size_t first = static_cast<std::size_t>(settings_.first_sample) + (cycle * columns + column) * window;
-      std::copy_n(sway_rad.begin() + static_cast<std::ptrdiff_t>(first), window, signal.begin());
-      fft_.forward(signal, std::span(spectra).subspan(cycle * bins, bins), work);
+  constexpr std::size_t lanes = image_lanes;
+  std::vector<double> signal(window * lanes), spectra(2 * bins * lanes * fold);
+  std::vector<double> work(2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
+  std::vector<double> mean(2 * bins * lanes), residual(bins * lanes);
+  for (int column = 0; column < size.columns; column += image_lanes) {
+    const int here = std::min(image_lanes, size.columns - column);
+    for (int cycle = 0; cycle < settings_.fold; ++cycle) {
+      const int first = settings_.first_sample + (cycle * size.columns + column) * settings_.window;
+      kernels.load_windows(sway_rad.data() + first, settings_.window, here, signal.data());
+      const std::size_t at = static_cast<std::size_t>(cycle) * 2 * bins * lanes;
+      fft_.forward_lanes(signal, std::span(spectra).subspan(at, 2 * bins * lanes), work, isa);
     }
-    for (std::size_t k = 0; k < bins; ++k) {
-      const Bin bin = fold_bins(spectra, bins, k);
-      for (std::size_t c = 0; c < settings_.channels.size(); ++c) {
-        const Channel channel = settings_.channels[c];
-        float* plane = image.data() + c * rows * columns + column;
-        const auto value = static_cast<float>(value_of(channel, bin));
-        plane[k * columns] = value;
-        if (const std::size_t mirror = window - k; k > 0 && mirror >= bins && mirror < rows) {
-          plane[mirror * columns] = mirrored(channel, bin.mean, value);
-        }
-      }
+    kernels.fold_spectra(settings_.fold, fft_.bins(), spectra.data(), mean.data(), residual.data());
+    float* plane = image.data() + column;
+    for (const Channel channel : settings_.channels) {
+      kernels.draw(
+          {channel, fft_.bins(), settings_.window, size.rows, size.columns, here, mean.data(), residual.data(), plane});
+      plane += plane_size;
     }
   }
 }

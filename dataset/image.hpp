@@ -6,25 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "dataset/channel.hpp"
 #include "sim/fft.hpp"
 
 namespace decid::dataset {
 
-/// What a channel shows of a bin z (rad, as the FFT's sum gives it).
-/// asinh_*: asinh(part / asinh_knee_rad), which keeps the sign of large and small values alike. residual: how the
-/// cycles differ, sqrt(mean |z_i - z|^2), see ImageSettings::fold.
-enum class Channel {
-  modulus,
-  log_modulus,
-  phase,
-  cos_phase,
-  sin_phase,
-  real,
-  imaginary,
-  asinh_real,
-  asinh_imaginary,
-  log_residual
-};
 /// "modulus", "log_modulus", ...
 const char* name(Channel channel);
 /// Throws Error for an unknown name.
@@ -47,11 +33,6 @@ struct ImageSettings {
 std::string to_json(const ImageSettings& settings);
 ImageSettings image_settings_from_json(const std::string& text, const std::string& where);
 
-/// log_modulus is log(max(|z|, this)): 1e-6 rad, below anything a sensor resolves. log_residual likewise.
-inline constexpr double modulus_floor_rad = 1e-6;
-/// Where asinh turns from linear to logarithmic: about the bins of good optical tracking's noise (0.01 degrees).
-inline constexpr double asinh_knee_rad = 1e-3;
-
 struct ImageShape {
   int channels, rows, columns;
   int size() const { return channels * rows * columns; }
@@ -67,7 +48,8 @@ class ImageMaker {
   const ImageSettings& settings() const noexcept { return settings_; }
   ImageShape shape() const noexcept;
   /// sway_rad: `samples` values. image: shape().size() values, channel-major, rows (frequency) before columns (time).
-  void make(std::span<const float> sway_rad, std::span<float> image) const;
+  /// isa: tests and benchmarks may ask for another.
+  void make(std::span<const float> sway_rad, std::span<float> image, Isa isa = chosen_isa()) const;
 
  private:
   ImageSettings settings_;

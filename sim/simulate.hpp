@@ -8,6 +8,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 
 #include "base/random.hpp"
@@ -47,9 +48,9 @@ class Simulator {
   /// Throws Error if the protocol is not valid. isa: tests and benchmarks may ask for another.
   explicit Simulator(Protocol protocol, Isa isa = chosen_isa());
 
-  const Protocol& protocol() const noexcept { return protocol_; }
-  const Stimulus& stimulus() const noexcept { return stimulus_; }
-  int samples() const noexcept { return samples_; }
+  const Protocol& protocol() const noexcept;
+  const Stimulus& stimulus() const noexcept;
+  int samples() const noexcept;
 
   /// One trial from rest, upright. sway_rad: samples() values, sample k at t = k / rate; if the body leaves the bound
   /// the rest of them is not written. `noise` gives the vestibular noise's normals. No sensor noise is added.
@@ -65,12 +66,8 @@ class Simulator {
   void run_all(int count, const TrialOf& trial_of, const Finished& finished) const;
 
  private:
-  Protocol protocol_;
-  Isa isa_;
-  Stimulus stimulus_;
-  VestibularNoiseMaker noise_maker_;
-  int samples_;
-  std::vector<double> tilt_and_rate_;  // of each interval of the stimulus, for the kernels
+  struct Core;
+  std::shared_ptr<Core> core_;  // copies share it
 };
 
 /// The closed loop's transfer function from platform tilt to body sway at theta = 0, no noise, small angles:

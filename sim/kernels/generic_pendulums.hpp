@@ -29,6 +29,11 @@ class Group {
   template <bool starting>
   [[gnu::always_inline]] bool advance(int sample, int row) {
     D next[vectors];
+    // Each lane walks through its noise on its own, a line of the cache a sample: too many walks for the hardware to
+    // foresee. Reading ahead of the end is harmless.
+    for (int l = first_; l < first_ + vectors * V::width; ++l) {
+      __builtin_prefetch(p_.noise_rate[l] + (sample + std::ptrdiff_t{6}) * Pendulums::noise_apart);
+    }
     for (int v = 0; v < vectors; ++v) {
       V::scatter(p_.samples + lane(v), sample, sway_[v]);
       next[v] = 0.5 * V::gather(p_.noise_rate + lane(v), (sample + std::ptrdiff_t{1}) * Pendulums::noise_apart);

@@ -168,3 +168,20 @@ TEST_CASE("Random: normal numbers have the moments and tails of the normal distr
   for (std::size_t i = 1; i < values.size(); ++i) neighbours += values[i] * values[i - 1] / count;
   CHECK(std::abs(neighbours) < 4.0 * root);
 }
+
+TEST_CASE("Random::fill_normal: the numbers of normal(), with every instruction set") {
+  const Random random(5, Stream::sensor_noise, 0x1234567890ULL);
+  for (const decid::Isa isa : decid::available_isas()) {
+    CAPTURE(name(isa));
+    // Odd starts, odd lengths, blocks whose number has more than 32 bits.
+    for (const std::uint64_t first : {0ULL, 1ULL, 17ULL, (1ULL << 33) - 5}) {
+      for (const std::size_t count : {0u, 1u, 2u, 15u, 33u, 20'000u}) {
+        std::vector<double> values(count);
+        random.fill_normal(values, first, isa);
+        bool equal = true;
+        for (std::size_t i = 0; i < count; ++i) equal = equal && values[i] == random.normal(first + i);
+        CHECK(equal);
+      }
+    }
+  }
+}

@@ -1,0 +1,32 @@
+// The kernels of random numbers, one table an instruction set. All compute the same bits.
+#pragma once
+
+#include <cstdint>
+
+#include "base/isa.hpp"
+
+namespace decid {
+
+/// Where a stream of random numbers stands: the key and the counter of Philox, see random.cpp.
+struct NormalsRequest {
+  std::uint32_t key[2];
+  std::uint32_t stream;
+  std::uint64_t item;
+  std::uint64_t first_block;  ///< below 2^56
+};
+
+struct RandomKernels {
+  /// out[2 i] and out[2 i + 1] are the normal deviates of block first_block + i.
+  void (*normals)(const NormalsRequest& request, std::int64_t blocks, double* out);
+};
+
+const RandomKernels& random_kernels(Isa isa);
+
+// One function an instruction set, in a translation unit of its own.
+const RandomKernels& reference_random_kernels();
+const RandomKernels& baseline_random_kernels();
+const RandomKernels& avx2_random_kernels();
+const RandomKernels& avx512_random_kernels();
+const RandomKernels& neon_random_kernels();
+
+}  // namespace decid

@@ -1,0 +1,10 @@
+// Random numbers for x86-64 with AVX2 and FMA (2013 on).
+#include "base/kernels/generic.hpp"
+
+namespace decid {
+
+const RandomKernels& avx2_random_kernels() {
+  return random_table<Native>;
+}
+
+}  // namespace decid

@@ -1,0 +1,10 @@
+// Random numbers for x86-64 as every such processor has it (SSE2).
+#include "base/kernels/generic.hpp"
+
+namespace decid {
+
+const RandomKernels& baseline_random_kernels() {
+  return random_table<Native>;
+}
+
+}  // namespace decid

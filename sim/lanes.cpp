@@ -1,0 +1,213 @@
+// Trials in lanes: see lanes.hpp.
+#include "sim/lanes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "base/error.hpp"
+
+namespace decid::sim {
+namespace {
+
+constexpr double step_s = 1.0 / steps_per_second;
+
+// (sin a - a) / a^3 for |a| <= 5 degrees as a polynomial in a^2: the best one of its degree for the relative error of
+// the sine, 8.5e-17 (Remez exchange in 50 digits). Rounding adds at most half a unit in the last place of a; beyond the
+// bound, where a trial is over, the error grows slowly.
+constexpr double sine_coefficients[] = {-0.16666666666644338547, 0.0083333331554029862068, -0.00019837239079875674672};
+
+// A delay as a number of steps: whole ones, the fraction beyond, and the first step that is not before it.
+struct Lag {
+  explicit Lag(double delay_s) {
+    double steps = delay_s * steps_per_second;
+    // A delay of whole milliseconds is one, whatever the rounding of its product.
+    const double nearest = std::floor(steps + 0.5);
+    if (std::abs(steps - nearest) < 1e-9) steps = nearest;
+    whole = static_cast<int>(steps);
+    fraction = steps - whole;
+    first_step = static_cast<int>(std::ceil(steps));
+  }
+  int whole, first_step;
+  double fraction;
+};
+static_assert(longest_delay_s * steps_per_second <= Pendulums::longest_lag);
+
+}  // namespace
+
+void check_parameters(const Parameters& parameters) {
+  for (std::size_t i = 0; i < parameter_count; ++i) {
+    const double value = parameters[i];
+    const double largest = i == Delay ? longest_delay_s : std::numeric_limits<double>::max();
+    if (value >= 0.0 && value <= largest) continue;  // false for NaN
+    throw Error(std::string("parameter ") + parameter_info[i].name, "is " + std::to_string(value),
+                i == Delay ? "give a delay from 0 to " + std::to_string(longest_delay_s) + " s"
+                           : "give a finite value, 0 or above");
+  }
+}
+
+Experiment::Experiment(Protocol valid_protocol, Isa isa_used)
+    : protocol(std::move(valid_protocol)),
+      isa(isa_used),
+      stimulus(make_stimulus(protocol)),
+      noise_maker(protocol),
+      samples(protocol.samples()) {
+  for (std::size_t i = 0; i < stimulus.rate_rad_s.size(); ++i) {
+    tilt_and_rate.push_back(stimulus.tilt_rad[i]);
+    tilt_and_rate.push_back(stimulus.rate_rad_s[i]);
+  }
+}
+
+Lanes::Lanes(const Experiment& experiment)
+    : experiment_(experiment),
+      advance_(simulator_kernels(experiment.isa).advance_pendulums),
+      samples_(static_cast<std::size_t>(experiment.samples)),
+      step_over_inertia_(step_s / experiment.protocol.body.inertia_kgm2),
+      lanes_(std::make_unique<Pendulums>()),
+      silence_((samples_ + 1) * fft_lanes, 0.0),
+      sways_(std::make_unique_for_overwrite<double[]>((Pendulums::count + 1) * samples_)) {
+  const double mgh = experiment.protocol.body.mgh();
+  course_.step_s = step_s;
+  for (std::size_t i = 0; i < std::size(sine_coefficients); ++i) {
+    course_.sine[i] = step_over_inertia_ * mgh * sine_coefficients[i];
+  }
+  course_.steps_per_sample = experiment.protocol.steps_per_sample();
+  course_.per_step = 1.0 / course_.steps_per_sample;
+  intervals_ = experiment.stimulus.rate_rad_s.size() / samples_;
+  course_.interval_steps = course_.steps_per_sample / static_cast<int>(intervals_);
+  course_.sway_limit_rad = sway_limit_rad;
+  lanes_->row = Pendulums::longest_lag;
+  for (int lane = 0; lane < Pendulums::count; ++lane) rest(lane);
+}
+
+void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& trial_of,
+                const Simulator::Finished& finished) {
+  bool more = true;
+  for (;;) {
+    int busy = 0, samples = experiment_.samples;
+    for (int lane = 0; lane < Pendulums::count; ++lane) {
+      Work& work = works_[static_cast<std::size_t>(lane)];
+      if (work.index < 0) {
+        if (waiting_.empty() && more) {
+          prepare(next, trial_of);
+          more = !waiting_.empty();
+        }
+        if (!waiting_.empty()) {
+          begin(lane, waiting_.back(), sway_of(lane));
+          waiting_.pop_back();
+        }
+      }
+      busy += work.index >= 0 ? 1 : 0;
+      samples = std::min(samples, work.samples_left);
+    }
+    if (busy == 0) return;
+    advance(samples);
+    for (int lane = 0; lane < Pendulums::count; ++lane) end_if_over(lane, finished);
+  }
+}
+
+void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& trial_of) {
+  constexpr std::size_t most = fft_lanes;
+  std::vector<double> nv;
+  std::vector<Random> random;
+  Noise* noise = nullptr;
+  while (waiting_.size() < most) {
+    const int index = next();
+    if (index < 0) break;
+    const std::size_t column = waiting_.size();
+    const Trial trial = trial_of(index);
+    check_parameters(trial.parameters);
+    waiting_.push_back({index, trial.parameters, nullptr, silence_.data()});
+    nv.push_back(trial.parameters[Nv]);
+    random.push_back(trial.noise);
+    if (trial.parameters[Nv] == 0.0) continue;
+    if (noise == nullptr) noise = free_noise();
+    ++noise->users;
+    waiting_.back().noise = noise;
+    waiting_.back().noise_rate = noise->rate.data() + column;
+  }
+  if (noise != nullptr) experiment_.noise_maker.velocity_lanes(nv, random, noise->rate, experiment_.isa);
+  std::reverse(waiting_.begin(), waiting_.end());  // they are taken from its end
+}
+
+Lanes::Noise* Lanes::free_noise() {
+  for (const auto& noise : noises_) {
+    if (noise->users == 0) return noise.get();
+  }
+  noises_.push_back(std::make_unique<Noise>());
+  noises_.back()->rate.resize((samples_ + 1) * fft_lanes);
+  return noises_.back().get();
+}
+
+void Lanes::rest(int lane) {
+  begin(lane, {-1, Parameters{}, nullptr, silence_.data()}, sways_.get() + Pendulums::count * samples_);
+  lanes_->k1[lane] = lanes_->k2[lane] = 0.0;
+}
+
+void Lanes::begin(int lane, const Prepared& trial, double* sway) {
+  Pendulums& p = *lanes_;
+  const Parameters& parameters = trial.parameters;
+  const double c = step_over_inertia_;
+  p.kp[lane] = 2.0 * c * parameters[Kp];
+  p.kd[lane] = 2.0 * c * parameters[Kd];
+  p.passive[lane] = c * parameters[Kp_pass];
+  p.damping[lane] = c * parameters[Kd_pass];
+  p.k1[lane] = c * (experiment_.protocol.body.mgh() - parameters[Kp_pass]);
+  p.k2[lane] = 1.0 - p.damping[lane];
+  p.theta[lane] = 0.5 * parameters[Theta];
+  p.minus_theta[lane] = -p.theta[lane];
+  const Lag lag(parameters[Delay]);
+  p.fraction[lane] = lag.fraction;
+  for (double* state : {p.sway, p.sway_rate, p.error, p.newer, p.largest}) state[lane] = 0.0;
+  p.noise[lane] = 0.5 * trial.noise_rate[0];
+  p.noise_rate[lane] = trial.noise_rate;
+  p.stimulus[lane] = experiment_.tilt_and_rate.data();
+  p.samples[lane] = sway;
+  p.delayed[lane] = p.commands + lane - static_cast<std::ptrdiff_t>(lag.whole) * Pendulums::count;
+  p.first_row[lane] = p.row + lag.first_step;
+  p.last_first_row = std::max(p.last_first_row, p.row + lag.first_step);
+  works_[static_cast<std::size_t>(lane)] = {trial.index, experiment_.samples, lag.whole, trial.noise};
+}
+
+void Lanes::advance(int samples) {
+  Pendulums& p = *lanes_;
+  if (p.row + course_.steps_per_sample > Pendulums::rows) move_commands_back();
+  const int done = advance_(p, course_, std::min(samples, (Pendulums::rows - p.row) / course_.steps_per_sample));
+  p.row += done * course_.steps_per_sample;
+  for (int lane = 0; lane < Pendulums::count; ++lane) {
+    p.noise_rate[lane] += static_cast<std::ptrdiff_t>(done) * Pendulums::noise_apart;
+    p.stimulus[lane] += 2 * intervals_ * static_cast<std::size_t>(done);
+    p.samples[lane] += done;
+    works_[static_cast<std::size_t>(lane)].samples_left -= done;
+  }
+}
+
+void Lanes::move_commands_back() {
+  Pendulums& p = *lanes_;
+  int lag = 0;
+  for (const Work& work : works_) lag = std::max(lag, work.lag);
+  const int shift = p.row - Pendulums::longest_lag;
+  const auto at = [&](int row) { return p.commands + static_cast<std::ptrdiff_t>(row) * Pendulums::count; };
+  std::copy(at(p.row - lag), at(p.row), at(p.row - lag - shift));
+  p.row -= shift;
+  p.last_first_row -= shift;
+  for (double& row : p.first_row) row -= shift;
+}
+
+void Lanes::end_if_over(int lane, const Simulator::Finished& finished) {
+  const Work work = works_[static_cast<std::size_t>(lane)];
+  const double largest = lanes_->largest[lane];
+  const bool valid = largest <= sway_limit_rad;  // false for NaN
+  if (valid && work.samples_left > 0) return;
+  const double end_s =
+      static_cast<double>(experiment_.samples - work.samples_left) / experiment_.protocol.sample_rate_hz;
+  rest(lane);
+  if (work.noise != nullptr) --work.noise->users;
+  if (work.index < 0) return;
+  const double infinite = std::numeric_limits<double>::infinity();
+  finished(work.index, {valid, std::isnan(largest) ? infinite : largest, end_s}, {sway_of(lane), samples_});
+}
+
+}  // namespace decid::sim

@@ -1,0 +1,84 @@
+// One thread's lanes and the trials that are led through them: a trial that ends, or falls, gives its lane to the next.
+// The steps themselves are kernels (kernels/generic_pendulums.hpp).
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "sim/kernels/kernels.hpp"
+#include "sim/simulate.hpp"
+
+namespace decid::sim {
+
+/// An experiment as the kernels need it.
+struct Experiment {
+  Experiment(Protocol valid_protocol, Isa isa);
+
+  Protocol protocol;
+  Isa isa;
+  Stimulus stimulus;
+  VestibularNoiseMaker noise_maker;
+  int samples;
+  std::vector<double> tilt_and_rate;  ///< of each interval of the stimulus
+};
+
+/// Throws Error for a non-finite or negative parameter, or a delay above longest_delay_s.
+void check_parameters(const Parameters& parameters);
+
+class Lanes {
+ public:
+  /// The experiment must outlive the lanes.
+  explicit Lanes(const Experiment& experiment);
+
+  /// Runs the trials that `next` names, until it returns a negative index and all lanes are free. After an exception
+  /// the lanes are of no more use.
+  void run(const std::function<int()>& next, const Simulator::TrialOf& trial_of, const Simulator::Finished& finished);
+
+ private:
+  /// The noises of fft_lanes trials, side by side, and how many of those are not over.
+  struct Noise {
+    std::vector<double> rate;
+    int users = 0;
+  };
+  struct Prepared {
+    int index;
+    Parameters parameters;
+    Noise* noise;  // null: none
+    const double* noise_rate;
+  };
+  /// The trial in a lane.
+  struct Work {
+    int index = -1;  // negative: none
+    int samples_left = 0;
+    int lag = 0;
+    Noise* noise = nullptr;
+  };
+
+  double* sway_of(int lane) { return sways_.get() + static_cast<std::size_t>(lane) * samples_; }
+  /// The next trials, as many as have their noise made at once; none when `next` has no more.
+  void prepare(const std::function<int()>& next, const Simulator::TrialOf& trial_of);
+  Noise* free_noise();
+  /// Nothing to do: a lane that stays at zero.
+  void rest(int lane);
+  void begin(int lane, const Prepared& trial, double* sway);
+  void advance(int samples);
+  /// The commands that a lane can still ask for go to where there is room behind them.
+  void move_commands_back();
+  void end_if_over(int lane, const Simulator::Finished& finished);
+
+  const Experiment& experiment_;
+  AdvancePendulums advance_;
+  std::size_t samples_, intervals_;  // intervals: of the stimulus, a sample
+  double step_over_inertia_;
+  Course course_{};
+  std::unique_ptr<Pendulums> lanes_;
+  std::array<Work, Pendulums::count> works_{};
+  std::vector<double> silence_;
+  std::unique_ptr<double[]> sways_;  // a row a lane, and one for those at rest
+  std::vector<std::unique_ptr<Noise>> noises_;
+  std::vector<Prepared> waiting_;
+};
+
+}  // namespace decid::sim
