@@ -98,12 +98,10 @@ function chartOf(distribution) {
 
 function amplitudeFigure(main) {
   const { canvas, holder } = chartOf(amplitude);
-  const above = amplitude.base.counts.reduce((sum, n, bin) =>
-    (bin + 0.5) * (amplitude.high / amplitude.base.counts.length) > report.parent_threshold_rad ? sum + n : sum, 0);
   main.append(element("figure", {}, element("h3", {}, "Peak-to-peak sway"), holder, element("figcaption", {},
     `Most bodies sway little. Trials above ${report.parent_threshold_rad} rad ` +
     `(${fixed(degrees(report.parent_threshold_rad), 2)} deg, the dashed line) are the parents of the enrichment: ` +
-    `${count(above)} of ${count(report.base_trials)} base trials. A trial is valid while the body stays within 5 deg.`)));
+    `${count(report.parents)} of ${count(report.base_trials)} base trials. A trial is valid while the body stays within 5 deg.`)));
   histogram(holder, canvas, amplitude, [lineAt(report.parent_threshold_rad, `${report.parent_threshold_rad} rad`)], true);
 }
 
