@@ -112,8 +112,12 @@ const Chunk& Generator::next() {
   const int attempts = attempts_worth_making(missing);
   const long long first = children ? report_.child_attempts : report_.base_attempts;
   const auto width = static_cast<std::size_t>(samples());
-  if (sway_.empty()) sway_.resize(static_cast<std::size_t>(largest_chunk_) * width);
-  const auto stored = [&](int i) { return std::span(sway_).subspan(static_cast<std::size_t>(i) * width, width); };
+  auto& [sway, chunk] = buffers_[second_];
+  second_ = !second_;
+  if (sway.size() < static_cast<std::size_t>(attempts) * width) sway.resize(static_cast<std::size_t>(attempts) * width);
+  const auto stored = [width, &values = sway](int i) {
+    return std::span(values).subspan(static_cast<std::size_t>(i) * width, width);
+  };
   std::vector<Result> results(static_cast<std::size_t>(attempts));
   simulator_.run_all(
       attempts, [&](int i) { return trial_of(first + i); },
@@ -121,20 +125,20 @@ const Chunk& Generator::next() {
         if (outcome.valid) results[static_cast<std::size_t>(i)] = finish(first + i, sway_rad, stored(i));
       });
 
-  chunk_.trials.clear();
-  chunk_.sway.clear();
+  chunk.trials.clear();
+  chunk.sway.clear();
   const int before = trials();
   const long long valid_before = before - (children ? base_ : 0);
   long long made = first;
-  for (int i = 0; i < attempts && static_cast<int>(chunk_.trials.size()) < missing; ++i) {
+  for (int i = 0; i < attempts && static_cast<int>(chunk.trials.size()) < missing; ++i) {
     ++made;
     if (const Result& result = results[static_cast<std::size_t>(i)]; result.valid) {
-      const std::int32_t own = before + static_cast<std::int32_t>(chunk_.trials.size());
-      chunk_.trials.push_back(
+      const std::int32_t own = before + static_cast<std::int32_t>(chunk.trials.size());
+      chunk.trials.push_back(
           {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? parent_of(first + i) : own});
-      chunk_.sway.push_back(stored(i));
+      chunk.sway.push_back(stored(i));
     }
-    const long long valid = valid_before + static_cast<long long>(chunk_.trials.size());
+    const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
     if (made >= patience && valid * attempts_per_valid_trial < made) {
       throw Error(
           where,
@@ -143,10 +147,10 @@ const Chunk& Generator::next() {
     }
   }
   (children ? report_.child_attempts : report_.base_attempts) = made;
-  chunk_.base_attempts = report_.base_attempts;
-  chunk_.child_attempts = report_.child_attempts;
-  for (const TrialRecord& trial : chunk_.trials) accept(trial);
-  return chunk_;
+  chunk.base_attempts = report_.base_attempts;
+  chunk.child_attempts = report_.child_attempts;
+  for (const TrialRecord& trial : chunk.trials) accept(trial);
+  return chunk;
 }
 
 void Generator::restore(const Chunk& chunk) {

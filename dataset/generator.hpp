@@ -2,6 +2,7 @@
 // with one that was interrupted.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -21,11 +22,11 @@ struct TrialRecord {
 /// Valid trials in their order, and how many attempts have been made in all, up to the last of them.
 struct Chunk {
   std::vector<TrialRecord> trials;
-  std::vector<std::span<const float>> sway;  ///< one a trial, rad, with sensor noise; void after the next call
+  std::vector<std::span<const float>> sway;  ///< one a trial, rad, with sensor noise
   long long base_attempts = 0, child_attempts = 0;
 };
 
-/// Base trials first, then children. Memory: one chunk (some 50 MB) and a few bytes a trial.
+/// Base trials first, then children. Memory: two chunks (some 50 MB each) and a few bytes a trial.
 class Generator {
  public:
   /// Throws Error if the request cannot be met, see generate().
@@ -38,6 +39,7 @@ class Generator {
   const std::vector<std::int32_t>& group() const noexcept { return group_; }
   const DatasetReport& report() const noexcept { return report_; }
 
+  /// A chunk stays valid until the call after the next: one may be written while the other is simulated.
   /// Simulates some hundred attempts on OpenMP's threads; the chunk may hold no trial. Which trials come depends
   /// neither on the size of the chunks nor on threads. Throws Error if there is no parent, or too few attempts are
   /// valid.
@@ -63,8 +65,12 @@ class Generator {
   int base_;
   sim::Simulator simulator_;
   int largest_chunk_;
-  std::vector<float> sway_;
-  Chunk chunk_;
+  struct Buffer {
+    std::vector<float> sway;
+    Chunk chunk;
+  };
+  std::array<Buffer, 2> buffers_;
+  bool second_ = false;  // which of them is next
 
   std::vector<std::int32_t> group_;
   std::vector<std::int32_t> parents_;

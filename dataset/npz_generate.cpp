@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <future>
 #include <optional>
 #include <system_error>
 
@@ -165,18 +166,24 @@ class Run {
       zip_.skip(trials * trial_bytes_, entry->sway_crc32);
       generator_.restore(entry->chunk);
       journal.pass(*entry);
-      report_progress();
+      if (!go_on()) throw stopped();
     }
   }
 
+  /// A chunk is written while the next one is simulated.
   void make_the_rest() {
+    std::future<void> writing;
     while (!generator_.done()) {
       const int before = generator_.trials();
       const Chunk& chunk = next_chunk();
-      const std::uint32_t sum = zip_.write(bytes_of(chunk.sway));
-      partial_.journal().append({{chunk.trials, {}, chunk.base_attempts, chunk.child_attempts}, sum}, before);
-      report_progress();
+      if (writing.valid()) writing.get();
+      writing = std::async(std::launch::async, [this, &chunk, before] { write(chunk, before); });
+      if (!go_on()) {
+        writing.get();
+        throw stopped();
+      }
     }
+    if (writing.valid()) writing.get();
     zip_.end();
   }
 
@@ -213,12 +220,18 @@ class Run {
     }
   }
 
-  void report_progress() {
-    const int done = generator_.trials(), count = generator_.request().count;
-    if (!progress_ || progress_(done, count)) return;
-    throw Error(partial_.file().path().string(),
-                "stopped after " + std::to_string(done) + " of " + std::to_string(count) + " trials",
-                "the same command goes on from there");
+  void write(const Chunk& chunk, int trials_before) {
+    const std::uint32_t sum = zip_.write(bytes_of(chunk.sway));
+    partial_.journal().append({{chunk.trials, {}, chunk.base_attempts, chunk.child_attempts}, sum}, trials_before);
+  }
+
+  bool go_on() const { return !progress_ || progress_(generator_.trials(), generator_.request().count); }
+
+  Error stopped() const {
+    return Error(partial_.file().path().string(),
+                 "stopped after " + std::to_string(generator_.trials()) + " of " +
+                     std::to_string(generator_.request().count) + " trials",
+                 "the same command goes on from there");
   }
 
   Partial& partial_;

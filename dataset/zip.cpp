@@ -6,8 +6,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "base/parallel.hpp"
-
 namespace decid::dataset {
 namespace {
 
@@ -69,14 +67,12 @@ std::uint32_t crc32_joined(std::uint32_t a, std::uint32_t b, std::uint64_t b_byt
 }
 
 std::uint32_t crc32(std::span<const std::span<const std::byte>> pieces) {
-  std::vector<std::uint32_t> parts(pieces.size());
-  parallel_for(static_cast<int>(pieces.size()), [&](int i) {
-    const auto index = static_cast<std::size_t>(i);
-    parts[index] = crc32(pieces[index]);
-  });
-  std::uint32_t sum = 0;
-  for (std::size_t i = 0; i < pieces.size(); ++i) sum = crc32_joined(sum, parts[i], pieces[i].size());
-  return sum;
+  uLong sum = 0;
+  for (const auto& piece : pieces) {
+    // zlib takes a null pointer, which an empty piece may have, for the wish to begin anew.
+    if (!piece.empty()) sum = ::crc32_z(sum, reinterpret_cast<const Bytef*>(piece.data()), piece.size());
+  }
+  return static_cast<std::uint32_t>(sum);
 }
 
 std::string zip_local_header(const ZipMember& member) {

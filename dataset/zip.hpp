@@ -17,7 +17,7 @@ namespace decid::dataset {
 std::uint32_t crc32(std::span<const std::byte> bytes);
 /// That of a and b one after the other, from those of each and b's length.
 std::uint32_t crc32_joined(std::uint32_t a, std::uint32_t b, std::uint64_t b_bytes);
-/// That of the pieces one after the other; they are shared among threads.
+/// That of the pieces one after the other.
 std::uint32_t crc32(std::span<const std::span<const std::byte>> pieces);
 
 struct ZipMember {

@@ -74,7 +74,8 @@ void warn_of_little_space(const Options& options, std::uint64_t bytes, const dat
   const auto space = std::filesystem::space(folder.empty() ? "." : folder, error);
   const std::uint64_t there =
       std::filesystem::exists(partial.file, error) ? std::filesystem::file_size(partial.file, error) : 0;
-  if (error || options.common.quiet || space.available + there >= bytes) return;
+  // A file system that holds no files, /proc for one, has no size.
+  if (error || space.capacity == 0 || options.common.quiet || space.available + there >= bytes) return;
   std::cerr << format(
       "warning: %s needs %s, its disk has %s left; a full disk stops the work, and the same command goes "
       "on when there is space\n",
