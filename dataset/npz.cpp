@@ -313,7 +313,7 @@ StoredDataset::StoredDataset(const std::filesystem::path& path) {
     return;
   }
   data_ = read_labels(source, sway);
-  file_ = std::make_shared<const File>(std::move(file), member + sway.header().bytes);
+  file_ = std::make_shared<const File>(File{std::move(file), member + sway.header().bytes});
   std::vector<std::byte> header(sway.header().bytes);
   file_->file.read(member, header);
 
