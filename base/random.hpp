@@ -18,7 +18,7 @@ enum class Stream : std::uint32_t {
   child_parameters = 2,  ///< item: attempt of the enrichment
   vestibular_noise = 3,  ///< item: attempt of the base set
   child_noise = 4,       ///< item: attempt of the enrichment
-  sensor_noise = 5,      ///< item: trial in the data set; index 0 is the trial's level
+  sensor_noise = 5,      ///< item: attempt (children: with bit 63 set) or number of the trial; index 0: its level
   weights = 6,           ///< item: parameter tensor
   shuffle = 7,           ///< item: epoch
 };

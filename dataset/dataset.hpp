@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "dataset/distribution.hpp"
 #include "sim/parameters.hpp"
 #include "sim/simulate.hpp"
 
@@ -46,10 +47,14 @@ struct DatasetRequest {
 struct DatasetReport {
   long long base_attempts = 0, child_attempts = 0;
   int parents = 0;
+  TrialDistributions base, all;  ///< before and after enrichment
 };
 
 /// Called now and then from one thread with the number of trials done; returns false to stop (generate throws Error).
 using Progress = std::function<bool(int done, int total)>;
+
+/// Attempt `attempt` of the base trials: what is simulated.
+sim::Trial base_trial(std::uint64_t seed, std::uint64_t attempt);
 
 /// One base trial: attempt `attempt` of seed `seed`, the same alone as in any data set. sway_rad: samples() values,
 /// sensor noise not included.
@@ -60,9 +65,10 @@ struct BaseTrial {
 BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
                               std::span<double> sway_rad);
 
-/// Generates the data set; the bits depend only on the request. Sensor noise is that of the trial's position in the
-/// data set. Throws Error if base > count, count < 1, children are asked for but there is no parent, there is not
-/// enough memory, or, after 10,000 attempts, fewer than 1 in 1000 are valid.
+/// Generates the data set in memory (npz.hpp: generate_npz, straight into a file); the bits depend only on the request.
+/// Sensor noise is that of the trial's attempt, for children with bit 63 set. Throws Error if base > count, count < 1,
+/// children are asked for but there is no parent, there is not enough memory, or, after 10,000 attempts, fewer than 1
+/// in 1000 are valid.
 Dataset generate(const DatasetRequest& request, DatasetReport* report = nullptr, const Progress& progress = {});
 
 /// group[i] is the index of a trial (0 .. trials - 1), else Error; trials of equal group belong together.

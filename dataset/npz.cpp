@@ -1,31 +1,28 @@
-// Data sets as .npz: NumPy arrays in a zip archive. Whatever a reader would refuse is refused when writing too.
+// Reading data sets: see npz.hpp. Whatever a reader would refuse is refused when writing too.
 // Formats: numpy.lib.format (npy.hpp), zip by libzip.
 #include "dataset/npz.hpp"
 
 #include <zip.h>
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
-#include <concepts>
 #include <limits>
 #include <memory>
 #include <new>
 
+#include "base/disk_file.hpp"
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "base/parallel.hpp"
 #include "dataset/json_object.hpp"
-#include "dataset/npy.hpp"
+#include "dataset/npz_parts.hpp"
 #include "dataset/protocol_json.hpp"
 
 namespace decid::dataset {
 
-static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
-
 namespace {
 
 constexpr const char* regenerate = "make the data set again with decid dataset";
-constexpr int format_version = 1;
 /// Deflate cannot expand data by more than this factor (zlib's technical details), so a larger claim is a lie.
 constexpr std::uint64_t deflate_limit = 1032;
 
@@ -51,99 +48,41 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
               "name a data set made by decid dataset; a download or copy may have been cut short");
 }
 
-/// What must hold of a data set on either side of the disk.
-void check(const Dataset& data, const std::string& where) {
-  const auto require = [&](bool condition, const std::string& problem) {
-    if (!condition) throw Error(where, problem, regenerate);
-  };
-  const std::size_t trials = data.parameters.size(), samples = static_cast<std::size_t>(std::max(data.samples, 0));
-  require(trials > 0, "holds no trials");
-  require(trials <= std::size_t{std::numeric_limits<int>::max()}, "holds more than 2^31 - 1 trials");
-  require(samples > 0 && data.sway.size() / samples == trials && data.sway.size() % samples == 0,
-          "sway and parameters disagree about the number of trials");
-  require(data.group.size() == trials, "group does not have one value a trial");
-  require(data.split.size() == trials, "split does not have one value a trial");
-  require(data.samples == data.protocol.samples(), "its trials have " + std::to_string(data.samples) +
-                                                       " samples, its protocol '" + data.protocol.name + "' makes " +
-                                                       std::to_string(data.protocol.samples()));
+void require(bool condition, const std::string& where, const std::string& problem) {
+  if (!condition) throw Error(where, problem, regenerate);
+}
+
+template <class Values>
+bool all_finite(const Values& values) {
+  return std::all_of(values.begin(), values.end(), [](auto value) { return std::isfinite(value); });
+}
+
+void check_sway(std::span<const float> sway, std::size_t trial, const std::string& where) {
+  if (!all_finite(sway)) {
+    throw Error(where, "the sway of trial " + std::to_string(trial) + " has values that are not finite", regenerate);
+  }
+}
+
+/// Everything but the sway. `trials`: of the sway.
+void check_labels(const Dataset& data, std::size_t sway_trials, const std::string& where) {
+  const std::size_t trials = data.parameters.size();
+  require(trials > 0, where, "holds no trials");
+  require(trials <= std::size_t{std::numeric_limits<int>::max()}, where, "holds more than 2^31 - 1 trials");
+  require(data.samples > 0 && sway_trials == trials, where, "sway and parameters disagree about the number of trials");
+  require(data.group.size() == trials, where, "group does not have one value a trial");
+  require(data.split.size() == trials, where, "split does not have one value a trial");
+  require(data.samples == data.protocol.samples(), where,
+          "its trials have " + std::to_string(data.samples) + " samples, its protocol '" + data.protocol.name +
+              "' makes " + std::to_string(data.protocol.samples()));
   for (std::size_t i = 0; i < trials; ++i) {
     const std::string trial = " of trial " + std::to_string(i);
-    const auto sway = data.trial(static_cast<int>(i));
-    const auto finite = [](auto value) { return std::isfinite(value); };
-    require(std::all_of(sway.begin(), sway.end(), finite), "the sway" + trial + " has values that are not finite");
-    require(std::all_of(data.parameters[i].begin(), data.parameters[i].end(), finite),
-            "the parameters" + trial + " are not finite");
+    require(all_finite(data.parameters[i]), where, "the parameters" + trial + " are not finite");
     const std::int32_t parent = data.group[i];
     require(parent >= 0 && static_cast<std::size_t>(parent) < trials &&
                 data.group[static_cast<std::size_t>(parent)] == parent,
-            "the group" + trial + ", " + std::to_string(parent) + ", is not a base trial's");
-    require(data.split[i] <= 1, "the split" + trial + " is " + std::to_string(data.split[i]) + ", not 0 or 1");
+            where, "the group" + trial + ", " + std::to_string(parent) + ", is not a base trial's");
+    require(data.split[i] <= 1, where, "the split" + trial + " is " + std::to_string(data.split[i]) + ", not 0 or 1");
   }
-}
-
-std::string describe(const Dataset& data) {
-  std::vector<std::string> names;
-  for (const sim::ParameterInfo& info : sim::parameter_info) names.emplace_back(info.name);
-  return print_json({{"format", format_version},
-                     {"seed", data.seed},
-                     {"protocol", parse_json(to_json(data.protocol), "protocol")},
-                     {"parameters", names}});
-}
-
-/// Adds members to an archive; the values must stay where they are until the archive is closed.
-class Writer {
- public:
-  explicit Writer(const std::string& path, const std::string& where)
-      : where_(where), archive_(open_archive(path, ZIP_CREATE | ZIP_TRUNCATE, where)) {}
-
-  void add(const char* name, const std::string& type, const std::vector<std::size_t>& shape, const void* values,
-           std::size_t bytes) {
-    headers_.push_back(std::make_unique<std::string>(npy_header(type, shape)));
-    const std::string& header = *headers_.back();
-    // libzip's fragments are not const, but it only reads them.
-    auto* front = reinterpret_cast<zip_uint8_t*>(const_cast<char*>(header.data()));
-    auto* rest = static_cast<zip_uint8_t*>(const_cast<void*>(values));
-    const zip_buffer_fragment_t fragments[]{{front, header.size()}, {rest, bytes}};
-    zip_source_t* source = zip_source_buffer_fragment(archive_.get(), fragments, 2, 0);
-    if (!source) fail();
-    const zip_int64_t index = zip_file_add(archive_.get(), (std::string(name) + ".npy").c_str(), source, 0);
-    if (index < 0) {
-      zip_source_free(source);
-      fail();
-    }
-    const auto member = static_cast<zip_uint64_t>(index);
-    // 1 January 1980, the format's earliest. A time in seconds would be written in the local time zone.
-    constexpr zip_uint16_t midnight = 0, first_day = (1 << 5) | 1;
-    if (zip_set_file_compression(archive_.get(), member, ZIP_CM_STORE, 0) < 0 ||
-        zip_file_set_dostime(archive_.get(), member, midnight, first_day, 0) < 0) {
-      fail();
-    }
-  }
-
-  /// Writes everything. libzip works in a temporary file of its own beside `path` and removes it on failure.
-  void close() {
-    if (zip_close(archive_.get()) < 0) fail();
-    static_cast<void>(archive_.release());  // zip_close freed it
-  }
-
- private:
-  [[noreturn]] void fail() const {
-    throw Error(where_, std::string("cannot be written: ") + zip_strerror(archive_.get()),
-                "check the free space and the permissions there");
-  }
-
-  std::string where_;
-  std::vector<std::unique_ptr<std::string>> headers_;  // on the heap each: libzip keeps their addresses
-  Archive archive_;
-};
-
-/// The NumPy type of values of type T.
-template <class T>
-constexpr const char* npy_type() {
-  if constexpr (std::same_as<T, float>) return "<f4";
-  if constexpr (std::same_as<T, double>) return "<f8";
-  if constexpr (std::same_as<T, std::int32_t>) return "<i4";
-  if constexpr (std::same_as<T, std::uint8_t>) return "|u1";
 }
 
 std::string text_of(const std::vector<std::size_t>& shape) {
@@ -180,16 +119,35 @@ class Reader {
       throw Error(where_, "claims more values than the file can hold", regenerate);
     }
     size_ = stat.size;
+    crc32_ = stat.crc;
+    stored_ = stat.valid & ZIP_STAT_COMP_METHOD && stat.comp_method == ZIP_CM_STORE;
     member_.reset(zip_fopen(archive, member.c_str(), 0));
     if (!member_) throw Error(where_, std::string("cannot be read: ") + zip_strerror(archive), regenerate);
     read_header();
   }
 
   const NpyHeader& header() const { return header_; }
+  bool is_stored() const { return stored_; }
+  std::uint32_t crc32() const { return crc32_; }  ///< of the member, its header included
 
   /// All values of an array of type T: one dimension if `columns` is 1, else two, of any width if it is 0.
   template <class T>
   std::vector<T> values(std::size_t columns) {
+    check<T>(columns);
+    const std::size_t count = value_count(header_.shape);
+    try {
+      std::vector<T> result(count);
+      read_rest(result.data(), count * sizeof(T));
+      return result;
+    } catch (const std::bad_alloc&) {
+      throw Error(where_, "needs " + std::to_string(count * sizeof(T) / 1'000'000) + " MB of memory",
+                  "use a machine with more memory or a smaller data set");
+    }
+  }
+
+  /// Throws Error unless the array has such values, in this shape, as many as it says.
+  template <class T>
+  void check(std::size_t columns) const {
     const std::size_t dimensions = columns == 1 ? 1 : 2;
     if (header_.type != npy_type<T>()) refuse("of type " + header_.type, std::string("type ") + npy_type<T>());
     if (header_.shape.size() != dimensions || (dimensions == 2 && columns != 0 && header_.shape[1] != columns)) {
@@ -200,14 +158,6 @@ class Reader {
     const std::size_t count = value_count(header_.shape);
     if ((size_ - header_.bytes) % sizeof(T) != 0 || (size_ - header_.bytes) / sizeof(T) != count) {
       throw Error(where_, "does not hold as many values as its shape says, " + text_of(header_.shape), regenerate);
-    }
-    try {
-      std::vector<T> result(count);
-      read_rest(result.data(), count * sizeof(T));
-      return result;
-    } catch (const std::bad_alloc&) {
-      throw Error(where_, "needs " + std::to_string(count * sizeof(T) / 1'000'000) + " MB of memory",
-                  "use a machine with more memory or a smaller data set");
     }
   }
 
@@ -267,6 +217,8 @@ class Reader {
   Member member_;
   NpyHeader header_;
   std::uint64_t size_ = 0;
+  std::uint32_t crc32_ = 0;
+  bool stored_ = false;
 };
 
 void read_description(const std::string& text, const std::string& where, Dataset& data) {
@@ -274,7 +226,7 @@ void read_description(const std::string& text, const std::string& where, Dataset
   JsonObject object(json, where);
   int format = 0;
   object.read("format", format);
-  if (format != format_version) {
+  if (format != npz_format_version) {
     throw Error(where, "is of data set format " + std::to_string(format) + ", this program reads format 1",
                 "use the decid that wrote it, or make it again");
   }
@@ -291,39 +243,16 @@ void read_description(const std::string& text, const std::string& where, Dataset
   object.finish();
 }
 
-}  // namespace
-
-void write_npz(const std::filesystem::path& path, const Dataset& data) {
-  const std::string where = path.string();
-  check(data, where);
-  const std::size_t trials = data.parameters.size(), samples = static_cast<std::size_t>(data.samples);
-  const std::string description = describe(data);
-  PendingFile file(path);
-  // libzip renames a file of its own to the path it is given, which must never happen to a device.
-  if (!std::filesystem::is_regular_file(file.path())) {
-    throw Error(where, "is not a regular file, and a zip archive cannot be streamed", "name a file on a disk");
-  }
-  Writer writer(file.path().string(), where);
-  writer.add("sway", npy_type<float>(), {trials, samples}, data.sway.data(), data.sway.size() * sizeof(float));
-  writer.add("parameters", npy_type<double>(), {trials, sim::parameter_count}, data.parameters.data(),
-             trials * sizeof(sim::Parameters));
-  writer.add("group", npy_type<std::int32_t>(), {trials}, data.group.data(), trials * sizeof(std::int32_t));
-  writer.add("split", npy_type<std::uint8_t>(), {trials}, data.split.data(), trials);
-  writer.add("decid.json", "|S" + std::to_string(description.size()), {}, description.data(), description.size());
-  writer.close();
-  file.commit();
-}
-
-Dataset read_npz(const std::filesystem::path& path) {
-  const Source source(path);
+/// All but the values of the sway.
+Dataset read_labels(const Source& source, const Reader& sway) {
   Dataset data;
   read_description(Reader(source, "decid.json").bytes(), source.where + ": decid.json", data);
-  Reader sway(source, "sway");
-  data.sway = sway.values<float>(0);
-  if (sway.header().shape[1] > std::size_t{std::numeric_limits<int>::max()}) {
+  sway.check<float>(0);
+  const std::vector<std::size_t>& shape = sway.header().shape;
+  if (shape[1] > std::size_t{std::numeric_limits<int>::max()}) {
     throw Error(source.where, "its trials have more than 2^31 - 1 samples", regenerate);
   }
-  data.samples = static_cast<int>(sway.header().shape[1]);
+  data.samples = static_cast<int>(shape[1]);
   const std::vector<double> parameters = Reader(source, "parameters").values<double>(sim::parameter_count);
   data.parameters.resize(parameters.size() / sim::parameter_count);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -331,8 +260,86 @@ Dataset read_npz(const std::filesystem::path& path) {
   }
   data.group = Reader(source, "group").values<std::int32_t>(1);
   data.split = Reader(source, "split").values<std::uint8_t>(1);
-  check(data, source.where);
+  check_labels(data, shape[0], source.where);
   return data;
+}
+
+Dataset read_all(const Source& source, Reader& sway) {
+  Dataset data = read_labels(source, sway);
+  data.sway = sway.values<float>(0);
+  for (int i = 0; i < data.trials(); ++i) check_sway(data.trial(i), static_cast<std::size_t>(i), source.where);
+  return data;
+}
+
+/// Where the content of the archive's first member begins, if that is `name`, stored; 0 if not.
+std::uint64_t first_member(const DiskFile& file, const std::string& name) {
+  std::array<unsigned char, 30> header{};  // zip.cpp: zip_local_header
+  std::string found(name.size(), '\0');
+  file.read(0, std::as_writable_bytes(std::span(header)));
+  file.read(header.size(), std::as_writable_bytes(std::span(found)));
+  const auto u16 = [&](std::size_t at) { return std::uint64_t{header[at]} | std::uint64_t{header[at + 1]} << 8; };
+  const bool is_header = u16(0) == 0x4b50 && u16(2) == 0x0403 && u16(8) == 0 && u16(26) == name.size();
+  return is_header && found == name ? header.size() + name.size() + u16(28) : 0;
+}
+
+}  // namespace
+
+void check_dataset(const Dataset& data, const std::string& where) {
+  const auto samples = static_cast<std::size_t>(std::max(data.samples, 1));
+  check_labels(data, data.sway.size() % samples == 0 ? data.sway.size() / samples : 0, where);
+  for (int i = 0; i < data.trials(); ++i) check_sway(data.trial(i), static_cast<std::size_t>(i), where);
+}
+
+Dataset read_npz(const std::filesystem::path& path) {
+  const Source source(path);
+  Reader sway(source, "sway");
+  return read_all(source, sway);
+}
+
+struct StoredDataset::File {
+  DiskFile file;
+  std::uint64_t start;  // of the first trial
+};
+
+StoredDataset::StoredDataset(Dataset data) : data_(std::move(data)) {}
+
+StoredDataset::StoredDataset(const std::filesystem::path& path) {
+  const Source source(path);
+  Reader sway(source, "sway");
+  DiskFile file(path, DiskFile::Access::read);
+  const std::uint64_t member = first_member(file, "sway.npy");
+  if (member == 0 || !sway.is_stored()) {
+    data_ = read_all(source, sway);
+    return;
+  }
+  data_ = read_labels(source, sway);
+  file_ = std::make_shared<const File>(File{std::move(file), member + sway.header().bytes});
+  std::vector<std::byte> header(sway.header().bytes);
+  file_->file.read(member, header);
+
+  std::vector<std::uint32_t> parts(data_.parameters.size());
+  parallel_for(trials(), [&](int i) {
+    thread_local std::vector<float> values;
+    values.resize(static_cast<std::size_t>(data_.samples));
+    read(i, values);
+    check_sway(values, static_cast<std::size_t>(i), source.where);
+    parts[static_cast<std::size_t>(i)] = crc32(std::as_bytes(std::span(values)));
+  });
+  std::uint32_t sum = crc32(header);
+  const std::size_t trial_bytes = static_cast<std::size_t>(data_.samples) * sizeof(float);
+  for (const std::uint32_t part : parts) sum = crc32_joined(sum, part, trial_bytes);
+  if (sum != sway.crc32()) throw Error(source.where + ": sway", "is damaged: its CRC is another", regenerate);
+}
+
+void StoredDataset::read(int index, std::span<float> sway_rad) const {
+  if (!file_) {
+    std::ranges::copy(data_.trial(index), sway_rad.begin());
+    return;
+  }
+  const auto bytes = std::as_writable_bytes(sway_rad);
+  if (file_->file.read(file_->start + static_cast<std::uint64_t>(index) * bytes.size(), bytes) != bytes.size()) {
+    throw Error(file_->file.path().string(), "is shorter than it was", regenerate);
+  }
 }
 
 }  // namespace decid::dataset

@@ -53,10 +53,16 @@ ProgressBar::~ProgressBar() {
 
 std::string ProgressBar::figures(long long done) const {
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  const double rate = static_cast<double>(done) / std::max(seconds, 1e-9);
+  const double rate = static_cast<double>(done - before_) / std::max(seconds, 1e-9);
   char text[160];
   std::snprintf(text, sizeof text, "%lld of %lld %s, %.*f/s", done, total_, unit_.c_str(), rate < 10 ? 2 : 0, rate);
-  return text + (done > 0 ? ", " + duration_text(static_cast<double>(total_ - done) / rate) + " left" : std::string());
+  return text +
+         (done > before_ ? ", " + duration_text(static_cast<double>(total_ - done) / rate) + " left" : std::string());
+}
+
+void ProgressBar::go_on_from(long long done) {
+  before_ = done;
+  start_ = std::chrono::steady_clock::now();
 }
 
 void ProgressBar::update(long long done) {

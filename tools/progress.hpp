@@ -15,6 +15,8 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
+  /// So many are there already: rate and time left count from now and here.
+  void go_on_from(long long done);
   void update(long long done);
   /// A line of its own, kept on the screen.
   void line(const std::string& text);
@@ -24,7 +26,7 @@ class ProgressBar {
   void clear();
 
   std::string what_, unit_;
-  long long total_;
+  long long total_, before_ = 0;
   bool quiet_, terminal_;
   std::size_t shown_ = 0;
   std::chrono::steady_clock::time_point start_, next_;

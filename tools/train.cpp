@@ -115,7 +115,7 @@ void train(const Options& options) {
   const std::unique_ptr<TrialSource> source =
       options.stream
           ? stream_source(options.protocol.load(), options.seed, options.stream_trials, options.validation_trials)
-          : dataset_source(dataset::read_npz(options.data));
+          : dataset_source(dataset::StoredDataset(options.data));
   const std::string architecture =
       Model(source->protocol(), settings.preset.image, settings.preset.architecture).network.architecture();
   const std::string origin = origin_json(settings, architecture, *source);

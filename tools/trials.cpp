@@ -11,37 +11,45 @@ namespace {
 
 class DatasetSource final : public TrialSource {
  public:
-  explicit DatasetSource(dataset::Dataset data) : data_(std::move(data)) {
-    for (int i = 0; i < data_.trials(); ++i)
-      (data_.split[static_cast<std::size_t>(i)] == 0 ? training_ : validation_).push_back(i);
+  explicit DatasetSource(dataset::StoredDataset stored) : stored_(std::move(stored)) {
+    for (int i = 0; i < stored_.trials(); ++i)
+      (about().split[static_cast<std::size_t>(i)] == 0 ? training_ : validation_).push_back(i);
     if (training_.empty() || validation_.empty())
       throw Error("data set", "has no trial in its training or its validation half", "make one with at least 2 trials");
   }
 
-  const sim::Protocol& protocol() const override { return data_.protocol; }
+  const sim::Protocol& protocol() const override { return about().protocol; }
   std::string identity() const override {
     Sha256 hash;
-    hash.update(data_.parameters.data(), data_.parameters.size() * sizeof(sim::Parameters));
-    hash.update(data_.split.data(), data_.split.size());
-    hash.update(data_.sway.data(), std::min<std::size_t>(data_.sway.size(), 1 << 20) * sizeof(float));
+    hash.update(about().parameters.data(), about().parameters.size() * sizeof(sim::Parameters));
+    hash.update(about().split.data(), about().split.size());
+    std::vector<float> sway(static_cast<std::size_t>(about().samples));
+    std::size_t left = std::size_t{1} << 20;  // values of sway: no need to read all
+    for (int i = 0; i < stored_.trials() && left > 0; ++i) {
+      stored_.read(i, sway);
+      const std::size_t taken = std::min(left, sway.size());
+      hash.update(sway.data(), taken * sizeof(float));
+      left -= taken;
+    }
     return "data set " + hash.hex();
   }
   int training_trials() const override { return static_cast<int>(training_.size()); }
   int validation_trials() const override { return static_cast<int>(validation_.size()); }
   sim::Parameters training_trial(int, int index, std::span<float> sway_rad) const override {
-    return copy(training_[static_cast<std::size_t>(index)], sway_rad);
+    return read(training_[static_cast<std::size_t>(index)], sway_rad);
   }
   sim::Parameters validation_trial(int index, std::span<float> sway_rad) const override {
-    return copy(validation_[static_cast<std::size_t>(index)], sway_rad);
+    return read(validation_[static_cast<std::size_t>(index)], sway_rad);
   }
 
  private:
-  sim::Parameters copy(int trial, std::span<float> sway_rad) const {
-    std::ranges::copy(data_.trial(trial), sway_rad.begin());
-    return data_.parameters[static_cast<std::size_t>(trial)];
+  const dataset::Dataset& about() const { return stored_.about(); }
+  sim::Parameters read(int trial, std::span<float> sway_rad) const {
+    stored_.read(trial, sway_rad);
+    return about().parameters[static_cast<std::size_t>(trial)];
   }
 
-  dataset::Dataset data_;
+  dataset::StoredDataset stored_;
   std::vector<int> training_, validation_;
 };
 
@@ -88,7 +96,7 @@ class StreamSource final : public TrialSource {
 
 }  // namespace
 
-std::unique_ptr<TrialSource> dataset_source(dataset::Dataset data) {
+std::unique_ptr<TrialSource> dataset_source(dataset::StoredDataset data) {
   return std::make_unique<DatasetSource>(std::move(data));
 }
 

@@ -1,11 +1,11 @@
-// Where training takes its trials from: a data set in memory, or the simulator, fresh ones by number.
+// Where training takes its trials from: a data set, in memory or on disk, or the simulator, fresh ones by number.
 #pragma once
 
 #include <memory>
 #include <span>
 #include <string>
 
-#include "dataset/dataset.hpp"
+#include "dataset/npz.hpp"
 
 namespace decid::tools {
 
@@ -24,7 +24,7 @@ class TrialSource {
 };
 
 /// The halves of a data set. Throws Error if one of them is empty.
-std::unique_ptr<TrialSource> dataset_source(dataset::Dataset data);
+std::unique_ptr<TrialSource> dataset_source(dataset::StoredDataset data);
 
 /// Trials simulated when they are asked for, each used in one epoch only. A trial depends on (seed, its number) alone:
 /// number n is the first valid one of attempts 1024 n, 1024 n + 1, ... Validation trials are the first numbers.

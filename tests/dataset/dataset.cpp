@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "helpers.hpp"
 
@@ -188,11 +189,12 @@ TEST_CASE("no group is divided and the halves are equal") {
   CHECK(std::abs(in_half(data.split, 0) - in_half(data.split, 1)) == 1);
 }
 
-TEST_CASE("sensor noise is added to the stored sway, by position, and changes nothing else") {
+TEST_CASE("sensor noise is added to the stored sway, by attempt, and changes nothing else") {
   const Dataset exact = generate(request(150, 100));
   DatasetRequest noisy_request = request(150, 100);
   noisy_request.protocol.sensor_noise = {0.5, 0.5};  // large enough to change peak-to-peak values
-  const Dataset noisy = generate(noisy_request);
+  DatasetReport report;
+  const Dataset noisy = generate(noisy_request, &report);
   CHECK(noisy.parameters == exact.parameters);
   CHECK(noisy.group == exact.group);
   CHECK(noisy.split == exact.split);
@@ -207,11 +209,15 @@ TEST_CASE("sensor noise is added to the stored sway, by position, and changes no
   // Five standard errors of the mean, and of the deviation.
   CHECK(std::abs(sum / count) < 5.0 * deviation / std::sqrt(count));
   CHECK(std::sqrt(squares / count) == doctest::Approx(deviation).epsilon(5.0 / std::sqrt(2.0 * count)));
-  const int last = exact.trials() - 1;
-  std::vector<double> zero(400, 0.0);
-  sim::add_sensor_noise(noisy_request.protocol.sensor_noise, 3, static_cast<std::uint64_t>(last), zero);
-  for (std::size_t k = 0; k < 400; ++k) {
-    CHECK(noisy.trial(last)[k] - exact.trial(last)[k] == doctest::Approx(zero[k]).epsilon(1e-4).scale(0.01));
+  // The last trial of each kind is its last attempt. Children's noises are other ones than those of base trials.
+  const auto last_base = static_cast<std::uint64_t>(report.base_attempts - 1);
+  const auto last_child = static_cast<std::uint64_t>(report.child_attempts - 1) | std::uint64_t{1} << 63;
+  for (const auto& [trial, item] : {std::pair(99, last_base), std::pair(149, last_child)}) {
+    std::vector<double> zero(400, 0.0);
+    sim::add_sensor_noise(noisy_request.protocol.sensor_noise, 3, item, zero);
+    for (std::size_t k = 0; k < 400; ++k) {
+      CHECK(noisy.trial(trial)[k] - exact.trial(trial)[k] == doctest::Approx(zero[k]).epsilon(1e-4).scale(0.01));
+    }
   }
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Opens a report in headless Chromium: are all its charts drawn, without an error?
-#   report_chromium.sh CHROMIUM REPORT_SAMPLE [several]     writes the page with the program report_sample
-#   report_chromium.sh CHROMIUM PAGE.html                   checks that page
+#   report_chromium.sh CHROMIUM REPORT_SAMPLE [KIND]  writes the page with the program report_sample
+#   report_chromium.sh CHROMIUM PAGE.html             checks that page
 # KEEP_SCREENSHOT=FILE.png also takes a picture.
 set -euo pipefail
 chromium=$1 source=$2 scratch=$(mktemp -d)

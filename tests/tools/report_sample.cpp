@@ -1,6 +1,7 @@
 // Writes a report of made-up recordings, for looking at and for report_chromium.sh:
-//   report_sample PAGE.html [several]
-// One simulated trial with known parameters; "several" adds one whose fit fell over and one with an odd name.
+//   report_sample PAGE.html [several|dataset]
+// One simulated trial with known parameters; "several" adds one whose fit fell over and one with an odd name;
+// "dataset": the report of a data set.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -12,6 +13,7 @@
 #include "base/random.hpp"
 #include "dataset/image.hpp"
 #include "sim/simulate.hpp"
+#include "tools/dataset_report.hpp"
 #include "tools/report.hpp"
 
 namespace {
@@ -68,18 +70,33 @@ std::vector<Identification> several() {
   return {recording({Channel::modulus, Channel::phase}), fallen, odd};
 }
 
+std::string dataset_page() {
+  decid::tools::DatasetFigures figures;
+  figures.file = "</script><script>document.body.dataset.error='markup'</script>.npz";
+  figures.version = "0.1.0";
+  figures.request = {sim::short_protocol(), 120, 90, 1};
+  figures.request.protocol.sequence.amplitude_deg = 4.0;  // so that some are parents
+  decid::dataset::generate(figures.request, &figures.report);
+  figures.bytes = 3'100'000;
+  return dataset_html(figures);
+}
+
+std::string page_of(const std::string& kind) {
+  using decid::dataset::Channel;
+  if (kind == "dataset") return dataset_page();
+  const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
+  return report_html(model, kind == "several" ? several() : std::vector{recording({Channel::modulus, Channel::phase})});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fputs("usage: report_sample PAGE.html [several]\n", stderr);
+    std::fputs("usage: report_sample PAGE.html [several|dataset]\n", stderr);
     return 2;
   }
   try {
-    using decid::dataset::Channel;
-    const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
-    decid::write_file(
-        argv[1], report_html(model, argc > 2 ? several() : std::vector{recording({Channel::modulus, Channel::phase})}));
+    decid::write_file(argv[1], page_of(argc > 2 ? argv[2] : ""));
     return 0;
   } catch (const decid::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -1,0 +1,50 @@
+// How values are distributed: mean, deviation, extremes and a histogram of bins chosen beforehand, value by value.
+// Mean and deviation: Welford, Technometrics 4, 1962. The figures depend on the values and their order alone.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "sim/parameters.hpp"
+
+namespace decid::dataset {
+
+class Distribution {
+ public:
+  /// `bins` equal bins from low to high; low < high, bins >= 1.
+  Distribution(double low, double high, int bins);
+
+  void add(double value);
+
+  long long count() const noexcept { return count_; }
+  double mean() const noexcept { return mean_; }  ///< 0 if there are no values, like the three below
+  double deviation() const noexcept;              ///< over N
+  double least() const noexcept { return least_; }
+  double most() const noexcept { return most_; }
+
+  double low() const noexcept { return low_; }
+  double high() const noexcept { return high_; }
+  /// Values in each bin; `high` itself counts for the last one.
+  std::span<const long long> bins() const noexcept { return bins_; }
+  long long below() const noexcept { return below_; }  ///< low
+  long long above() const noexcept { return above_; }  ///< high
+
+ private:
+  double low_, high_;
+  std::vector<long long> bins_;
+  long long count_ = 0, below_ = 0, above_ = 0;
+  double mean_ = 0.0, squares_ = 0.0;  // squares: sum of the squared differences from the mean
+  double least_ = 0.0, most_ = 0.0;
+};
+
+/// Of a set of trials: each parameter over its range, and the exact sway's peak-to-peak value.
+struct TrialDistributions {
+  TrialDistributions();
+  void add(const sim::Parameters& values, double peak_to_peak_rad);
+
+  std::vector<Distribution> parameters;  ///< 7, each of 20 bins
+  Distribution peak_to_peak;             ///< rad: 35 bins of 0.005 up to 0.175, beyond the 10 degrees of a valid trial
+};
+
+}  // namespace decid::dataset

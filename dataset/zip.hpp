@@ -1,0 +1,60 @@
+// A zip archive of stored members written in one pass, in constant memory. Private to the writing of .npz files.
+// Format: PKWARE's APPNOTE 6.3.10, sections 4.3 (records) and 4.5.3 (ZIP64: sizes and offsets of 4 GiB and more).
+// Contents start at multiples of 64 bytes of the file, so that arrays in them may be mapped; the padding is an extra
+// field of type 0xD935, as Android's zipalign writes it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/disk_file.hpp"
+
+namespace decid::dataset {
+
+/// CRC-32 as zip has it, of bytes.
+std::uint32_t crc32(std::span<const std::byte> bytes);
+/// That of a and b one after the other, from those of each and b's length.
+std::uint32_t crc32_joined(std::uint32_t a, std::uint32_t b, std::uint64_t b_bytes);
+/// That of the pieces one after the other.
+std::uint32_t crc32(std::span<const std::span<const std::byte>> pieces);
+
+struct ZipMember {
+  std::string name;          ///< ASCII
+  std::uint64_t bytes = 0;   ///< of its content
+  std::uint64_t offset = 0;  ///< of its local header, which the content follows
+  std::uint32_t crc32 = 0;
+};
+
+/// What stands before a member's content. Its length depends on name, bytes and offset alone.
+std::string zip_local_header(const ZipMember& member);
+/// What stands after the last member, at `offset`.
+std::string zip_directory(std::span<const ZipMember> members, std::uint64_t offset);
+
+/// Writes members one after the other, from the start of the file. For each: begin, then exactly `bytes` bytes by
+/// write and skip, then end. The file is an archive after finish(), and not before.
+class ZipWriter {
+ public:
+  explicit ZipWriter(DiskFile& file) : file_(file) {}
+
+  void begin(const std::string& name, std::uint64_t bytes);
+  void write(std::span<const std::byte> bytes) { write(std::span<const std::span<const std::byte>>(&bytes, 1)); }
+  /// The pieces one after the other; returns their CRC-32.
+  std::uint32_t write(std::span<const std::span<const std::byte>> pieces);
+  /// Passes over bytes that an earlier run wrote.
+  void skip(std::uint64_t bytes, std::uint32_t crc32);
+  void end();
+  /// Writes the directory and ends the file there.
+  void finish();
+
+  /// Where the next byte goes.
+  std::uint64_t position() const noexcept { return position_; }
+
+ private:
+  DiskFile& file_;
+  std::vector<ZipMember> members_;
+  std::uint64_t position_ = 0, end_ = 0;
+};
+
+}  // namespace decid::dataset

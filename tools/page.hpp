@@ -1,0 +1,28 @@
+// Self-contained HTML pages that open offline: what `decid identify --report` and `decid dataset --report` share.
+// A page is its data as a JSON block and scripts that draw it: tools/report/common.js and one of the page's own.
+// Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in the page.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "sim/protocol.hpp"
+
+namespace decid::tools {
+
+/// The page's own texts, as HTML, and its script.
+struct Page {
+  std::string_view title, lead, script;
+};
+
+/// Every string in `data` is escaped. Deterministic: no dates, no random ids.
+std::string page_html(const Page& page, const nlohmann::ordered_json& data);
+
+/// Six significant digits, null if not finite: JSON has no NaN.
+nlohmann::ordered_json page_number(double value);
+
+/// What pages say about a protocol.
+nlohmann::ordered_json protocol_figures(const sim::Protocol& protocol);
+
+}  // namespace decid::tools

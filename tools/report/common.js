@@ -1,0 +1,72 @@
+// What every page shares: its data, text and elements, and the checks that its charts are drawn.
+// Text goes in through textContent only, never as markup. When all is drawn, the body says so:
+// data-charts-drawn="drawn/all", data-error if anything was thrown.
+"use strict";
+const blame = message => { document.body.dataset.error = String(message); };
+window.addEventListener("error", event => blame(event.message));
+window.addEventListener("unhandledrejection", event => blame(event.reason));
+
+const report = JSON.parse(document.getElementById("report-data").textContent);
+const checks = [];   // a function each canvas: does it show what it should?
+const redraws = [];  // heat maps, which Chart.js does not look after
+
+// ---- text ----------------------------------------------------------------------------------------------------------
+
+function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children.filter(child => child !== null));
+  return made;
+}
+
+const absent = value => value === null || value === undefined;
+const minus = text => text.replace("-", "\u2212");
+const fixed = (value, decimals) => absent(value) ? "n/a" : minus(value.toFixed(decimals));
+const compact = value => absent(value) ? "n/a" : minus(String(Number(value.toPrecision(3))));
+const percent = value => absent(value) ? "n/a" : fixed(100 * value, 0) + " %";
+const unitOf = parameter => parameter.unit === "1" ? "" : parameter.unit;
+
+// Decimals that resolve a thousandth of the range.
+const decimalsOf = parameter => Math.max(0, Math.floor(3 - Math.log10(parameter.high - parameter.low)));
+
+function figure(name, value, remark) {
+  return element("div", {}, element("dt", {}, name), element("dd", {}, value, element("small", {}, remark)));
+}
+
+function describeProtocol({ name, duration_s, amplitude_deg, cycles, cycle_s, sample_rate_hz }) {
+  return `Protocol \u201c${name}\u201d: ${compact(duration_s)} s, platform tilt ${compact(amplitude_deg)} deg peak to ` +
+    `peak, ${cycles} cycle${cycles === 1 ? "" : "s"} of ${compact(cycle_s)} s, sampled at ${compact(sample_rate_hz)} Hz.`;
+}
+
+// ---- charts --------------------------------------------------------------------------------------------------------
+
+const rgb = hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
+
+// A copy is read: reading a canvas on the screen makes it slow, and browsers complain.
+function pixelsOf(canvas) {
+  const copy = element("canvas", { width: canvas.width, height: canvas.height }).getContext("2d", { willReadFrequently: true });
+  copy.drawImage(canvas, 0, 0);
+  return copy;
+}
+
+function hasColour(canvas, hex) {
+  const wanted = rgb(hex);
+  const { data } = pixelsOf(canvas).getImageData(0, 0, canvas.width, canvas.height);
+  for (let at = 0; at < data.length; at += 4) {
+    if (data[at + 3] > 128 && wanted.every((value, channel) => Math.abs(value - data[at + channel]) < 40)) return true;
+  }
+  return false;
+}
+
+// A linear axis in the page's colours.
+const axis = text => ({ type: "linear", title: { display: true, text, color: "#1c2733" },
+  ticks: { color: "#3d4853", includeBounds: false }, grid: { color: "#e6eaee" } });
+
+const redraw = () => redraws.forEach(draw => draw());
+window.addEventListener("resize", redraw);
+
+// Call it when the page is complete.
+function finish() {
+  redraw();
+  document.body.dataset.chartsDrawn = `${checks.filter(check => check()).length}/${checks.length}`;
+}
