@@ -63,7 +63,7 @@ void read_sensor_noise(const JsonObject& parent, const Json& json, sim::SensorNo
 }  // namespace
 
 std::string to_json(const sim::Protocol& protocol) {
-  const sim::Sequence& sequence = protocol.sequence;
+  const sim::Sequence& sequence = protocol.sequence();
   const sim::VestibularNoise& noise = protocol.vestibular_noise;
   const Json json{
       {"name", protocol.name},
@@ -96,7 +96,7 @@ sim::Protocol protocol_from_json(const std::string& text, const std::string& whe
   sim::Protocol protocol = sim::default_protocol();
   JsonObject object(json, where);
   object.read("name", protocol.name);
-  if (const Json* part = object.find("sequence")) read_sequence(*part, where, protocol.sequence);
+  if (const Json* part = object.find("sequence")) read_sequence(*part, where, protocol.sequence());
   object.read("sample_rate_hz", protocol.sample_rate_hz);
   if (const Json* part = object.find("body")) read_body(*part, where, protocol.body);
   if (const Json* part = object.find("vestibular_noise"))

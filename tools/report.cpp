@@ -32,10 +32,10 @@ json to_json(const sim::Protocol& protocol) {
   return {{"name", protocol.name},
           {"duration_s", number(protocol.duration_s())},
           {"sample_rate_hz", number(protocol.sample_rate_hz)},
-          {"amplitude_deg", number(protocol.sequence.amplitude_deg)},
+          {"amplitude_deg", number(sim::make_stimulus(protocol).peak_to_peak_rad() / sim::rad_per_deg)},
           {"cycle_s", number(protocol.cycle_s())},
-          {"cycles", protocol.sequence.cycles},
-          {"lead_in_s", number(protocol.sequence.lead_in_s)},
+          {"cycles", protocol.cycles()},
+          {"lead_in_s", number(protocol.lead_in_s())},
           {"mass_kg", number(protocol.body.mass_kg)},
           {"com_height_m", number(protocol.body.com_height_m)},
           {"mgh", number(protocol.body.mgh())}};

@@ -21,14 +21,14 @@ void check_round_trip(const sim::Protocol& a) {
   const std::string text = to_json(a);
   const sim::Protocol b = protocol_from_json(text, "round trip");
   CHECK(b.name == a.name);
-  CHECK(b.sequence.feedback == a.sequence.feedback);
-  CHECK(b.sequence.start == a.sequence.start);
-  check_same_bits(b.sequence.state_s, a.sequence.state_s);
-  check_same_bits(b.sequence.amplitude_deg, a.sequence.amplitude_deg);
-  check_same_bits(b.sequence.offset_s, a.sequence.offset_s);
-  CHECK(b.sequence.cycles == a.sequence.cycles);
-  check_same_bits(b.sequence.lead_in_s, a.sequence.lead_in_s);
-  check_same_bits(b.sequence.lead_out_s, a.sequence.lead_out_s);
+  CHECK(b.sequence().feedback == a.sequence().feedback);
+  CHECK(b.sequence().start == a.sequence().start);
+  check_same_bits(b.sequence().state_s, a.sequence().state_s);
+  check_same_bits(b.sequence().amplitude_deg, a.sequence().amplitude_deg);
+  check_same_bits(b.sequence().offset_s, a.sequence().offset_s);
+  CHECK(b.sequence().cycles == a.sequence().cycles);
+  check_same_bits(b.sequence().lead_in_s, a.sequence().lead_in_s);
+  check_same_bits(b.sequence().lead_out_s, a.sequence().lead_out_s);
   check_same_bits(b.sample_rate_hz, a.sample_rate_hz);
   check_same_bits(b.body.mass_kg, a.body.mass_kg);
   check_same_bits(b.body.com_height_m, a.body.com_height_m);
@@ -54,7 +54,7 @@ TEST_CASE("protocols come back to the bit") {
   check_round_trip(tiny_protocol());
   sim::Protocol odd = sim::default_protocol();
   odd.name = "a \"quoted\" n\xC3\xA4me\n";
-  odd.sequence.amplitude_deg = std::nextafter(1.0, 2.0);
+  odd.sequence().amplitude_deg = std::nextafter(1.0, 2.0);
   odd.body.mass_kg = 1.0 / 3.0 + 70.0;
   odd.body.inertia_kgm2 = 100.0 * 1.1;
   odd.vestibular_noise.scale_deg = 0.1 + 0.2;
@@ -73,8 +73,8 @@ TEST_CASE("what a protocol leaves out is the default's") {
   const sim::Protocol some =
       protocol_from_json(R"({"name": "mine", "sequence": {"amplitude_deg": 2}, "sensor_noise_deg": 0.5})", "some");
   CHECK(some.name == "mine");
-  CHECK(some.sequence.amplitude_deg == 2.0);
-  CHECK(some.sequence.feedback == base.sequence.feedback);
+  CHECK(some.sequence().amplitude_deg == 2.0);
+  CHECK(some.sequence().feedback == base.sequence().feedback);
   CHECK(some.sensor_noise.low_deg == 0.5);
   CHECK(some.sensor_noise.high_deg == 0.5);
   const sim::Protocol range = protocol_from_json(R"({"sensor_noise_deg": [0.001, 1e-1]})", "range");
