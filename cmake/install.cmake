@@ -8,8 +8,10 @@ install(DIRECTORY base sim $<$<BOOL:${DECID_DATASET}>:dataset> nn DESTINATION ${
         # The kernels themselves are compiled into the library, once an instruction set; only their table is for others.
         PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE PATTERN "isa.hpp" EXCLUDE
         # What data sets are read and written with.
-        PATTERN "csv.hpp" EXCLUDE PATTERN "npy.hpp" EXCLUDE PATTERN "json_object.hpp" EXCLUDE PATTERN "checker.hpp" EXCLUDE
-        PATTERN "columns.hpp" EXCLUDE PATTERN "measured_tilt.hpp" EXCLUDE PATTERN "stimulus_json.hpp" EXCLUDE)
+        PATTERN "csv.hpp" EXCLUDE PATTERN "npy.hpp" EXCLUDE PATTERN "json_object.hpp" EXCLUDE
+        PATTERN "columns.hpp" EXCLUDE PATTERN "measured_tilt.hpp" EXCLUDE PATTERN "stimulus_json.hpp" EXCLUDE
+        # What the simulator is made of.
+        PATTERN "checker.hpp" EXCLUDE PATTERN "controller.hpp" EXCLUDE)
 if(DECID_TOOLS)
   install(TARGETS decid RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
