@@ -113,10 +113,10 @@ sim::Protocol parse_protocol(const std::string& text, const ProtocolSource& sour
 }  // namespace
 
 sim::Protocol protocol_from_json(const std::string& text, const std::string& where) {
-  return parse_protocol(text, {where, nullptr});
+  return parse_protocol(text, {where});
 }
 
-sim::Protocol load_protocol(const std::string& name_or_path) {
+sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files) {
   if (name_or_path == "default") return sim::default_protocol();
   if (name_or_path == "short") return sim::short_protocol();
   std::error_code ignored;
@@ -124,8 +124,9 @@ sim::Protocol load_protocol(const std::string& name_or_path) {
     throw Error(name_or_path, "is neither a built-in protocol nor a file",
                 "use default, short, or the path of a JSON file");
   }
+  if (files) files->push_back(name_or_path);
   const std::filesystem::path folder = std::filesystem::path(name_or_path).parent_path();
-  return parse_protocol(read_file(name_or_path, protocol_limit_bytes), {name_or_path, &folder});
+  return parse_protocol(read_file(name_or_path, protocol_limit_bytes), {name_or_path, &folder, files});
 }
 
 }  // namespace decid::dataset

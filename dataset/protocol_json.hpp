@@ -10,8 +10,8 @@
 // Anything left out takes the default protocol's value; an unknown key is an error. Every setting: docs/protocols.md.
 #pragma once
 
-#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "sim/protocol.hpp"
 
@@ -28,7 +28,8 @@ sim::Protocol protocol_from_json(const std::string& text, const std::string& whe
 /// A built-in protocol by name ("default", "short"), or else a JSON file. A measured tilt's file is relative to it; its
 /// columns and times are found as in recordings (recording.hpp): the tilt is the column named, else the first called
 /// tilt, platform, a_fs or the like, else the only one beside the time. It is resampled to the protocol's rate. Throws
-/// Error as above, and for a tilt whose unit is neither given nor in the column's name.
-sim::Protocol load_protocol(const std::string& name_or_path);
+/// Error as above, and for a tilt whose unit is neither given nor in the column's name. `files` gets the names of the
+/// files that were read.
+sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files = nullptr);
 
 }  // namespace decid::dataset

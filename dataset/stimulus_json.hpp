@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "dataset/json_object.hpp"
 #include "sim/stimulus.hpp"
@@ -14,6 +15,7 @@ namespace decid::dataset {
 struct ProtocolSource {
   std::string where;                              ///< names it in errors
   const std::filesystem::path* folder = nullptr;  ///< what its files are relative to; null: it may not name any
+  std::vector<std::string>* files = nullptr;      ///< gets the names of the files that were read
 };
 
 /// Adds the stimulus to a protocol's object, under its key.

@@ -7,49 +7,42 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <string_view>
 
 #include "base/error.hpp"
 #include "embedded/chart_js.hpp"
+#include "embedded/common_js.hpp"
 #include "embedded/report_css.hpp"
 #include "embedded/report_js.hpp"
 #include "embedded/report_page.hpp"
+#include "tools/page.hpp"
 
 namespace decid::tools {
 namespace {
 
 using json = nlohmann::ordered_json;
 
-// Six significant digits, null if not finite: JSON has no NaN.
-json number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  if (value == 0.0) return 0.0;
-  const double scale = std::pow(10.0, 5.0 - std::floor(std::log10(std::abs(value))));
-  return std::isfinite(scale) ? std::round(value * scale) / scale : value;
-}
-
 json to_json(const sim::Protocol& protocol) {
   return {{"name", protocol.name},
-          {"duration_s", number(protocol.duration_s())},
-          {"sample_rate_hz", number(protocol.sample_rate_hz)},
-          {"amplitude_deg", number(sim::make_stimulus(protocol).peak_to_peak_rad() / sim::rad_per_deg)},
-          {"cycle_s", number(protocol.cycle_s())},
+          {"duration_s", rounded(protocol.duration_s())},
+          {"sample_rate_hz", rounded(protocol.sample_rate_hz)},
+          {"amplitude_deg", rounded(sim::make_stimulus(protocol).peak_to_peak_rad() / sim::rad_per_deg)},
+          {"cycle_s", rounded(protocol.cycle_s())},
           {"cycles", protocol.cycles()},
-          {"lead_in_s", number(protocol.lead_in_s())},
-          {"mass_kg", number(protocol.body.mass_kg)},
-          {"com_height_m", number(protocol.body.com_height_m)},
-          {"mgh", number(protocol.body.mgh())}};
+          {"lead_in_s", rounded(protocol.lead_in_s())},
+          {"mass_kg", rounded(protocol.body.mass_kg)},
+          {"com_height_m", rounded(protocol.body.com_height_m)},
+          {"mgh", rounded(protocol.body.mgh())}};
 }
 
 json parameters_to_json(const Identification& recording) {
   json list = json::array();
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
-    json entry = {{"name", info.name},         {"description", info.description},
-                  {"unit", info.unit},         {"low", number(info.low)},
-                  {"high", number(info.high)}, {"value", number(recording.parameters[i])}};
-    if (info.per_mgh) entry["normalized"] = number(recording.parameters[i] / recording.protocol.body.mgh());
-    if (recording.truth) entry["truth"] = number((*recording.truth)[i]);
+    json entry = {{"name", info.name},          {"description", info.description},
+                  {"unit", info.unit},          {"low", rounded(info.low)},
+                  {"high", rounded(info.high)}, {"value", rounded(recording.parameters[i])}};
+    if (info.per_mgh) entry["normalized"] = rounded(recording.parameters[i] / recording.protocol.body.mgh());
+    if (recording.truth) entry["truth"] = rounded((*recording.truth)[i]);
     list.push_back(std::move(entry));
   }
   return list;
@@ -140,8 +133,8 @@ json channel_to_json(dataset::Channel channel, std::span<const float> values) {
     const double place = std::clamp((shown - scale.low) / (scale.high - scale.low), 0.0, 1.0);
     levels.push_back(std::lround(255.0 * place));
   }
-  return {{"name", dataset::name(channel)}, {"kind", scale.kind},         {"logarithmic", scale.logarithmic},
-          {"low", number(scale.low)},       {"high", number(scale.high)}, {"levels", std::move(levels)}};
+  return {{"name", dataset::name(channel)}, {"kind", scale.kind},          {"logarithmic", scale.logarithmic},
+          {"low", rounded(scale.low)},      {"high", rounded(scale.high)}, {"levels", std::move(levels)}};
 }
 
 // The rows up to half the sample rate; those above mirror them and would show nothing new.
@@ -168,9 +161,9 @@ json image_to_json(const Identification& recording) {
   }
   return {{"rows", rows},
           {"columns", shape.columns},
-          {"row_hz", number(recording.protocol.sample_rate_hz / window)},
-          {"column_s", number(window / recording.protocol.sample_rate_hz)},
-          {"start_s", number(recording.image_settings.first_sample / recording.protocol.sample_rate_hz)},
+          {"row_hz", rounded(recording.protocol.sample_rate_hz / window)},
+          {"column_s", rounded(window / recording.protocol.sample_rate_hz)},
+          {"start_s", rounded(recording.image_settings.first_sample / recording.protocol.sample_rate_hz)},
           {"fold", recording.image_settings.fold},
           {"mirrored", shape.rows > rows},
           {"channels", std::move(list)}};
@@ -181,28 +174,12 @@ json recording_to_json(const Identification& recording) {
           {"column", recording.column},
           {"protocol", to_json(recording.protocol)},
           {"parameters", parameters_to_json(recording)},
-          {"rms_residual_deg", number(recording.rms_residual_deg)},
-          {"variance_accounted_for", number(recording.variance_accounted_for)},
-          {"peak_to_peak_deg", number(recording.peak_to_peak_deg)},
+          {"rms_residual_deg", rounded(recording.rms_residual_deg)},
+          {"variance_accounted_for", rounded(recording.variance_accounted_for)},
+          {"peak_to_peak_deg", rounded(recording.peak_to_peak_deg)},
           {"warnings", recording.warnings},
           {"series", series_to_json(recording)},
           {"image", image_to_json(recording)}};
-}
-
-// For a script element: no `<` at all, so neither `</script>` nor `<!--` can stand in it. ASCII only; bytes that are
-// not UTF-8 (a file name may hold any) become U+FFFD.
-std::string script_json(const json& data) {
-  const std::string text = data.dump(-1, ' ', true, json::error_handler_t::replace);
-  std::string escaped;
-  escaped.reserve(text.size());
-  for (const char c : text) {
-    if (c == '<') {
-      escaped += "\\u003c";
-    } else {
-      escaped += c;
-    }
-  }
-  return escaped;
 }
 
 }  // namespace
@@ -211,24 +188,11 @@ std::string report_html(const ReportModel& model, const std::vector<Identificati
   json data = {{"model", {{"name", model.name}, {"sha256", model.sha256}, {"version", model.version}}},
                {"recordings", json::array()}};
   for (const Identification& recording : recordings) data["recordings"].push_back(recording_to_json(recording));
-  const std::string block = script_json(data);
-
-  // One pass over the page alone: what is put in is never searched for marks.
-  const std::pair<std::string_view, std::string_view> parts[] = {{"{{css}}", embedded::report_css()},
-                                                                 {"{{data}}", block},
-                                                                 {"{{chart_js}}", embedded::chart_js()},
-                                                                 {"{{page_js}}", embedded::report_js()}};
-  std::string page;
-  std::string_view rest = embedded::report_page();
-  for (const auto& [mark, content] : parts) {
-    const std::size_t at = rest.find(mark);
-    if (at == std::string_view::npos) throw Error("report/page.html", "has no " + std::string(mark), "put it back");
-    page += rest.substr(0, at);
-    page += content;
-    rest.remove_prefix(at + mark.size());
-  }
-  page += rest;
-  return page;
+  return fill_page(embedded::report_page(),
+                   {{"{{css}}", std::string(embedded::report_css())},
+                    {"{{data}}", script_json(data)},
+                    {"{{chart_js}}", std::string(embedded::chart_js())},
+                    {"{{page_js}}", std::string(embedded::common_js()) += embedded::report_js()}});
 }
 
 }  // namespace decid::tools

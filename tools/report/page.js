@@ -1,29 +1,12 @@
 // Draws the report from the JSON block in the page. Text goes in through textContent only, never as markup.
-// When all is drawn, the body says so: data-charts-drawn="drawn/all", data-error if anything was thrown.
-"use strict";
 (() => {
-const blame = message => { document.body.dataset.error = String(message); };
-window.addEventListener("error", event => blame(event.message));
-window.addEventListener("unhandledrejection", event => blame(event.reason));
-
-const report = JSON.parse(document.getElementById("report-data").textContent);
+const { element, absent, minus, fixed, compact, figure, rgb, pixelsOf, hasColour, axis, checks } = page;
+const report = page.data("report-data");
 const colours = { sway: "#17527f", fitted: "#d1541f", tilt: "#6f7780" };
-const checks = [];   // a function each canvas: does it show what it should?
 const redraws = [];  // heat maps, which Chart.js does not look after
 
 // ---- text ----------------------------------------------------------------------------------------------------------
 
-function element(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  made.append(...children.filter(child => child !== null));
-  return made;
-}
-
-const absent = value => value === null || value === undefined;
-const minus = text => text.replace("-", "\u2212");
-const fixed = (value, decimals) => absent(value) ? "n/a" : minus(value.toFixed(decimals));
-const compact = value => absent(value) ? "n/a" : minus(String(Number(value.toPrecision(3))));
 // Decimals that resolve a thousandth of the range: the identification is not finer than that.
 const decimalsOf = parameter => Math.max(0, Math.floor(3 - Math.log10(parameter.high - parameter.low)));
 const percent = value => absent(value) ? "n/a" : fixed(100 * value, 0) + " %";
@@ -35,10 +18,6 @@ function inOtherWords(parameter) {
   if (absent(parameter.value)) return null;
   if (parameter.unit === "rad/s") return fixed(parameter.value * 180 / Math.PI, 3) + " deg/s";
   return parameter.unit === "s" ? fixed(1000 * parameter.value, 0) + " ms" : null;
-}
-
-function figure(name, value, remark) {
-  return element("div", {}, element("dt", {}, name), element("dd", {}, value, element("small", {}, remark)));
 }
 
 function warningBox(warnings) {
@@ -137,31 +116,11 @@ function swayPoints(recording) {
   return { sway: points(sway, mean(sway)), fitted: points(fitted, mean(fitted)), tilt: points(tilt, 0) };
 }
 
-const rgb = hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
-
-// A copy is read: reading a canvas on the screen makes it slow, and browsers complain.
-function pixelsOf(canvas) {
-  const copy = element("canvas", { width: canvas.width, height: canvas.height }).getContext("2d", { willReadFrequently: true });
-  copy.drawImage(canvas, 0, 0);
-  return copy;
-}
-
-function hasColour(canvas, hex) {
-  const wanted = rgb(hex);
-  const { data } = pixelsOf(canvas).getImageData(0, 0, canvas.width, canvas.height);
-  for (let at = 0; at < data.length; at += 4) {
-    if (data[at + 3] > 128 && wanted.every((value, channel) => Math.abs(value - data[at + channel]) < 40)) return true;
-  }
-  return false;
-}
-
 function swayChart(points, label, from, to) {
   const canvas = element("canvas", { role: "img", "aria-label": label });
   const holder = element("div", { class: "chart" }, canvas);
   const line = (name, key, width) => ({ label: name, data: points[key], borderColor: colours[key],
     backgroundColor: colours[key], borderWidth: width, pointRadius: 0, pointHitRadius: 6 });
-  const axis = text => ({ type: "linear", title: { display: true, text, color: "#1c2733" },
-    ticks: { color: "#3d4853", includeBounds: false }, grid: { color: "#e6eaee" } });
   const start = () => {
     const chart = new Chart(canvas, {
       type: "line",
@@ -397,5 +356,5 @@ contents();
 report.recordings.forEach(section);
 footer();
 redraw();
-document.body.dataset.chartsDrawn = `${checks.filter(check => check()).length}/${checks.length}`;
+page.finish();
 })();
