@@ -11,8 +11,9 @@ namespace {
 
 // Parts of the body's mass: 2 shanks of .0465 and 2 thighs of .100; head, arms and trunk. The feet's .029 are left out.
 constexpr double leg_mass = 0.293, trunk_mass = 0.678;
-// Parts of the body's height: ankle to hip (.530 - .039), hip to shoulder, hip to the top of the chest and head.
-constexpr double leg_length = 0.491, trunk_length = 0.288, upper_length = 0.34;
+// Parts of the body's height: ankle to hip (.530 - .039), hip to shoulder. The trunk's radius of gyration is given of
+// .34: with it the body of 88.86 kg and 1.80 m has the inertia of 101.895 kg m2.
+constexpr double leg_length = 0.491, trunk_length = 0.288, gyration_length = 0.34;
 // Parts of these lengths: centres of mass above the lower joint, radii of gyration about the centre of mass.
 constexpr double leg_com = 0.553, leg_gyration = 0.326, trunk_com = 0.626, trunk_gyration = 0.496;
 
@@ -46,7 +47,7 @@ Segments segments_of(const Subject& subject) {
   segments.leg_inertia_kgm2 = segments.leg_mass_kg * square(leg_gyration * segments.leg_length_m);
   segments.trunk_mass_kg = trunk_mass * subject.mass_kg;
   segments.trunk_com_m = trunk_com * trunk_length * subject.height_m;
-  segments.trunk_inertia_kgm2 = segments.trunk_mass_kg * square(trunk_gyration * upper_length * subject.height_m);
+  segments.trunk_inertia_kgm2 = segments.trunk_mass_kg * square(trunk_gyration * gyration_length * subject.height_m);
   return segments;
 }
 
