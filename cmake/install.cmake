@@ -9,7 +9,10 @@ install(DIRECTORY base sim $<$<BOOL:${DECID_DATASET}>:dataset> nn DESTINATION ${
         PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE PATTERN "isa.hpp" EXCLUDE
         # What data sets are read and written with.
         PATTERN "csv.hpp" EXCLUDE PATTERN "npy.hpp" EXCLUDE PATTERN "json_object.hpp" EXCLUDE
-        PATTERN "journal.hpp" EXCLUDE PATTERN "npz_parts.hpp" EXCLUDE PATTERN "zip.hpp" EXCLUDE)
+        PATTERN "journal.hpp" EXCLUDE PATTERN "npz_parts.hpp" EXCLUDE PATTERN "zip.hpp" EXCLUDE
+        PATTERN "columns.hpp" EXCLUDE PATTERN "measured_tilt.hpp" EXCLUDE PATTERN "stimulus_json.hpp" EXCLUDE
+        # What the simulator is made of.
+        PATTERN "checker.hpp" EXCLUDE PATTERN "controller.hpp" EXCLUDE PATTERN "lanes.hpp" EXCLUDE)
 if(DECID_TOOLS)
   install(TARGETS decid RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

@@ -94,7 +94,7 @@ CsvTable::CsvTable(std::string text, std::string where) : text_(std::move(text))
     }
     return true;
   });
-  if (rows_ == 0) throw Error(where_, "holds no lines of data", "name a CSV file with a column of sway");
+  if (rows_ == 0) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
 }
 
 /// Calls visit(line, number) for every line that is neither blank nor a comment, until it returns false.

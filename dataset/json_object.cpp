@@ -108,6 +108,14 @@ void JsonObject::read(const char* key, std::vector<int>& value) {
   value = json->get<std::vector<int>>();
 }
 
+void JsonObject::read(const char* key, std::vector<double>& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  const auto is_number = [](const Json& item) { return item.is_number(); };
+  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_number)) wrong_type(key, "a list of numbers");
+  value = json->get<std::vector<double>>();
+}
+
 void JsonObject::read(const char* key, std::vector<std::string>& value) {
   const Json* json = find(key);
   if (!json) return;

@@ -39,6 +39,7 @@ class JsonObject {
   void read(const char* key, bool& value);
   void read(const char* key, std::string& value);
   void read(const char* key, std::vector<int>& value);
+  void read(const char* key, std::vector<double>& value);
   void read(const char* key, std::vector<std::string>& value);
 
   /// Throws Error naming the first key that was not asked for.

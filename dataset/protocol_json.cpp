@@ -7,34 +7,42 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "dataset/json_object.hpp"
+#include "dataset/stimulus_json.hpp"
+#include "sim/segments.hpp"
 
 namespace decid::dataset {
 
 namespace {
 
-/// A protocol is a page of text; anything much larger is some other file.
-constexpr std::size_t protocol_limit_bytes = std::size_t{1} << 20;
+/// A million samples of a measured tilt and their blanks; anything larger is some other file.
+constexpr std::size_t protocol_limit_bytes = std::size_t{1} << 26;
 
 Json sensor_noise_json(const sim::SensorNoise& noise) {
   if (noise.low_deg == noise.high_deg) return noise.low_deg;
   return {noise.low_deg, noise.high_deg};
 }
 
-void read_sequence(const Json& json, const std::string& where, sim::Sequence& sequence) {
-  JsonObject object(json, where, "sequence");
-  object.read("feedback", sequence.feedback);
-  object.read("start", sequence.start);
-  object.read("state_s", sequence.state_s);
-  object.read("amplitude_deg", sequence.amplitude_deg);
-  object.read("offset_s", sequence.offset_s);
-  object.read("cycles", sequence.cycles);
-  object.read("lead_in_s", sequence.lead_in_s);
-  object.read("lead_out_s", sequence.lead_out_s);
-  object.finish();
-}
-
 void read_body(const Json& json, const std::string& where, sim::Body& body) {
   JsonObject object(json, where, "body");
+  if (const Json* part = object.find("subject")) {
+    for (const char* key : {"mass_kg", "com_height_m", "inertia_kgm2"}) {
+      if (!object.find(key)) continue;
+      throw Error(where, std::string("'body.") + key + "' stands beside 'body.subject', which decides it",
+                  "keep one of them; body.mass_kg is the mass above the ankles");
+    }
+    sim::Subject subject;
+    JsonObject subject_object(*part, where, "body.subject");
+    subject_object.require("mass_kg");
+    subject_object.require("height_m");
+    subject_object.read("mass_kg", subject.mass_kg);
+    subject_object.read("height_m", subject.height_m);
+    subject_object.finish();
+    try {
+      body = sim::body_of(sim::segments_of(subject));
+    } catch (const Error& error) {
+      throw Error(where, "body." + error.where() + ": " + error.problem(), error.remedy());
+    }
+  }
   object.read("mass_kg", body.mass_kg);
   object.read("com_height_m", body.com_height_m);
   object.read("inertia_kgm2", body.inertia_kgm2);
@@ -63,41 +71,31 @@ void read_sensor_noise(const JsonObject& parent, const Json& json, sim::SensorNo
 }  // namespace
 
 std::string to_json(const sim::Protocol& protocol) {
-  const sim::Sequence& sequence = protocol.sequence;
   const sim::VestibularNoise& noise = protocol.vestibular_noise;
-  const Json json{
-      {"name", protocol.name},
-      {"sequence",
-       {{"feedback", sequence.feedback},
-        {"start", sequence.start},
-        {"state_s", sequence.state_s},
-        {"amplitude_deg", sequence.amplitude_deg},
-        {"offset_s", sequence.offset_s},
-        {"cycles", sequence.cycles},
-        {"lead_in_s", sequence.lead_in_s},
-        {"lead_out_s", sequence.lead_out_s}}},
-      {"sample_rate_hz", protocol.sample_rate_hz},
-      {"body",
-       {{"mass_kg", protocol.body.mass_kg},
-        {"com_height_m", protocol.body.com_height_m},
-        {"inertia_kgm2", protocol.body.inertia_kgm2}}},
-      {"vestibular_noise",
-       {{"scale_deg", noise.scale_deg},
-        {"low_hz", noise.low_hz},
-        {"high_hz", noise.high_hz},
-        {"exponent", noise.exponent}}},
-      {"sensor_noise_deg", sensor_noise_json(protocol.sensor_noise)},
-  };
+  Json json{{"name", protocol.name}};
+  write_stimulus(protocol.stimulus, json);
+  json["sample_rate_hz"] = protocol.sample_rate_hz;
+  json["body"] = {{"mass_kg", protocol.body.mass_kg},
+                  {"com_height_m", protocol.body.com_height_m},
+                  {"inertia_kgm2", protocol.body.inertia_kgm2}};
+  json["vestibular_noise"] = {{"scale_deg", noise.scale_deg},
+                              {"low_hz", noise.low_hz},
+                              {"high_hz", noise.high_hz},
+                              {"exponent", noise.exponent}};
+  json["sensor_noise_deg"] = sensor_noise_json(protocol.sensor_noise);
   return print_json(json);
 }
 
-sim::Protocol protocol_from_json(const std::string& text, const std::string& where) {
+namespace {
+
+sim::Protocol parse_protocol(const std::string& text, const ProtocolSource& source) {
+  const std::string& where = source.where;
   const Json json = parse_json(text, where);
   sim::Protocol protocol = sim::default_protocol();
   JsonObject object(json, where);
   object.read("name", protocol.name);
-  if (const Json* part = object.find("sequence")) read_sequence(*part, where, protocol.sequence);
   object.read("sample_rate_hz", protocol.sample_rate_hz);
+  read_stimulus(object, source, protocol.sample_rate_hz, protocol.stimulus);
   if (const Json* part = object.find("body")) read_body(*part, where, protocol.body);
   if (const Json* part = object.find("vestibular_noise"))
     read_vestibular_noise(*part, where, protocol.vestibular_noise);
@@ -112,7 +110,13 @@ sim::Protocol protocol_from_json(const std::string& text, const std::string& whe
   return protocol;
 }
 
-sim::Protocol load_protocol(const std::string& name_or_path) {
+}  // namespace
+
+sim::Protocol protocol_from_json(const std::string& text, const std::string& where) {
+  return parse_protocol(text, {where});
+}
+
+sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files) {
   if (name_or_path == "default") return sim::default_protocol();
   if (name_or_path == "short") return sim::short_protocol();
   std::error_code ignored;
@@ -120,7 +124,9 @@ sim::Protocol load_protocol(const std::string& name_or_path) {
     throw Error(name_or_path, "is neither a built-in protocol nor a file",
                 "use default, short, or the path of a JSON file");
   }
-  return protocol_from_json(read_file(name_or_path, protocol_limit_bytes), name_or_path);
+  if (files) files->push_back(name_or_path);
+  const std::filesystem::path folder = std::filesystem::path(name_or_path).parent_path();
+  return parse_protocol(read_file(name_or_path, protocol_limit_bytes), {name_or_path, &folder, files});
 }
 
 }  // namespace decid::dataset

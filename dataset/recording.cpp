@@ -4,14 +4,11 @@
 #include "dataset/recording.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <string_view>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "dataset/columns.hpp"
 #include "dataset/csv.hpp"
 
 namespace decid::dataset {
@@ -19,124 +16,12 @@ namespace decid::dataset {
 namespace {
 
 constexpr std::size_t file_limit_bytes = std::size_t{1} << 30;
-/// How much a time step may differ from the median step.
-constexpr double step_tolerance = 0.01;
-/// Rates that differ by less are equal: over a trial of 121 s the difference is a sample.
-constexpr double rate_tolerance = 1e-4;
 constexpr double slowest_plausible_hz = 5.0;
 constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
 /// Where degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
 /// So much of a recording may hang over the end of the protocol.
 constexpr double cut_limit_s = 1.0;
-
-/// Six significant digits: "50", "127.4".
-std::string shown(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
-/// A column's name in its parts, lower case: "COM_x (deg)" -> com, x, deg.
-std::vector<std::string> words(std::string_view name) {
-  std::vector<std::string> parts(1);
-  for (const char c : name) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (std::isalnum(byte) || byte >= 0x80) {
-      parts.back() += static_cast<char>(std::tolower(byte));
-    } else if (!parts.back().empty()) {
-      parts.emplace_back();
-    }
-  }
-  if (parts.back().empty() && parts.size() > 1) parts.pop_back();
-  return parts;
-}
-
-bool one_of(std::string_view word, std::initializer_list<std::string_view> list) {
-  return std::find(list.begin(), list.end(), word) != list.end();
-}
-
-bool is_time(std::string_view name) {
-  return one_of(words(name).front(), {"time", "t", "times", "timestamp", "timestamps", "zeit", "seconds", "sec", "ms"});
-}
-
-/// Seconds in one unit of the time column.
-double time_unit_s(std::string_view name) {
-  const std::string unit = words(name).back();
-  if (one_of(unit, {"ms", "msec", "milliseconds"})) return 1e-3;
-  if (one_of(unit, {"us", "usec", "\xC2\xB5s", "microseconds"})) return 1e-6;
-  return 1.0;
-}
-
-std::optional<Unit> unit_in(std::string_view name) {
-  const std::string unit = words(name).back();
-  if (one_of(unit, {"deg", "degree", "degrees", "\xC2\xB0"})) return Unit::degree;
-  if (one_of(unit, {"rad", "radian", "radians"})) return Unit::radian;
-  return {};
-}
-
-/// "com_x" of "COM_x (deg)".
-std::string name_without_unit(std::string_view name) {
-  std::vector<std::string> parts = words(name);
-  if (parts.size() > 1 && unit_in(name)) parts.pop_back();
-  std::string joined;
-  for (const std::string& part : parts) joined += (joined.empty() ? "" : "_") + part;
-  return joined;
-}
-
-std::string list_of(const CsvTable& table, int without) {
-  std::string list;
-  for (int i = 0; i < table.columns(); ++i) {
-    if (i == without) continue;
-    if (list.size() > 200) return list + ", ...";
-    list += (list.empty() ? "'" : ", '") + table.names()[static_cast<std::size_t>(i)] + "'";
-  }
-  return list;
-}
-
-/// The column that the user named, by its name, its name in other case, or its number.
-int named_column(const CsvTable& table, const std::string& column, const std::string& where) {
-  const auto lower = [](std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-  };
-  std::vector<int> exact, alike;
-  for (int i = 0; i < table.columns(); ++i) {
-    const std::string& name = table.names()[static_cast<std::size_t>(i)];
-    if (name == column) exact.push_back(i);
-    if (lower(name) == lower(column)) alike.push_back(i);
-  }
-  const std::vector<int>& found = exact.empty() ? alike : exact;
-  if (found.size() == 1) return found.front();
-  if (found.size() > 1) {
-    throw Error(where, std::to_string(found.size()) + " columns are called '" + column + "'",
-                "give the column's number, from 1, as --column");
-  }
-  int number = 0;
-  const auto [end, error] = std::from_chars(column.data(), column.data() + column.size(), number);
-  if (error == std::errc() && end == column.data() + column.size() && number >= 1 && number <= table.columns()) {
-    return number - 1;
-  }
-  throw Error(where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
-              "give one of them, or its number from 1, as --column");
-}
-
-/// The column of time, or -1.
-int find_time(const CsvTable& table) {
-  if (table.has_header()) {
-    const auto& names = table.names();
-    const auto found = std::find_if(names.begin(), names.end(), is_time);
-    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
-  }
-  if (table.columns() < 2 || table.rows() < 3) return -1;
-  const std::vector<double> first = table.numbers(0);
-  const double step = (first.back() - first.front()) / static_cast<double>(first.size() - 1);
-  for (std::size_t i = 1; i < first.size(); ++i) {
-    const double found = first[i] - first[i - 1];
-    if (found <= 0.0 || std::abs(found - step) > 2.0 * step_tolerance * step) return -1;
-  }
-  return 0;
-}
 
 int find_sway(const CsvTable& table, int time, Recording& recording) {
   for (const char* name :
@@ -161,33 +46,9 @@ int find_sway(const CsvTable& table, int time, Recording& recording) {
   return sway;
 }
 
-/// Sample rate of a column of time. Throws Error where a step differs from the median step.
-double rate_of(const CsvTable& table, int column, const std::string& where) {
-  const std::string& name = table.names()[static_cast<std::size_t>(column)];
-  const std::vector<double> time = table.numbers(column);
-  std::vector<double> steps(time.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
-  std::vector<double> sorted = steps;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double median = *middle;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    // The comparisons are written so that a step that is not a number fails them.
-    if (steps[i] > 0.0 && std::abs(steps[i] - median) <= step_tolerance * median) continue;
-    throw Error(where,
-                "line " + std::to_string(table.line_of(i + 1)) + ": '" + name + "' steps by " + shown(steps[i]) +
-                    ", elsewhere by " + shown(median),
-                "correct the times, or give --rate if the samples are evenly spaced all the same");
-  }
-  // Steps agree with the median to 1%; their mean is exact where the times were rounded.
-  const double step_s = (time.back() - time.front()) / static_cast<double>(steps.size()) * time_unit_s(name);
-  const double rate = 1.0 / step_s, whole = std::round(rate);
-  return std::abs(rate - whole) < 1e-6 * rate ? whole : rate;
-}
-
 double find_rate(const CsvTable& table, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !(std::isfinite(*options.rate_hz) && *options.rate_hz > 0.0)) {
-    throw Error(recording.file, "the rate " + shown(*options.rate_hz) + " Hz is not positive",
+    throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not positive",
                 "give the samples per second as --rate");
   }
   if (time < 0) {
@@ -197,7 +58,7 @@ double find_rate(const CsvTable& table, int time, const RecordingOptions& option
   const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
   double rate = 0.0;
   try {
-    rate = rate_of(table, time, recording.file);
+    rate = rate_of(table, time, recording.file, "--rate");
   } catch (const Error& error) {
     if (!options.rate_hz) throw;
     recording.warnings.push_back("the column of time is not used: " + error.problem());
@@ -205,13 +66,13 @@ double find_rate(const CsvTable& table, int time, const RecordingOptions& option
   }
   if (options.rate_hz) {
     if (std::abs(rate - *options.rate_hz) > rate_tolerance * rate) {
-      recording.warnings.push_back("the column " + name + " says " + shown(rate) + " Hz, the rate given is " +
-                                   shown(*options.rate_hz) + " Hz; the rate given is used");
+      recording.warnings.push_back("the column " + name + " says " + six_digits(rate) + " Hz, the rate given is " +
+                                   six_digits(*options.rate_hz) + " Hz; the rate given is used");
     }
     return *options.rate_hz;
   }
   if (rate < slowest_plausible_hz) {
-    recording.warnings.push_back("the column " + name + " says " + shown(rate) +
+    recording.warnings.push_back("the column " + name + " says " + six_digits(rate) +
                                  " Hz, which is slow; if it is not in seconds, call it time_ms or give --rate");
   }
   return rate;
@@ -234,26 +95,26 @@ void convert(Recording& recording, const RecordingOptions& options) {
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
   const char* other = "if the unit is another, give --unit";
   if (*least == *most) {
-    throw Error(recording.file, recording.column + " is constant, " + shown(*most / sim::rad_per_deg) + " degrees",
+    throw Error(recording.file, recording.column + " is constant, " + six_digits(*most / sim::rad_per_deg) + " degrees",
                 "name the column of sway with --column");
   }
   if (peak_deg > largest_deg) {
-    throw Error(recording.file, recording.column + " reaches " + shown(peak_deg) + " degrees, beyond lying flat",
+    throw Error(recording.file, recording.column + " reaches " + six_digits(peak_deg) + " degrees, beyond lying flat",
                 other);
   }
   if (peak_deg > largest_plausible_deg) {
-    recording.warnings.push_back("sway reaches " + shown(peak_deg) + " degrees, more than a standing body does; " +
+    recording.warnings.push_back("sway reaches " + six_digits(peak_deg) + " degrees, more than a standing body does; " +
                                  other);
   }
   if (peak_to_peak_deg < smallest_plausible_deg || (!unit && peak_to_peak_deg < small_for_a_guess_deg)) {
-    recording.warnings.push_back("sway is only " + shown(peak_to_peak_deg) + " degrees peak to peak, " +
-                                 shown(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
+    recording.warnings.push_back("sway is only " + six_digits(peak_to_peak_deg) + " degrees peak to peak, " +
+                                 six_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
   }
 }
 
 std::string count_at(std::size_t samples, double rate_hz) {
-  return std::to_string(samples) + " samples at " + shown(rate_hz) + " Hz (" +
-         shown(static_cast<double>(samples) / rate_hz) + " s)";
+  return std::to_string(samples) + " samples at " + six_digits(rate_hz) + " Hz (" +
+         six_digits(static_cast<double>(samples) / rate_hz) + " s)";
 }
 
 }  // namespace
@@ -264,8 +125,8 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   const CsvTable table(read_file(path, file_limit_bytes), recording.file);
   if (table.rows() < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
   int time = find_time(table);
-  const int sway =
-      options.column.empty() ? find_sway(table, time, recording) : named_column(table, options.column, recording.file);
+  const int sway = options.column.empty() ? find_sway(table, time, recording)
+                                          : named_column(table, options.column, recording.file, "--column");
   if (sway == time) time = -1;  // the user knows better than its looks
   recording.column = table.names()[static_cast<std::size_t>(sway)];
   recording.rate_hz = find_rate(table, time, options, recording);
@@ -292,11 +153,12 @@ std::vector<float> fit_to_protocol(Recording& recording, const sim::Protocol& pr
   }
   std::vector<double> sway = same_rate ? recording.sway_rad : resample(recording.sway_rad, recording.rate_hz, rate);
   if (!same_rate) {
-    recording.warnings.push_back("resampled from " + shown(recording.rate_hz) + " Hz to " + shown(rate) + " Hz");
+    recording.warnings.push_back("resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) +
+                                 " Hz");
   }
   if (sway.size() > needed) {
     recording.warnings.push_back(std::to_string(sway.size() - needed) + " samples beyond the protocol's " +
-                                 shown(protocol.duration_s()) + " s are cut off");
+                                 six_digits(protocol.duration_s()) + " s are cut off");
   }
   std::vector<float> result(needed);
   std::transform(sway.begin(), sway.begin() + static_cast<std::ptrdiff_t>(needed), result.begin(),

@@ -44,8 +44,8 @@ void Model::check_fold() const {
   if (image.fold == 1) return;
   const int columns = images_.shape().columns;
   const double cycle_samples = protocol.cycle_s() * protocol.sample_rate_hz;
-  const double lead_in_samples = protocol.sequence.lead_in_s * protocol.sample_rate_hz;
-  if (image.fold == protocol.sequence.cycles && columns * image.window == std::lround(cycle_samples) &&
+  const double lead_in_samples = protocol.lead_in_s() * protocol.sample_rate_hz;
+  if (image.fold == protocol.cycles() && columns * image.window == std::lround(cycle_samples) &&
       image.first_sample == std::lround(lead_in_samples))
     return;
   throw Error(
@@ -53,7 +53,7 @@ void Model::check_fold() const {
       format(
           "fold %d times %d windows of %d samples from sample %d on, but protocol '%s' plays %d cycles of %g samples "
           "after %g",
-          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.sequence.cycles,
+          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.cycles(),
           cycle_samples, lead_in_samples),
       "choose a preset made for this protocol, or one that does not fold");
 }

@@ -1,4 +1,5 @@
-// Self-contained HTML pages that open offline: what `decid identify --report` and `decid dataset --report` share.
+// Self-contained HTML pages that open offline: what the reports of `decid identify`, `decid dataset` and
+// `decid stimulus` share.
 // A page is its data as a JSON block and scripts that draw it: tools/report/common.js and one of the page's own.
 // Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in the page.
 #pragma once

@@ -1,64 +1,110 @@
-// decid simulate and decid stimulus: a trial with known parameters, and the platform's tilt alone, as CSV.
+// decid simulate: a trial with known parameters as CSV, of the single or the double inverted pendulum.
 #include "sim/simulate.hpp"
 
+#include <array>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "dataset/protocol_json.hpp"
+#include "sim/double_pendulum.hpp"
 #include "tools/command.hpp"
 #include "tools/text.hpp"
+#include "tools/trial_csv.hpp"
 
 namespace decid::tools {
 namespace {
 
-constexpr int digits = 10;
+/// What was given on the command line.
+using Given = std::array<std::optional<double>, sim::parameter_count>;
 
 struct Options {
   CommonOptions common;
-  sim::Parameters parameters = sim::middle_parameters();
+  Given parameters, hip;
   std::uint64_t seed = 1;
-  std::string protocol = "default";
-  std::string output;
+  std::string model = "sip", protocol = "default", output;
 };
 
-/// Time and tilt of every sample.
-std::vector<std::vector<double>> time_and_tilt(const sim::Protocol& protocol, const sim::Stimulus& stimulus) {
-  std::vector<std::vector<double>> columns(2);
-  for (int k = 0; k < protocol.samples(); ++k) {
-    columns[0].push_back(k / protocol.sample_rate_hz);
-    columns[1].push_back(stimulus.tilt_at(k * protocol.steps_per_sample()) / sim::rad_per_deg);
-  }
-  return columns;
+sim::Parameters filled(sim::Parameters parameters, const Given& given) {
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) parameters[i] = given[i].value_or(parameters[i]);
+  return parameters;
 }
 
-void simulate(const Options& options) {
-  const sim::Simulator simulator(dataset::load_protocol(options.protocol));
-  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome =
-      simulator.run(options.parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
-  if (!outcome.valid)
-    throw Error("simulate",
-                format("the body leaves 5 degrees after %.2f s: these parameters do not stand", outcome.end_s),
-                "shorten --delay, lower --kp or raise --kd");
-  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, sway);
-  for (double& value : sway) value /= sim::rad_per_deg;
-  auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
-  columns.insert(columns.begin() + 1, std::move(sway));
-  write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg"}, columns, digits));
-  if (options.common.quiet) return;
+std::vector<double> room(int samples) {
+  return std::vector<double>(static_cast<std::size_t>(samples));
+}
+
+void to_degrees(std::vector<double>& angles) {
+  for (double& value : angles) value /= sim::rad_per_deg;
+}
+
+void require_standing(const sim::Outcome& outcome) {
+  if (outcome.valid) return;
+  const bool fell = outcome.largest_sway_rad > sim::sway_limit_rad;
+  throw Error("simulate",
+              fell ? format("the body leaves 5 degrees after %.2f s: these parameters do not stand", outcome.end_s)
+                   : format("leg or trunk leaves %.0f degrees after %.2f s: these parameters do not stand",
+                            sim::segment_limit_rad / sim::rad_per_deg, outcome.end_s),
+              fell ? "shorten --delay, lower --kp or raise --kd" : "shorten --hip-delay or lower --hip-kp");
+}
+
+void print_parameters(const char* title, const sim::Parameters& parameters) {
+  std::cerr << title;
   for (std::size_t i = 0; i < sim::parameter_count; ++i)
-    std::cerr << format("%-8s %12.6g %s\n", sim::parameter_info[i].name, options.parameters[i],
-                        sim::parameter_info[i].unit);
-  std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees, seed %llu, written to %s\n", simulator.samples(),
-                      simulator.protocol().sample_rate_hz, outcome.largest_sway_rad / sim::rad_per_deg,
+    std::cerr << format("%-8s %12.6g %s\n", sim::parameter_info[i].name, parameters[i], sim::parameter_info[i].unit);
+}
+
+void print_summary(const Options& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
+  std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees, seed %llu, written to %s\n", protocol.samples(),
+                      protocol.sample_rate_hz, outcome.largest_sway_rad / sim::rad_per_deg,
                       static_cast<unsigned long long>(options.seed), options.output.c_str());
 }
 
-void add_protocol_and_output(CLI::App& command, Options& options) {
-  command.add_option("--protocol", options.protocol, "default, short, or a JSON file")->capture_default_str();
-  command.add_option("-o,--output", options.output, "CSV file to write")->required();
+void simulate_single(const Options& options, sim::Protocol protocol) {
+  const sim::Simulator simulator(std::move(protocol));
+  const sim::Parameters parameters = filled(sim::middle_parameters(), options.parameters);
+  std::vector<double> sway = room(simulator.samples());
+  const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
+  require_standing(outcome);
+  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, sway);
+  to_degrees(sway);
+  auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
+  columns.insert(columns.begin() + 1, std::move(sway));
+  write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg"}, columns, csv_digits));
+  if (options.common.quiet) return;
+  print_parameters("", parameters);
+  print_summary(options, simulator.protocol(), outcome);
+}
+
+void simulate_double(const Options& options, sim::Protocol protocol) {
+  const sim::DoubleSimulator simulator(std::move(protocol));
+  sim::DoubleParameters parameters = sim::default_double_parameters(simulator.segments());
+  parameters = {filled(parameters.ankle, options.parameters), filled(parameters.hip, options.hip)};
+  std::vector<double> com = room(simulator.samples()), leg = com, trunk = com;
+  const sim::Outcome outcome =
+      simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), {com, leg, trunk});
+  require_standing(outcome);
+  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, com);
+  auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
+  for (std::vector<double>* angles : {&com, &leg, &trunk}) to_degrees(*angles);
+  columns.insert(columns.begin() + 1, std::move(com));
+  columns.push_back(std::move(leg));
+  columns.push_back(std::move(trunk));
+  write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg", "leg_deg", "trunk_deg"}, columns, csv_digits));
+  if (options.common.quiet) return;
+  print_parameters("ankle\n", parameters.ankle);
+  print_parameters("hip\n", parameters.hip);
+  print_summary(options, simulator.protocol(), outcome);
+}
+
+void simulate(const Options& options) {
+  std::vector<std::string> files;
+  sim::Protocol protocol = dataset::load_protocol(options.protocol, &files);
+  refuse_same_file(options.output, files);
+  options.model == "dip" ? simulate_double(options, std::move(protocol))
+                         : simulate_single(options, std::move(protocol));
 }
 
 }  // namespace
@@ -66,39 +112,50 @@ void add_protocol_and_output(CLI::App& command, Options& options) {
 void add_simulate(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
+  const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
     command
         ->add_option(std::string("--") + info.option, options->parameters[i],
-                     format("%s, %s; usual range %g to %g", info.description, info.unit, info.low, info.high))
-        ->capture_default_str();
+                     format("%s, %s; usual range %g to %g; default %g, with --model dip %.4g", info.description,
+                            info.unit, info.low, info.high, info.middle(), of_double.ankle[i]))
+        ->option_text("FLOAT");
   }
   command->add_option("--seed", options->seed, "Seed of the noise")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--model", "Body: sip, the single inverted pendulum")
-      ->check(CLI::IsMember({"sip"}))
-      ->default_str("sip");
-  add_protocol_and_output(*command, *options);
+  command
+      ->add_option("--model", options->model,
+                   "Body: sip, the single inverted pendulum, or dip, leg and trunk with a controller at the ankle (the "
+                   "seven parameters above) and one at the hip")
+      ->check(CLI::IsMember({"sip", "dip"}))
+      ->capture_default_str();
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    const sim::ParameterInfo& info = sim::parameter_info[i];
+    command
+        ->add_option(
+            std::string("--hip-") + info.option, options->hip[i],
+            format("With --model dip, of the hip: %s, %s; default %.4g", info.description, info.unit, of_double.hip[i]))
+        ->option_text("FLOAT");
+  }
+  command->add_option("--protocol", options->protocol, "default, short, or a JSON file")->capture_default_str();
+  command
+      ->add_option("-o,--output", options->output,
+                   "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
+      ->required();
   add_common_options(*command, options->common, false);
-  command->footer("Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv");
-  command->callback([options] {
+  command->footer(
+      "Default gains of --model dip are those of the default body; they scale with the m g h of the protocol's.\n"
+      "Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
+      "Example: decid simulate --model dip --hip-delay 0.05 -o trial.csv");
+  command->callback([options, command] {
+    for (const sim::ParameterInfo& info : sim::parameter_info) {
+      const std::string name = std::string("--hip-") + info.option;
+      if (options->model != "dip" && command->count(name) > 0)
+        throw Error(name, "has no effect on the single pendulum, which has no hip", "use it with --model dip");
+    }
     apply(options->common);
     simulate(*options);
-  });
-}
-
-void add_stimulus(CLI::App& program) {
-  auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("stimulus", "Write the platform's tilt over a trial");
-  add_protocol_and_output(*command, *options);
-  add_common_options(*command, options->common, false);
-  command->footer("Example: decid stimulus --protocol short -o stimulus.csv");
-  command->callback([options] {
-    apply(options->common);
-    const sim::Protocol protocol = dataset::load_protocol(options->protocol);
-    write_file(options->output,
-               csv({"time", "tilt_deg"}, time_and_tilt(protocol, sim::make_stimulus(protocol)), digits));
   });
 }
 

@@ -103,6 +103,22 @@ TEST_CASE("sin_small: within its bound") {
   CHECK(decid::sin_small(0.0) == 0.0);
 }
 
+TEST_CASE("cos_small: within its bound") {
+  double worst = 0.0;
+  for (int i = -500'000; i <= 500'000; ++i) {
+    const double x = i * 1e-6;
+    worst = std::max(worst, relative_error(decid::cos_small(x), std::cos(static_cast<long double>(x))));
+  }
+  Arguments arguments;
+  for (int i = 0; i < 100'000; ++i) {
+    const double x = arguments.magnitude(-300, -1);
+    worst = std::max(worst, relative_error(decid::cos_small(x), std::cos(static_cast<long double>(x))));
+  }
+  CHECK(worst < 2.5e-16);
+  CHECK(decid::cos_small(0.0) == 1.0);
+  CHECK(decid::cos_small(-0.37) == decid::cos_small(0.37));
+}
+
 TEST_CASE("log: within its bound") {
   double worst = 0.0;
   const auto test = [&](double x) {

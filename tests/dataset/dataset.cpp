@@ -242,11 +242,11 @@ TEST_CASE("requests that cannot be met are refused") {
   check_error([] { generate(request(10, 11)); }, {"11 base trials of 10"});
   check_error([] { generate(request(10, -1)); }, {"-1 base trials of 10"});
   DatasetRequest quiet = request(10, 5);
-  quiet.protocol.sequence.amplitude_deg = 0.01;
+  quiet.protocol.sequence().amplitude_deg = 0.01;
   quiet.protocol.vestibular_noise.scale_deg = 0.0;
   check_error([&] { generate(quiet); }, {"none of the 5 base trials sways more than 0.05 rad", "more base trials"});
   DatasetRequest falling = request(10, 0);
-  falling.protocol.sequence.amplitude_deg = 45.0;
+  falling.protocol.sequence().amplitude_deg = 45.0;
   falling.protocol.body.mass_kg = 400.0;  // more than any of the controllers can hold
   check_error([&] { generate(falling); }, {"of 10000 simulated trials stay within 5 degrees", "amplitude"});
   DatasetRequest invalid = request(10, 0);
@@ -254,7 +254,7 @@ TEST_CASE("requests that cannot be met are refused") {
   check_error([&] { generate(invalid); }, {"sample_rate_hz"});
 #ifndef DECID_SANITIZED  // sanitizers end the program instead of throwing bad_alloc
   DatasetRequest huge = request(std::numeric_limits<int>::max(), 0);
-  huge.protocol.sequence.lead_out_s = 3000.0;
+  huge.protocol.sequence().lead_out_s = 3000.0;
   check_error([&] { generate(huge); }, {"MB of memory", "fewer trials"});
 #endif
 }

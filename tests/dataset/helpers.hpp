@@ -75,12 +75,12 @@ void check_error(const F& f, std::initializer_list<const char*> parts) {
 inline sim::Protocol tiny_protocol() {
   sim::Protocol protocol;
   protocol.name = "tiny";
-  protocol.sequence.feedback = {0, 0, -1, 1};
-  protocol.sequence.start = {0, 0, 0, 1};
-  protocol.sequence.state_s = 0.05;
-  protocol.sequence.amplitude_deg = 8.0;
-  protocol.sequence.offset_s = 0.0;
-  protocol.sequence.cycles = 1;
+  protocol.sequence().feedback = {0, 0, -1, 1};
+  protocol.sequence().start = {0, 0, 0, 1};
+  protocol.sequence().state_s = 0.05;
+  protocol.sequence().amplitude_deg = 8.0;
+  protocol.sequence().offset_s = 0.0;
+  protocol.sequence().cycles = 1;
   return protocol;
 }
 

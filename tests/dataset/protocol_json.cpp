@@ -21,14 +21,14 @@ void check_round_trip(const sim::Protocol& a) {
   const std::string text = to_json(a);
   const sim::Protocol b = protocol_from_json(text, "round trip");
   CHECK(b.name == a.name);
-  CHECK(b.sequence.feedback == a.sequence.feedback);
-  CHECK(b.sequence.start == a.sequence.start);
-  check_same_bits(b.sequence.state_s, a.sequence.state_s);
-  check_same_bits(b.sequence.amplitude_deg, a.sequence.amplitude_deg);
-  check_same_bits(b.sequence.offset_s, a.sequence.offset_s);
-  CHECK(b.sequence.cycles == a.sequence.cycles);
-  check_same_bits(b.sequence.lead_in_s, a.sequence.lead_in_s);
-  check_same_bits(b.sequence.lead_out_s, a.sequence.lead_out_s);
+  CHECK(b.sequence().feedback == a.sequence().feedback);
+  CHECK(b.sequence().start == a.sequence().start);
+  check_same_bits(b.sequence().state_s, a.sequence().state_s);
+  check_same_bits(b.sequence().amplitude_deg, a.sequence().amplitude_deg);
+  check_same_bits(b.sequence().offset_s, a.sequence().offset_s);
+  CHECK(b.sequence().cycles == a.sequence().cycles);
+  check_same_bits(b.sequence().lead_in_s, a.sequence().lead_in_s);
+  check_same_bits(b.sequence().lead_out_s, a.sequence().lead_out_s);
   check_same_bits(b.sample_rate_hz, a.sample_rate_hz);
   check_same_bits(b.body.mass_kg, a.body.mass_kg);
   check_same_bits(b.body.com_height_m, a.body.com_height_m);
@@ -54,7 +54,7 @@ TEST_CASE("protocols come back to the bit") {
   check_round_trip(tiny_protocol());
   sim::Protocol odd = sim::default_protocol();
   odd.name = "a \"quoted\" n\xC3\xA4me\n";
-  odd.sequence.amplitude_deg = std::nextafter(1.0, 2.0);
+  odd.sequence().amplitude_deg = std::nextafter(1.0, 2.0);
   odd.body.mass_kg = 1.0 / 3.0 + 70.0;
   odd.body.inertia_kgm2 = 100.0 * 1.1;
   odd.vestibular_noise.scale_deg = 0.1 + 0.2;
@@ -66,6 +66,34 @@ TEST_CASE("protocols come back to the bit") {
   check_round_trip(odd);
 }
 
+TEST_CASE("every kind of stimulus comes back to the bit") {
+  const auto check = [](sim::StimulusKind kind) {
+    sim::Protocol a = sim::default_protocol();
+    a.stimulus = std::move(kind);
+    const std::string text = to_json(a);
+    const sim::Protocol b = protocol_from_json(text, "round trip");
+    CHECK(b.stimulus == a.stimulus);
+    CHECK(sim::same_experiment(a, b));
+    CHECK(to_json(b) == text);
+  };
+  sim::MeasuredTilt measured{.tilt_deg = {}, .cycles = 2, .lead_in_s = 1.5, .lead_out_s = 2.5};
+  for (int k = 0; k < 1000; ++k) measured.tilt_deg.push_back(std::nextafter(k / 97.0, 3.0) - 5.0);
+  check(measured);
+  sim::Sines sines{.components = {}, .cycle_s = 20.0, .cycles = 3, .lead_in_s = 0.5, .lead_out_s = 0.25};
+  for (int k = 1; k <= 100; ++k)
+    sines.components.push_back(
+        {.frequency_hz = k * 0.05, .amplitude_deg = 0.1 / (3.0 + k), .phase_deg = 1000.0 / (3.0 + k)});
+  check(sines);
+  using sim::Move;
+  check(sim::RaisedCosines{
+      .moves = {{.shape = Move::Shape::pulse, .start_s = 0.3, .duration_s = 0.7, .amplitude_deg = 1.0 / 3.0},
+                {.shape = Move::Shape::step, .start_s = 1.1, .duration_s = 0.7, .amplitude_deg = -2.0 / 3.0}},
+      .cycle_s = 7.7,
+      .cycles = 1,
+      .lead_in_s = 0.1,
+      .lead_out_s = 0.2});
+}
+
 TEST_CASE("what a protocol leaves out is the default's") {
   const sim::Protocol base = sim::default_protocol();
   const sim::Protocol empty = protocol_from_json("{}", "empty");
@@ -73,8 +101,8 @@ TEST_CASE("what a protocol leaves out is the default's") {
   const sim::Protocol some =
       protocol_from_json(R"({"name": "mine", "sequence": {"amplitude_deg": 2}, "sensor_noise_deg": 0.5})", "some");
   CHECK(some.name == "mine");
-  CHECK(some.sequence.amplitude_deg == 2.0);
-  CHECK(some.sequence.feedback == base.sequence.feedback);
+  CHECK(some.sequence().amplitude_deg == 2.0);
+  CHECK(some.sequence().feedback == base.sequence().feedback);
   CHECK(some.sensor_noise.low_deg == 0.5);
   CHECK(some.sensor_noise.high_deg == 0.5);
   const sim::Protocol range = protocol_from_json(R"({"sensor_noise_deg": [0.001, 1e-1]})", "range");
@@ -160,4 +188,145 @@ TEST_CASE("protocols are loaded by name or from a file") {
   check_error([] { load_protocol("shrot"); }, {"shrot", "neither a built-in protocol nor a file", "default, short"});
   const auto bad = write_text(folder / "bad.json", "{");
   check_error([&] { load_protocol(bad.string()); }, {bad.c_str(), "line 1"});
+}
+
+TEST_CASE("a body may be that of a subject") {
+  const sim::Protocol protocol =
+      protocol_from_json(R"({"body": {"subject": {"mass_kg": 88.86, "height_m": 1.80}}})", "my.json");
+  // Half a unit of what the default is printed with.
+  CHECK(std::abs(protocol.body.mass_kg - 86.283) <= 0.0005);
+  CHECK(std::abs(protocol.body.com_height_m - 0.99119) <= 0.000005);
+  CHECK(std::abs(protocol.body.inertia_kgm2 - 101.895) <= 0.0005);
+  CHECK_FALSE(sim::same_experiment(protocol, sim::default_protocol()));
+  const sim::Protocol again = protocol_from_json(to_json(protocol), "again");
+  CHECK(again.body == protocol.body);
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80}}})"), {"my.json", "'body.subject.height_m' is missing"});
+  check_error(parsing(R"({"body": {"subject": {"height_m": 1.8}}})"), {"my.json", "'body.subject.mass_kg' is missing"});
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 18}}})"),
+              {"my.json", "body.subject height_m", "is 18"});
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": -1, "height_m": 1.8}}})"),
+              {"my.json", "body.subject mass_kg"});
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 1.8, "age": 30}}})"),
+              {"unknown key 'body.subject.age'"});
+  check_error(parsing(R"({"body": {"mass_kg": 80, "subject": {"mass_kg": 80, "height_m": 1.8}}})"),
+              {"my.json", "'body.mass_kg' stands beside 'body.subject'"});
+}
+
+TEST_CASE("stimuli that are not clear are refused by key") {
+  check_error(
+      parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1}], "cycle_s": 10}, "sequence": {}})"),
+      {"my.json", "two stimuli, 'sequence' and 'sines'"});
+  check_error(parsing(R"({"sines": {}})"), {"my.json", "'sines.components' is missing"});
+  check_error(parsing(R"({"sines": {"components": 3, "cycle_s": 10}})"), {"'sines.components' is 3", "a list"});
+  check_error(parsing(R"({"sines": {"components": [3], "cycle_s": 10}})"),
+              {"sines.components[0] is not a JSON object"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1}]}})"),
+              {"'sines.cycle_s' is missing"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 1}], "cycle_s": 10}})"),
+              {"'sines.components[0].amplitude_deg' is missing"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": "1", "amplitude_deg": 1}], "cycle_s": 10}})"),
+              {"'sines.components[0].frequency_hz' is \"1\"", "a number"});
+  check_error(
+      parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1, "phase": 1}], "cycle_s": 10}})"),
+      {"unknown key 'sines.components[0].phase'", "phase_deg"});
+  check_error(parsing(R"({"sines": {"components": [], "cycle_s": 10}})"), {"my.json", "sines components", "0 entries"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 20, "amplitude_deg": 1}], "cycle_s": 10}})"),
+              {"my.json", "sines components[0] frequency_hz"});
+  check_error(parsing(R"({"raised_cosines": {"moves": [], "cycle_s": 10, "period": 1}})"),
+              {"unknown key 'raised_cosines.period'"});
+  check_error(
+      parsing(
+          R"({"raised_cosines": {"moves": [{"start_s": 0, "duration_s": 1, "amplitude_deg": 1, "shape": "ramp"}], "cycle_s": 10}})"),
+      {"'raised_cosines.moves[0].shape' is \"ramp\"", "\"pulse\" or \"step\""});
+  check_error(parsing(R"({"raised_cosines": {"moves": [{"start_s": 0, "amplitude_deg": 1}], "cycle_s": 10}})"),
+              {"'raised_cosines.moves[0].duration_s' is missing"});
+  check_error(parsing(R"({"measured": {}})"), {"my.json", "neither 'file' nor 'tilt_deg'"});
+  check_error(parsing(R"({"measured": 1})"), {"my.json", "measured is not a JSON object"});
+  check_error(parsing(R"({"measured": {"tilt_deg": [0, "1"]}})"), {"'measured.tilt_deg'", "a list of numbers"});
+  check_error(parsing(R"({"measured": {"tilt_deg": [0, 1], "unit": "deg"}})"),
+              {"'measured.unit' stands beside 'measured.tilt_deg'"});
+  check_error(parsing(R"({"measured": {"tilt_deg": [0]}})"), {"my.json", "measured tilt_deg", "1 entries"});
+  // What a data set or a model carries needs no other file.
+  check_error(parsing(R"({"measured": {"file": "tilt.csv"}})"), {"my.json", "'measured.file' names a file"});
+}
+
+TEST_CASE("a measured tilt is read from the file beside its protocol") {
+  const TemporaryFolder folder;
+  std::string csv = "time,fs_deg,other\n";
+  for (int k = 0; k < 50; ++k) csv += std::to_string(k * 0.01) + "," + std::to_string(0.125 * (k % 8) + 1.0) + ",1\n";
+  write_text(folder / "tilt.csv", csv);
+  const auto load = [&](const std::string& measured, const std::string& more = "") {
+    return load_protocol(write_text(folder / "p.json", R"({"measured": {)" + measured + "}" + more + "}").string());
+  };
+  const sim::Protocol protocol = load(R"("file": "tilt.csv", "cycles": 2)");
+  const auto& tilt = std::get<sim::MeasuredTilt>(protocol.stimulus).tilt_deg;
+  REQUIRE(tilt.size() == 50);
+  for (std::size_t k = 0; k < 50; ++k) CHECK(tilt[k] == 0.125 * static_cast<double>(k % 8) + 1.0);
+  CHECK(protocol.samples() == 100);
+  // Its JSON needs the file no more.
+  std::filesystem::remove(folder / "tilt.csv");
+  CHECK(protocol_from_json(to_json(protocol), "copy").stimulus == protocol.stimulus);
+
+  // By number, in radians, without header and time, at half the rate: the resampler's work.
+  std::string plain;
+  for (int k = 0; k < 500; ++k) plain += "7 " + std::to_string(0.017 * std::sin(0.02 * k)) + "\n";
+  write_text(folder / "plain.txt", plain);
+  const sim::Protocol slow = load(R"("file": "plain.txt", "column": "2", "unit": "rad", "rate_hz": 50)");
+  const auto& resampled = std::get<sim::MeasuredTilt>(slow.stimulus).tilt_deg;
+  REQUIRE(resampled.size() == 1000);
+  // Text of six decimals, and the resampler's 80 dB.
+  for (std::size_t k = 100; k < 900; ++k)
+    CHECK(std::abs(resampled[k] - 0.017 * std::sin(0.01 * static_cast<double>(k)) / sim::rad_per_deg) <
+          (0.5e-6 + 0.017e-4) / sim::rad_per_deg);
+  // An absolute name is itself.
+  CHECK(load("\"file\": \"" + (folder / "plain.txt").string() + R"(", "column": "2", "unit": "rad", "rate_hz": 50)")
+            .stimulus == slow.stimulus);
+}
+
+TEST_CASE("measured tilts that cannot be read are refused with file and setting") {
+  const TemporaryFolder folder;
+  const auto check = [&](const std::string& csv, const std::string& measured,
+                         std::initializer_list<const char*> parts) {
+    write_text(folder / "t.csv", csv);
+    const auto path = write_text(folder / "p.json", R"({"measured": {)" + measured + "}}");
+    INFO(csv, measured);
+    check_error([&] { load_protocol(path.string()); }, parts);
+  };
+  const std::string good = "time,tilt_deg\n0,0\n0.01,1\n0.02,2\n";
+  const char* file = R"("file": "t.csv")";
+  check(good, R"("file": "none.csv")", {"p.json", "none.csv", "'measured.file'"});
+  check(good, R"("file": "")", {"p.json", "'measured.file'"});
+  check(good, R"("file": 3)", {"'measured.file' is 3", "a text"});
+  check(good, R"("file": "t.csv", "column": "x")", {"p.json", "no column 'x'", "measured.column"});
+  check(good, R"("file": "t.csv", "column": 2)", {"'measured.column' is 2", "a text"});
+  check(good, R"("file": "t.csv", "unit": "m")", {"'measured.unit' is \"m\"", "\"deg\" or \"rad\""});
+  check(good, R"("file": "t.csv", "rate_hz": 0)", {"measured.rate_hz is 0"});
+  check(good, R"("file": "t.csv", "rate_hz": 1e-9)", {"t.csv", "1,000,000"});
+  check(good, R"("file": "t.csv", "rate_hz": 1e9)", {"t.csv", "make 0 at"});
+  check(good, R"("file": "t.csv", "angle": 1)", {"unknown key 'measured.angle'"});
+  check(good, R"("file": "t.csv", "lead_in_s": 0.005)", {"p.json", "measured lead_in_s"});
+  check("", file, {"p.json", "t.csv", "no lines of data"});
+  check("tilt_deg\n1\n2\n", file, {"t.csv", "no column of time", "measured.rate_hz"});
+  check("time,tilt_deg\n0,0\n", file, {"t.csv", "only one sample"});
+  check("time,tilt_deg\n0,0\n0.01,nan\n", file, {"t.csv", "line 3", "'nan' is not a finite number"});
+  check("time,tilt_deg\n0,0\n0.01,x\n", file, {"t.csv", "line 3", "'x'"});
+  check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, {"t.csv", "line 4", "measured.rate_hz"});
+  check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, {"t.csv", "'a_deg', 'b_deg'", "measured.column"});
+  check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the unit of tilt", "measured.unit"});
+  check("time,tilt_deg\n0,0\n0.01,50\n", file, {"p.json", "sample 1 is 50", "unit"});
+  // The sample rate's error comes first.
+  const auto path = write_text(folder / "p.json", R"({"sample_rate_hz": -5, "measured": {"file": "t.csv"}})");
+  check_error([&] { load_protocol(path.string()); }, {"sample_rate_hz", "is -5"});
+}
+
+TEST_CASE("the examples in protocols/ can be loaded") {
+  const std::string folder = std::string(DECID_SOURCE_DIR) + "/protocols/";
+  CHECK(to_json(load_protocol(folder + "default.json")) == to_json(sim::default_protocol()));
+  CHECK(to_json(load_protocol(folder + "short.json")) == to_json(sim::short_protocol()));
+  CHECK(load_protocol(folder + "measured.json").duration_s() == 25.0);
+  CHECK(load_protocol(folder + "sines.json").duration_s() == 60.0);
+  CHECK(load_protocol(folder + "raised_cosines.json").duration_s() == 62.0);
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) files += entry.path().extension() == ".json";
+  CHECK(files == 5);
 }

@@ -55,7 +55,7 @@ TEST_CASE("ternary_sequence: the default sequence") {
 }
 
 TEST_CASE("ternary_sequence: the short sequence") {
-  const std::vector<int> values = ternary_sequence(short_protocol().sequence);
+  const std::vector<int> values = ternary_sequence(short_protocol().sequence());
   CHECK(values.size() == 80);
   CHECK(occurrences(values, 0) == 26);
   CHECK(occurrences(values, 1) == 27);
@@ -113,7 +113,7 @@ TEST_CASE("make_stimulus: default protocol") {
 
 TEST_CASE("make_stimulus: the trial starts at its offset, 120 ms before a new state") {
   const Protocol protocol = default_protocol();
-  const std::vector<int> values = ternary_sequence(protocol.sequence);
+  const std::vector<int> values = ternary_sequence(protocol.sequence());
   const Stimulus stimulus = make_stimulus(protocol);
   const double rate = rad_per_deg / 4.25;
   // 25.63 s = 102 states and 130 ms.
@@ -147,7 +147,7 @@ TEST_CASE("make_stimulus: short protocol") {
   CHECK(std::all_of(stimulus.tilt_rad.begin(), stimulus.tilt_rad.begin() + 197, is_zero));
   CHECK(std::all_of(stimulus.tilt_rad.begin() + 6'197, stimulus.tilt_rad.end(), is_zero));
   CHECK(std::equal(rate.begin() + 197, rate.begin() + 2'197, rate.begin() + 4'197));
-  const std::vector<int> values = ternary_sequence(protocol.sequence);
+  const std::vector<int> values = ternary_sequence(protocol.sequence());
   for (const std::size_t state : {0u, 1u, 2u, 3u, 79u}) {
     const double expected = values[state] * rad_per_deg / (0.25 * divisor(values));
     CHECK(rate[197 + 25 * state] == doctest::Approx(expected).epsilon(1e-14));
@@ -156,9 +156,9 @@ TEST_CASE("make_stimulus: short protocol") {
 
 TEST_CASE("make_stimulus: amplitude scales the tilt; rest after the last cycle keeps it") {
   Protocol protocol;
-  protocol.sequence.amplitude_deg = 4.0;
-  protocol.sequence.cycles = 1;
-  protocol.sequence.lead_out_s = 0.5;
+  protocol.sequence().amplitude_deg = 4.0;
+  protocol.sequence().cycles = 1;
+  protocol.sequence().lead_out_s = 0.5;
   const Stimulus stimulus = make_stimulus(protocol);
   CHECK(stimulus.tilt_rad.size() == 6'101);
   CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(4.0 * rad_per_deg).epsilon(1e-15));
@@ -167,11 +167,11 @@ TEST_CASE("make_stimulus: amplitude scales the tilt; rest after the last cycle k
 
 TEST_CASE("Stimulus: between the points of its grid, and a grid as fine as the sequence asks for") {
   Protocol protocol;
-  protocol.sequence.offset_s = 25.634;
+  protocol.sequence().offset_s = 25.634;
   protocol.validate();
   const Stimulus fine = make_stimulus(protocol);
   CHECK(fine.interval_steps == 2);
-  protocol.sequence.offset_s = 25.63;
+  protocol.sequence().offset_s = 25.63;
   const Stimulus stimulus = make_stimulus(protocol);
   // Both play one sequence, 4 ms apart.
   const double first = fine.tilt_at(0), shift = stimulus.tilt_at(4) - first;
@@ -189,45 +189,45 @@ TEST_CASE("Protocol::validate: every bound") {
     std::function<void(Protocol&)> spoil;
   };
   const std::vector<Case> cases{
-      {"sequence", [](Protocol& p) { p.sequence.feedback = {1}, p.sequence.start = {1}; }},
-      {"sequence", [](Protocol& p) { p.sequence.feedback.assign(13, 1), p.sequence.start.assign(13, 1); }},
+      {"sequence", [](Protocol& p) { p.sequence().feedback = {1}, p.sequence().start = {1}; }},
+      {"sequence", [](Protocol& p) { p.sequence().feedback.assign(13, 1), p.sequence().start.assign(13, 1); }},
       {"sequence",
        [](Protocol& p) {
-         p.sequence.start = {1, 0, 0};
+         p.sequence().start = {1, 0, 0};
        }},
-      {"sequence", [](Protocol& p) { p.sequence.feedback.back() = 0; }},
-      {"feedback", [](Protocol& p) { p.sequence.feedback[0] = 3; }},
-      {"feedback", [](Protocol& p) { p.sequence.feedback[0] = -3; }},
+      {"sequence", [](Protocol& p) { p.sequence().feedback.back() = 0; }},
+      {"feedback", [](Protocol& p) { p.sequence().feedback[0] = 3; }},
+      {"feedback", [](Protocol& p) { p.sequence().feedback[0] = -3; }},
       {"feedback",
        [](Protocol& p) {
-         p.sequence.feedback = {0, 1}, p.sequence.start = {1, 1};
+         p.sequence().feedback = {0, 1}, p.sequence().start = {1, 1};
        }},  // 1 1 1 ...: a ramp
-      {"start", [](Protocol& p) { p.sequence.start[1] = 3; }},
-      {"start", [](Protocol& p) { p.sequence.start[1] = -1; }},
-      {"start", [](Protocol& p) { p.sequence.start.assign(5, 0); }},
-      {"state_s", [](Protocol& p) { p.sequence.state_s = 0.0; }},
-      {"state_s", [](Protocol& p) { p.sequence.state_s = 0.2505; }},
-      {"state_s", [](Protocol& p) { p.sequence.state_s = not_a_number; }},
-      {"state_s", [](Protocol& p) { p.sequence.state_s = infinity; }},
-      {"amplitude_deg", [](Protocol& p) { p.sequence.amplitude_deg = 0.0; }},
-      {"amplitude_deg", [](Protocol& p) { p.sequence.amplitude_deg = -1.0; }},
-      {"amplitude_deg", [](Protocol& p) { p.sequence.amplitude_deg = 46.0; }},
-      {"amplitude_deg", [](Protocol& p) { p.sequence.amplitude_deg = not_a_number; }},
-      {"offset_s", [](Protocol& p) { p.sequence.offset_s = -0.001; }},
-      {"offset_s", [](Protocol& p) { p.sequence.offset_s = 60.5; }},
-      {"offset_s", [](Protocol& p) { p.sequence.offset_s = 1.0005; }},
-      {"offset_s", [](Protocol& p) { p.sequence.offset_s = not_a_number; }},
-      {"cycles", [](Protocol& p) { p.sequence.cycles = 0; }},
-      {"cycles", [](Protocol& p) { p.sequence.cycles = std::numeric_limits<int>::max(); }},
-      {"lead_in_s", [](Protocol& p) { p.sequence.lead_in_s = -1.0; }},
-      {"lead_in_s", [](Protocol& p) { p.sequence.lead_in_s = 0.0005; }},
-      {"lead_in_s", [](Protocol& p) { p.sequence.lead_in_s = not_a_number; }},
-      {"lead_out_s", [](Protocol& p) { p.sequence.lead_out_s = infinity; }},
-      {"lead_out_s", [](Protocol& p) { p.sequence.lead_out_s = 1.0001; }},
-      {"at most 3600 s", [](Protocol& p) { p.sequence.cycles = 60; }},
-      {"at most 3600 s", [](Protocol& p) { p.sequence.state_s = 3600.0; }},
-      {"at most 3600 s", [](Protocol& p) { p.sequence.lead_in_s = 3600.0; }},
-      {"number of samples", [](Protocol& p) { p.sequence.lead_out_s = 0.005; }},
+      {"start", [](Protocol& p) { p.sequence().start[1] = 3; }},
+      {"start", [](Protocol& p) { p.sequence().start[1] = -1; }},
+      {"start", [](Protocol& p) { p.sequence().start.assign(5, 0); }},
+      {"state_s", [](Protocol& p) { p.sequence().state_s = 0.0; }},
+      {"state_s", [](Protocol& p) { p.sequence().state_s = 0.2505; }},
+      {"state_s", [](Protocol& p) { p.sequence().state_s = not_a_number; }},
+      {"state_s", [](Protocol& p) { p.sequence().state_s = infinity; }},
+      {"amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = 0.0; }},
+      {"amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = -1.0; }},
+      {"amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = 46.0; }},
+      {"amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = not_a_number; }},
+      {"offset_s", [](Protocol& p) { p.sequence().offset_s = -0.001; }},
+      {"offset_s", [](Protocol& p) { p.sequence().offset_s = 60.5; }},
+      {"offset_s", [](Protocol& p) { p.sequence().offset_s = 1.0005; }},
+      {"offset_s", [](Protocol& p) { p.sequence().offset_s = not_a_number; }},
+      {"cycles", [](Protocol& p) { p.sequence().cycles = 0; }},
+      {"cycles", [](Protocol& p) { p.sequence().cycles = std::numeric_limits<int>::max(); }},
+      {"lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = -1.0; }},
+      {"lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = 0.0005; }},
+      {"lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = not_a_number; }},
+      {"lead_out_s", [](Protocol& p) { p.sequence().lead_out_s = infinity; }},
+      {"lead_out_s", [](Protocol& p) { p.sequence().lead_out_s = 1.0001; }},
+      {"at most 3600 s", [](Protocol& p) { p.sequence().cycles = 60; }},
+      {"at most 3600 s", [](Protocol& p) { p.sequence().state_s = 3600.0; }},
+      {"at most 3600 s", [](Protocol& p) { p.sequence().lead_in_s = 3600.0; }},
+      {"number of samples", [](Protocol& p) { p.sequence().lead_out_s = 0.005; }},
       {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 0.0; }},
       {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 62.5; }},
       {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 30.0; }},
@@ -285,8 +285,8 @@ TEST_CASE("Protocol::validate: every bound") {
 
 TEST_CASE("Protocol::validate: the ends of the bounds are inside") {
   Protocol protocol;
-  protocol.sequence.offset_s = 60.499;
-  protocol.sequence.amplitude_deg = 45.0;
+  protocol.sequence().offset_s = 60.499;
+  protocol.sequence().amplitude_deg = 45.0;
   protocol.vestibular_noise.high_hz = 10.0;
   protocol.vestibular_noise.exponent = 0.0;
   protocol.sensor_noise = {0.1, 0.1};
@@ -311,14 +311,14 @@ TEST_CASE("same_experiment: noise and name may differ, nothing else") {
     change(c);
     return !same_experiment(a, c);
   };
-  CHECK(differs([](Protocol& p) { p.sequence.feedback[0] = 1; }));
-  CHECK(differs([](Protocol& p) { p.sequence.start[1] = 1; }));
-  CHECK(differs([](Protocol& p) { p.sequence.state_s = 0.2; }));
-  CHECK(differs([](Protocol& p) { p.sequence.amplitude_deg = 2.0; }));
-  CHECK(differs([](Protocol& p) { p.sequence.offset_s = 0.0; }));
-  CHECK(differs([](Protocol& p) { p.sequence.cycles = 1; }));
-  CHECK(differs([](Protocol& p) { p.sequence.lead_in_s = 1.0; }));
-  CHECK(differs([](Protocol& p) { p.sequence.lead_out_s = 1.0; }));
+  CHECK(differs([](Protocol& p) { p.sequence().feedback[0] = 1; }));
+  CHECK(differs([](Protocol& p) { p.sequence().start[1] = 1; }));
+  CHECK(differs([](Protocol& p) { p.sequence().state_s = 0.2; }));
+  CHECK(differs([](Protocol& p) { p.sequence().amplitude_deg = 2.0; }));
+  CHECK(differs([](Protocol& p) { p.sequence().offset_s = 0.0; }));
+  CHECK(differs([](Protocol& p) { p.sequence().cycles = 1; }));
+  CHECK(differs([](Protocol& p) { p.sequence().lead_in_s = 1.0; }));
+  CHECK(differs([](Protocol& p) { p.sequence().lead_out_s = 1.0; }));
   CHECK(differs([](Protocol& p) { p.sample_rate_hz = 50.0; }));
   CHECK(differs([](Protocol& p) { p.body.mass_kg = 80.0; }));
   CHECK(differs([](Protocol& p) { p.body.com_height_m = 1.0; }));

@@ -113,7 +113,7 @@ TEST_CASE("dead_band: its definition") {
 
 TEST_CASE("Simulator: small sway follows the closed loop's transfer function") {
   Protocol protocol;
-  protocol.sequence.amplitude_deg = 0.01;  // sin(a) = a to 1e-8
+  protocol.sequence().amplitude_deg = 0.01;  // sin(a) = a to 1e-8
   const Simulator simulator(protocol);
   const int cycle = 6050;
   const RealFft fft(cycle);
@@ -175,7 +175,7 @@ TEST_CASE("Simulator: equals the equations written straight down") {
   CHECK(disagreement(short_protocol(), parameters, some_noise) < 1e-12);
   Protocol coarse;
   coarse.sample_rate_hz = 20.0;
-  coarse.sequence.amplitude_deg = 4.0;
+  coarse.sequence().amplitude_deg = 4.0;
   coarse.body.mass_kg = 60.0;
   CHECK(disagreement(coarse, middle, some_noise) < 1e-12);
 }
@@ -184,8 +184,8 @@ TEST_CASE("Simulator: the active torque starts when the delay is over") {
   Protocol protocol;
   protocol.sample_rate_hz = 1000.0;
   // Starts as the platform begins to move: below the threshold, the very first command is -Kd f'.
-  protocol.sequence.offset_s = 0.25;
-  protocol.sequence.cycles = 1;
+  protocol.sequence().offset_s = 0.25;
+  protocol.sequence().cycles = 1;
   const Simulator simulator(protocol);
   REQUIRE(simulator.stimulus().rate_rad_s[0] != 0.0);
   Parameters parameters = middle_parameters();
@@ -211,7 +211,7 @@ TEST_CASE("Simulator: the active torque starts when the delay is over") {
 
 TEST_CASE("Simulator: a fractional delay lies between its neighbours in proportion") {
   Protocol protocol;
-  protocol.sequence.amplitude_deg = 0.01;
+  protocol.sequence().amplitude_deg = 0.01;
   const Simulator simulator(protocol);
   Parameters parameters = middle_parameters();
   parameters[Nv] = parameters[Theta] = 0.0;
@@ -318,7 +318,7 @@ TEST_CASE("Simulator: errors") {
   sway.pop_back();
   CHECK(message(Kp, 900.0) == "simulation");
   Protocol broken;
-  broken.sequence.cycles = 0;
+  broken.sequence().cycles = 0;
   CHECK_THROWS_AS(Simulator{broken}, decid::Error);
 }
 

@@ -1,0 +1,36 @@
+// Bounds of a protocol's settings. Private to sim.
+// Every failure is an Error that names the protocol and the setting as its file does.
+#pragma once
+
+#include <string>
+
+namespace decid::sim {
+
+struct Protocol;
+
+/// Nine or ten significant digits: "0.25", "121.0000001".
+std::string setting_text(double value);
+
+/// The whole milliseconds nearest to a time.
+int milliseconds(double seconds);
+
+class Checker {
+ public:
+  explicit Checker(const std::string& protocol) : prefix_("protocol " + protocol + ", ") {}
+
+  [[noreturn]] void fail(const std::string& setting, const std::string& problem, const std::string& remedy) const;
+  // NaN fails all of them.
+  void within(const std::string& setting, double value, double low, double high) const;
+  void positive(const std::string& setting, double value, double high) const;
+  void whole_milliseconds(const std::string& setting, double seconds) const;
+
+ private:
+  std::string prefix_;
+};
+
+/// The stimulus alone; the sample rate is valid. Lengths are held to the bound of a trial, so that all of them fit int.
+void check_stimulus(const Checker& check, const Protocol& protocol);
+
+inline constexpr double longest_trial_s = 3600.0;
+
+}  // namespace decid::sim

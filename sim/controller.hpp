@@ -1,0 +1,67 @@
+// What the controllers of the single and the double pendulum share: the dead band, the delay line and the bounds of the
+// parameters. Private to sim.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "base/error.hpp"
+#include "sim/simulate.hpp"
+
+namespace decid::sim {
+
+/// x without its part within [-theta, theta]: the definition of f_theta in one subtraction.
+template <class Real>
+Real dead_band_of(Real x, Real theta) {
+  const Real within = x < -theta ? -theta : (x > theta ? theta : x);
+  return x - within;
+}
+
+/// What was commanded a delay ago: linear between the two neighbouring steps, zero while the trial is younger.
+class DelayLine {
+ public:
+  /// 0 <= delay_s <= longest_delay_s.
+  explicit DelayLine(double delay_s) {
+    double steps = delay_s * steps_per_second;
+    // A delay of whole milliseconds is one, whatever the rounding of its product.
+    const double nearest = std::floor(steps + 0.5);
+    if (std::abs(steps - nearest) < 1e-9) steps = nearest;
+    whole_ = static_cast<unsigned>(steps);
+    fraction_ = steps - whole_;
+    first_step_ = static_cast<int>(std::ceil(steps));
+  }
+
+  /// Takes the command of this step, which is the one returned if there is no delay.
+  double pass(int step, double value) {
+    const auto now = static_cast<unsigned>(step);
+    ring_[now % slots] = value;
+    if (step < first_step_) return 0.0;
+    const double newer = ring_[(now - whole_) % slots];
+    const double older = ring_[(now - whole_ - 1) % slots];
+    return newer + fraction_ * (older - newer);
+  }
+
+ private:
+  static constexpr unsigned slots = 1024;  // a power of two, so that the index may wrap
+  static_assert(longest_delay_s * steps_per_second + 2 <= slots);
+  std::array<double, slots> ring_{};
+  unsigned whole_;
+  double fraction_;
+  int first_step_;
+};
+
+/// Throws Error, where = whose + "parameter Kp", unless all are finite, 0 or above, and the delay is in its bound.
+inline void check_parameters(const Parameters& parameters, const std::string& whose = {}) {
+  for (std::size_t i = 0; i < parameter_count; ++i) {
+    const double value = parameters[i];
+    const double largest = i == Delay ? longest_delay_s : std::numeric_limits<double>::max();
+    if (value >= 0.0 && value <= largest) continue;  // false for NaN
+    throw Error(whose + "parameter " + parameter_info[i].name, "is " + std::to_string(value),
+                i == Delay ? "give a delay from 0 to " + std::to_string(longest_delay_s) + " s"
+                           : "give a finite value, 0 or above");
+  }
+}
+
+}  // namespace decid::sim

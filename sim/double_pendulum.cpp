@@ -1,0 +1,159 @@
+// A trial of the double pendulum: see double_pendulum.hpp for the equations.
+#include "sim/double_pendulum.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/math.hpp"
+#include "sim/controller.hpp"
+
+namespace decid::sim {
+namespace {
+
+constexpr double step_s = 1.0 / steps_per_second;
+
+// One DEC module with its delay: what stands on what. The body and its support are those the servo controls; the
+// passive part acts on the joint, whose angle may be another.
+class Module {
+ public:
+  explicit Module(const Parameters& parameters) : p_(parameters), delay_line_(parameters[Delay]) {}
+
+  struct Angle {
+    double angle, rate;
+  };
+  /// The joint's torque on what is above it, from the state at the start of a step; integrates the tilt estimate over
+  /// it.
+  double torque(int step, Angle body, Angle support, Angle joint, double noise_rate) {
+    const double estimate_rate = dead_band_of(support.rate + noise_rate, p_[Theta]);
+    const double angle = 2.0 * body.angle + (tilt_estimate_ - support.angle);
+    const double rate = 2.0 * body.rate + (estimate_rate - support.rate);
+    tilt_estimate_ = tilt_estimate_ + step_s * estimate_rate;
+    const double active = delay_line_.pass(step, p_[Kp] * angle + p_[Kd] * rate);
+    return -(active + (p_[Kp_pass] * joint.angle + p_[Kd_pass] * joint.rate));
+  }
+
+ private:
+  Parameters p_;
+  DelayLine delay_line_;
+  double tilt_estimate_ = 0.0;
+};
+
+Protocol checked(Protocol protocol) {
+  protocol.validate();
+  return protocol;
+}
+
+}  // namespace
+
+DoubleBody::DoubleBody(const Segments& s)
+    : leg_inertia_(s.leg_mass_kg * (s.leg_com_m * s.leg_com_m) + s.trunk_mass_kg * (s.leg_length_m * s.leg_length_m) +
+                   s.leg_inertia_kgm2),
+      trunk_inertia_(s.trunk_mass_kg * (s.trunk_com_m * s.trunk_com_m) + s.trunk_inertia_kgm2),
+      coupling_(s.trunk_mass_kg * s.leg_length_m * s.trunk_com_m),
+      leg_gravity_(gravity * (s.leg_mass_kg * s.leg_com_m + s.trunk_mass_kg * s.leg_length_m)),
+      trunk_gravity_(s.trunk_mgh()),
+      leg_share_(leg_gravity_ / (leg_gravity_ + trunk_gravity_)),
+      trunk_share_(trunk_gravity_ / (leg_gravity_ + trunk_gravity_)) {}
+
+DoubleBody::Accelerations DoubleBody::accelerations(const DoubleState& state, double ankle_torque,
+                                                    double hip_torque) const {
+  const double sin_leg = sin_small(state.leg_rad), cos_leg = cos_small(state.leg_rad);
+  const double sin_trunk = sin_small(state.trunk_rad), cos_trunk = cos_small(state.trunk_rad);
+  const double sin_between = sin_leg * cos_trunk - cos_leg * sin_trunk;
+  const double cos_between = cos_leg * cos_trunk + sin_leg * sin_trunk;
+  const double b = coupling_ * cos_between, centrifugal = coupling_ * sin_between;
+  const double r1 =
+      ankle_torque - hip_torque - centrifugal * (state.trunk_rate * state.trunk_rate) + leg_gravity_ * sin_leg;
+  const double r2 = hip_torque + centrifugal * (state.leg_rate * state.leg_rate) + trunk_gravity_ * sin_trunk;
+  const double determinant = leg_inertia_ * trunk_inertia_ - b * b;
+  return {.leg = (trunk_inertia_ * r1 - b * r2) / determinant, .trunk = (leg_inertia_ * r2 - b * r1) / determinant};
+}
+
+void DoubleBody::step(DoubleState& state, double ankle_torque, double hip_torque, double dt) const {
+  const Accelerations a = accelerations(state, ankle_torque, hip_torque);
+  state.leg_rate = state.leg_rate + dt * a.leg;
+  state.trunk_rate = state.trunk_rate + dt * a.trunk;
+  state.leg_rad = state.leg_rad + dt * state.leg_rate;
+  state.trunk_rad = state.trunk_rad + dt * state.trunk_rate;
+}
+
+double DoubleBody::energy(const DoubleState& state) const {
+  const double cos_leg = cos_small(state.leg_rad), cos_trunk = cos_small(state.trunk_rad);
+  const double cos_between = cos_leg * cos_trunk + sin_small(state.leg_rad) * sin_small(state.trunk_rad);
+  const double kinetic = 0.5 * leg_inertia_ * (state.leg_rate * state.leg_rate) +
+                         0.5 * trunk_inertia_ * (state.trunk_rate * state.trunk_rate) +
+                         coupling_ * cos_between * (state.leg_rate * state.trunk_rate);
+  return kinetic + leg_gravity_ * (cos_leg - 1.0) + trunk_gravity_ * (cos_trunk - 1.0);
+}
+
+DoubleParameters default_double_parameters(const Segments& segments) {
+  const auto scaled = [](double mgh, Parameters parts) {
+    for (const Index gain : {Kp, Kd, Kp_pass, Kd_pass}) parts[gain] *= mgh;
+    return parts;
+  };
+  return {.ankle = scaled(body_of(segments).mgh(), {0.9, 0.275, 0.15, 0.15, 0.5, 0.0026, 0.16}),
+          .hip = scaled(segments.trunk_mgh(), {0.8, 0.175, 0.5, 0.15, 0.0, 0.0026, 0.07})};
+}
+
+DoubleSimulator::DoubleSimulator(Protocol protocol)
+    : protocol_(checked(std::move(protocol))),
+      segments_(segments_of(subject_of(protocol_.body))),
+      stimulus_(make_stimulus(protocol_)),
+      noise_maker_(protocol_),
+      samples_(protocol_.samples()) {}
+
+Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& noise, const DoubleSway& sway) const {
+  check_parameters(parameters.ankle, "ankle ");
+  check_parameters(parameters.hip, "hip ");
+  const auto samples = static_cast<std::size_t>(samples_);
+  for (const std::span<double>& out : {sway.com_rad, sway.leg_rad, sway.trunk_rad}) {
+    if (out.size() == samples) continue;
+    throw Error("simulation", "an output holds " + std::to_string(out.size()) + " samples",
+                "make room for " + std::to_string(samples));
+  }
+  const double ankle_nv = parameters.ankle[Nv], hip_nv = parameters.hip[Nv];
+  std::vector<double> noise_rate(samples + 1, 0.0);  // at Nv = 1
+  if (ankle_nv > 0.0 || hip_nv > 0.0) noise_maker_.velocity(1.0, noise, noise_rate);
+
+  const DoubleBody body(segments_);
+  Module ankle(parameters.ankle), hip(parameters.hip);
+  DoubleState state;
+  double largest_sway = 0.0;
+  const int steps_per_sample = protocol_.steps_per_sample();
+  int step = 0;
+  for (std::size_t sample = 0; sample < samples; ++sample) {
+    sway.com_rad[sample] = body.centre_of_mass(state.leg_rad, state.trunk_rad);
+    sway.leg_rad[sample] = state.leg_rad;
+    sway.trunk_rad[sample] = state.trunk_rad;
+    const double noise_slope = (noise_rate[sample + 1] - noise_rate[sample]) / steps_per_sample;
+    for (int i = 0; i < steps_per_sample; ++i, ++step) {
+      const double noise_now = noise_rate[sample] + i * noise_slope;
+      const Module::Angle platform{stimulus_.tilt_at(step), stimulus_.rate_at(step)};
+      const Module::Angle com{body.centre_of_mass(state.leg_rad, state.trunk_rad),
+                              body.centre_of_mass(state.leg_rate, state.trunk_rate)};
+      const Module::Angle leg{state.leg_rad, state.leg_rate}, trunk{state.trunk_rad, state.trunk_rate};
+      const auto between = [](Module::Angle above, Module::Angle below) {
+        return Module::Angle{above.angle - below.angle, above.rate - below.rate};
+      };
+      const double ankle_torque = ankle.torque(step, com, platform, between(leg, platform), ankle_nv * noise_now);
+      const double hip_torque = hip.torque(step, trunk, leg, between(trunk, leg), hip_nv * noise_now);
+      body.step(state, ankle_torque, hip_torque, step_s);
+
+      const double magnitude = std::abs(body.centre_of_mass(state.leg_rad, state.trunk_rad));
+      const bool stands = magnitude <= sway_limit_rad && std::abs(state.leg_rad) <= segment_limit_rad &&
+                          std::abs(state.trunk_rad) <= segment_limit_rad;  // false for NaN
+      largest_sway = std::max(largest_sway, magnitude);
+      if (!stands) {
+        const double largest = std::isnan(magnitude) ? std::numeric_limits<double>::infinity() : largest_sway;
+        return {.valid = false, .largest_sway_rad = largest, .end_s = static_cast<double>(step + 1) / steps_per_second};
+      }
+    }
+  }
+  return {.valid = true, .largest_sway_rad = largest_sway, .end_s = protocol_.duration_s()};
+}
+
+}  // namespace decid::sim

@@ -1,0 +1,72 @@
+// Winter's segments: see segments.hpp.
+#include "sim/segments.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "sim/checker.hpp"
+
+namespace decid::sim {
+namespace {
+
+// Parts of the body's mass: 2 shanks of .0465 and 2 thighs of .100; head, arms and trunk. The feet's .029 are left out.
+constexpr double leg_mass = 0.293, trunk_mass = 0.678;
+// Parts of the body's height: ankle to hip (.530 - .039), hip to shoulder. The trunk's radius of gyration is given of
+// .34: with it the body of 88.86 kg and 1.80 m has the inertia of 101.895 kg m2.
+constexpr double leg_length = 0.491, trunk_length = 0.288, gyration_length = 0.34;
+// Parts of these lengths: centres of mass above the lower joint, radii of gyration about the centre of mass.
+constexpr double leg_com = 0.553, leg_gyration = 0.326, trunk_com = 0.626, trunk_gyration = 0.496;
+
+constexpr double square(double x) {
+  return x * x;
+}
+
+}  // namespace
+
+double Segments::com_height_m() const {
+  return (leg_mass_kg * leg_com_m + trunk_mass_kg * (leg_length_m + trunk_com_m)) / mass_kg();
+}
+
+double Segments::inertia_kgm2() const {
+  return leg_mass_kg * square(leg_com_m) + leg_inertia_kgm2 + trunk_mass_kg * square(leg_length_m + trunk_com_m) +
+         trunk_inertia_kgm2;
+}
+
+Segments segments_of(const Subject& subject) {
+  const auto check = [](const char* setting, double value, double high) {
+    if (value > 0.0 && value <= high) return;
+    throw Error("subject " + std::string(setting), "is " + setting_text(value),
+                "give a value above 0 and at most " + setting_text(high));
+  };
+  check("mass_kg", subject.mass_kg, 500.0);
+  check("height_m", subject.height_m, 3.0);
+  Segments segments{};
+  segments.leg_mass_kg = leg_mass * subject.mass_kg;
+  segments.leg_length_m = leg_length * subject.height_m;
+  segments.leg_com_m = leg_com * segments.leg_length_m;
+  segments.leg_inertia_kgm2 = segments.leg_mass_kg * square(leg_gyration * segments.leg_length_m);
+  segments.trunk_mass_kg = trunk_mass * subject.mass_kg;
+  segments.trunk_com_m = trunk_com * trunk_length * subject.height_m;
+  segments.trunk_inertia_kgm2 = segments.trunk_mass_kg * square(trunk_gyration * gyration_length * subject.height_m);
+  return segments;
+}
+
+Body body_of(const Segments& segments) {
+  return {
+      .mass_kg = segments.mass_kg(), .com_height_m = segments.com_height_m(), .inertia_kgm2 = segments.inertia_kgm2()};
+}
+
+Subject subject_of(const Body& body) {
+  // Both are proportional to what is sought.
+  const Subject unit{.mass_kg = 1.0, .height_m = 1.0};
+  const Body model = body_of(segments_of(unit));
+  const Subject subject{.mass_kg = body.mass_kg / model.mass_kg, .height_m = body.com_height_m / model.com_height_m};
+  const double inertia = body_of(segments_of(subject)).inertia_kgm2;
+  if (std::abs(body.inertia_kgm2 - inertia) <= 1e-3 * inertia) return subject;
+  throw Error("body",
+              "its inertia of " + setting_text(body.inertia_kgm2) + " kg m2 is not that of Winter's segments, " +
+                  setting_text(inertia) + ", so leg and trunk are not known",
+              "give the body as {\"subject\": {\"mass_kg\": .., \"height_m\": ..}}");
+}
+
+}  // namespace decid::sim

@@ -1,0 +1,394 @@
+// Tests of the trials of sim/double_pendulum.hpp: against linear theory, the single pendulum and the equations written
+// straight down; timing, falls, errors. Its mechanics: double_body.cpp.
+#include "sim/double_pendulum.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/sha256.hpp"
+#include "tests/sim/double_constants.hpp"
+
+using namespace decid::sim;
+using decid::Random;
+using decid::Stream;
+using decid::test::Constants;
+
+namespace {
+
+const Random some_noise(1, Stream::vestibular_noise, 0);
+
+struct Run {
+  Outcome outcome;
+  std::vector<double> com, leg, trunk;
+};
+
+Run simulate(const DoubleSimulator& simulator, const DoubleParameters& parameters, const Random& noise = some_noise) {
+  const std::vector<double> room(static_cast<std::size_t>(simulator.samples()));
+  Run trial{{}, room, room, room};
+  trial.outcome = simulator.run(parameters, noise, {trial.com, trial.leg, trial.trunk});
+  return trial;
+}
+
+DoubleParameters defaults() {
+  return default_double_parameters(segments_of(subject_of(Body{})));
+}
+
+DoubleParameters quiet() {
+  DoubleParameters parameters = defaults();
+  parameters.ankle[Nv] = parameters.ankle[Theta] = parameters.hip[Theta] = 0.0;
+  return parameters;
+}
+
+// The trial, equation by equation, every signal kept whole on the 1 ms grid: leg and trunk of every step.
+std::array<std::vector<double>, 2> straightforward(const DoubleSimulator& simulator, const DoubleParameters& parameters,
+                                                   const Random& noise) {
+  const Protocol& protocol = simulator.protocol();
+  const Constants c(simulator.segments());
+  const auto per_sample = static_cast<std::size_t>(protocol.steps_per_sample());
+  std::vector<double> nu(static_cast<std::size_t>(protocol.samples()) + 1);
+  VestibularNoiseMaker(protocol).velocity(1.0, noise, nu);
+  const double dt = 0.001;
+  std::vector<double> p1{0.0}, p2{0.0}, v1{0.0}, v2{0.0}, u[2];
+  double estimate[2] = {0.0, 0.0};
+  const Parameters* const module[2] = {&parameters.ankle, &parameters.hip};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(protocol.steps()); ++k) {
+    const double f = simulator.stimulus().tilt_at(static_cast<int>(k));
+    const double f_rate = simulator.stimulus().rate_at(static_cast<int>(k));
+    const double part = static_cast<double>(k % per_sample) / static_cast<double>(per_sample);
+    const double nu_rate = (1.0 - part) * nu[k / per_sample] + part * nu[k / per_sample + 1];
+    const double body[2] = {c.w1 * p1[k] + c.w2 * p2[k], p2[k]}, body_rate[2] = {c.w1 * v1[k] + c.w2 * v2[k], v2[k]};
+    const double support[2] = {f, p1[k]}, support_rate[2] = {f_rate, v1[k]};
+    const double joint[2] = {p1[k] - f, p2[k] - p1[k]}, joint_rate[2] = {v1[k] - f_rate, v2[k] - v1[k]};
+    double torque[2];
+    for (const std::size_t j : {0u, 1u}) {
+      const Parameters& p = *module[j];
+      const double x = support_rate[j] + p[Nv] * nu_rate;
+      const double e_rate = x > p[Theta] ? x - p[Theta] : x < -p[Theta] ? x + p[Theta] : 0.0;
+      u[j].push_back(p[Kp] * (body[j] + (estimate[j] + body[j] - support[j])) +
+                     p[Kd] * (body_rate[j] + (e_rate + body_rate[j] - support_rate[j])));
+      estimate[j] += dt * e_rate;
+      const double position = static_cast<double>(k) - std::round(p[Delay] * 1e6) / 1e3;
+      double active = 0.0;
+      if (position >= 0.0) {
+        const auto before = static_cast<std::size_t>(position);
+        const double fraction = position - static_cast<double>(before);
+        active = fraction == 0.0 ? u[j][before] : (1.0 - fraction) * u[j][before] + fraction * u[j][before + 1];
+      }
+      torque[j] = -active - p[Kp_pass] * joint[j] - p[Kd_pass] * joint_rate[j];
+    }
+    const double b = c.b * std::cos(p1[k] - p2[k]), s = c.b * std::sin(p1[k] - p2[k]);
+    const double r1 = torque[0] - torque[1] - s * v2[k] * v2[k] + c.g1 * std::sin(p1[k]);
+    const double r2 = torque[1] + s * v1[k] * v1[k] + c.g2 * std::sin(p2[k]);
+    // Gauss: the trunk's acceleration from the second equation into the first.
+    const double acceleration1 = (r1 - b / c.a2 * r2) / (c.a1 - b * b / c.a2);
+    const double acceleration2 = (r2 - b * acceleration1) / c.a2;
+    v1.push_back(v1[k] + dt * acceleration1);
+    v2.push_back(v2[k] + dt * acceleration2);
+    p1.push_back(p1[k] + dt * v1[k + 1]);
+    p2.push_back(p2[k] + dt * v2[k + 1]);
+  }
+  return {p1, p2};
+}
+
+}  // namespace
+
+TEST_CASE("DoubleSimulator: equals the equations written straight down") {
+  Protocol protocol;
+  const auto check = [&](const DoubleParameters& parameters, const Random& noise) {
+    const DoubleSimulator simulator(protocol);
+    const Run trial = simulate(simulator, parameters, noise);
+    const auto [leg, trunk] = straightforward(simulator, parameters, noise);
+    const Constants c(simulator.segments());
+    REQUIRE(trial.outcome.valid);
+    double difference = 0.0, largest = 0.0, sway = 0.0;
+    for (std::size_t k = 0; k < leg.size(); ++k) {
+      largest = std::max({largest, std::abs(leg[k]), std::abs(trunk[k])});
+      sway = std::max(sway, std::abs(c.w1 * leg[k] + c.w2 * trunk[k]));
+    }
+    const auto per_sample = static_cast<std::size_t>(protocol.steps_per_sample());
+    for (std::size_t k = 0; k < trial.com.size(); ++k) {
+      const double p1 = leg[k * per_sample], p2 = trunk[k * per_sample];
+      difference = std::max({difference, std::abs(trial.leg[k] - p1), std::abs(trial.trunk[k] - p2),
+                             std::abs(trial.com[k] - (c.w1 * p1 + c.w2 * p2))});
+    }
+    // As the single pendulum's: roundings that a stable loop forgets within seconds; some thousand eps, and ten times
+    // that for the slower decay of two joints.
+    CHECK(difference < 1e-11 * largest);
+    CHECK(trial.outcome.largest_sway_rad == doctest::Approx(sway).epsilon(1e-10));
+    CHECK(trial.outcome.end_s == protocol.duration_s());
+  };
+  check(defaults(), some_noise);
+  DoubleParameters parameters = defaults();
+  parameters.hip[Nv] = 0.3;
+  parameters.ankle[Delay] = 0.1207;
+  parameters.hip[Delay] = 0.0305;
+  check(parameters, Random(2, Stream::child_noise, 3));
+  parameters.ankle[Nv] = 0.0;
+  parameters.ankle[Theta] = 0.0;
+  check(parameters, some_noise);
+  protocol = short_protocol();
+  protocol.body = body_of(segments_of({.mass_kg = 60.0, .height_m = 1.6}));
+  protocol.sample_rate_hz = 50.0;
+  protocol.sequence().lead_in_s = 2.0;
+  protocol.sequence().lead_out_s = 0.0;
+  check(default_double_parameters(segments_of({.mass_kg = 60.0, .height_m = 1.6})), some_noise);
+}
+
+TEST_CASE("DoubleSimulator: small sway follows the transfer matrix") {
+  Protocol protocol;
+  protocol.sequence().amplitude_deg = 0.01;  // angles below 1e-3 rad: linear to 1e-7
+  protocol.sample_rate_hz = 1000.0;
+  const DoubleSimulator simulator(protocol);
+  const Constants c(simulator.segments());
+  constexpr std::size_t cycle = 60'500;
+  const RealFft fft(static_cast<int>(cycle));
+  std::vector<Complex> tilt(static_cast<std::size_t>(fft.bins())), leg(tilt), trunk(tilt), com(tilt);
+  std::vector<Complex> work(static_cast<std::size_t>(fft.work_length()));
+  std::vector<double> tilt_rad;
+  for (int k = 0; k < static_cast<int>(cycle); ++k) tilt_rad.push_back(simulator.stimulus().tilt_at(k));
+  fft.forward(tilt_rad, tilt, work);
+
+  // Leg and trunk for a tilt of 1. D, E: the velocities of body and platform per angle; S: acceleration per angle;
+  // e: the leg as the hip estimates it; a, h: the delays.
+  struct Operators {
+    Complex D, E, S, e, a, h;
+  };
+  const auto response = [&](const DoubleParameters& p, const Operators& o) {
+    const Complex ankle = 2.0 * (p.ankle[Kp] + p.ankle[Kd] * o.D) * o.a,
+                  hip = 2.0 * (p.hip[Kp] + p.hip[Kd] * o.D) * o.h;
+    const Complex estimate = p.hip[Kp] * (o.e - 1.0) * o.h;
+    const Complex ankle_passive = p.ankle[Kp_pass] + p.ankle[Kd_pass] * o.D;
+    const Complex hip_passive = p.hip[Kp_pass] + p.hip[Kd_pass] * o.D;
+    // t_ankle = -(ankle w1 + ankle_passive) P1 - ankle w2 P2 + drive, t_hip = hip_1 P1 + hip_2 P2
+    const Complex hip_1 = hip_passive - estimate, hip_2 = -hip - hip_passive;
+    const Complex drive = p.ankle[Kp_pass] + p.ankle[Kd_pass] * o.E;
+    const Complex m11 = c.a1 * o.S - c.g1 + ankle * c.w1 + ankle_passive + hip_1,
+                  m12 = c.b * o.S + ankle * c.w2 + hip_2;
+    const Complex m21 = c.b * o.S - hip_1, m22 = c.a2 * o.S - c.g2 - hip_2;
+    const Complex determinant = m11 * m22 - m12 * m21;
+    return std::array<Complex, 2>{drive * m22 / determinant, -drive * m21 / determinant};
+  };
+
+  DoubleParameters stiff = quiet();
+  stiff.ankle[Delay] = 0.1004;
+  stiff.hip[Delay] = 0.0;
+  stiff.hip[Kp_pass] *= 2.0;
+  for (const DoubleParameters& parameters : {quiet(), stiff}) {
+    const Run trial = simulate(simulator, parameters);
+    REQUIRE(trial.outcome.valid);
+    fft.forward(std::span(trial.leg).subspan(cycle), leg, work);
+    fft.forward(std::span(trial.trunk).subspan(cycle), trunk, work);
+    fft.forward(std::span(trial.com).subspan(cycle), com, work);
+    double exact_error = 0.0, continuous_error = 0.0;
+    for (std::size_t k = 1; k < 73; k += 2) {
+      const double omega = 2.0 * pi * static_cast<double>(k) / 60.5, dt = 0.001;
+      const Complex s(0.0, omega), z = std::exp(s * dt);
+      const auto delay = [&](double delay_s) {
+        const double steps = delay_s / dt, whole = std::floor(steps + 1e-6), part = std::max(0.0, steps - whole);
+        return std::pow(z, -whole) * (1.0 - part + part / z);
+      };
+      // What semi-implicit Euler makes of them: v_k = (p_k - p_k-1) / dt, the hip's estimate is the leg a step ago.
+      const Operators discrete{(1.0 - 1.0 / z) / dt,
+                               (z - 1.0) / dt,
+                               (z - 2.0 + 1.0 / z) / (dt * dt),
+                               1.0 / z,
+                               delay(parameters.ankle[Delay]),
+                               delay(parameters.hip[Delay])};
+      const Operators continuous{
+          s, s, s * s, 1.0, std::exp(-s * parameters.ankle[Delay]), std::exp(-s * parameters.hip[Delay])};
+      const auto exact = response(parameters, discrete), ideal = response(parameters, continuous);
+      const Complex found[2] = {leg[k] / tilt[k], trunk[k] / tilt[k]};
+      for (const std::size_t j : {0u, 1u}) {
+        exact_error = std::max(exact_error, std::abs(found[j] - exact[j]) / std::abs(exact[j]));
+        continuous_error = std::max(continuous_error, std::abs(found[j] - ideal[j]) / std::abs(ideal[j]));
+      }
+      CHECK(std::abs(com[k] - (c.w1 * leg[k] + c.w2 * trunk[k])) < 1e-12 * std::abs(leg[k]));
+    }
+    // What is left is sin(x) - x.
+    CHECK(exact_error < 1e-6);
+    // Half a step's lag, 0.4% at 1.2 Hz, as of the single pendulum; at most doubled by the second joint.
+    CHECK(continuous_error < 0.02);
+  }
+}
+
+TEST_CASE("DoubleSimulator: with its hip locked it is the single pendulum") {
+  Protocol protocol;
+  const Segments segments = segments_of({});
+  protocol.body = body_of(segments);
+  const DoubleSimulator simulator(protocol);
+  const Constants c(segments);
+  const double relative_inertia = (c.a1 * c.a2 - c.b * c.b) / (c.a1 + c.a2 + 2.0 * c.b);  // of the bending, 3.5 kg m2
+  Parameters ankle = middle_parameters();
+  std::vector<double> single(static_cast<std::size_t>(simulator.samples()));
+  REQUIRE(Simulator(protocol).run(ankle, some_noise, single).valid);
+  const double largest = std::abs(*std::ranges::max_element(single, {}, [](double a) { return std::abs(a); }));
+  struct Errors {
+    double com, bend;
+  };
+  const auto errors = [&](double stiffness) {
+    // Half of critical damping. Euler is stable while omega^2 step^2 < 4 - 4 omega step (zeta = 1/2): at 1e6 N m/rad,
+    // omega step = 0.53 and 0.28 < 1.9.
+    Parameters hip{};
+    hip[Kp_pass] = stiffness;
+    hip[Kd_pass] = std::sqrt(stiffness * relative_inertia);
+    const Run trial = simulate(simulator, {ankle, hip});
+    REQUIRE(trial.outcome.valid);
+    Errors worst{};
+    for (std::size_t k = 0; k < single.size(); ++k) {
+      worst.com = std::max(worst.com, std::abs(trial.com[k] - single[k]) / largest);
+      worst.bend = std::max(worst.bend, std::abs(trial.trunk[k] - trial.leg[k]) / largest);
+    }
+    return worst;
+  };
+  const Errors soft = errors(2.5e5), hard = errors(1e6);
+  // The hip bends by what carries the trunk: m_T g h_T a - (A2 + B) a'', over the stiffness. The loop answers up to
+  // about 1 Hz: a'' below (2 pi)^2 a.
+  const double bend = (c.g2 + (c.a2 + c.b) * 4.0 * pi * pi) / 1e6;
+  CHECK(hard.bend < bend);
+  CHECK(hard.bend > 0.1 * c.g2 / 1e6);
+  // The centre of mass differs by what the bend does to torques, of the size of the bend, times the loop's resonance
+  // (below 10).
+  CHECK(hard.com < 10.0 * bend);
+  // And vanishes with it: all of the first order in 1 / stiffness.
+  CHECK(soft.bend / hard.bend == doctest::Approx(4.0).epsilon(0.02));
+  CHECK(soft.com / hard.com == doctest::Approx(4.0).epsilon(0.05));
+}
+
+TEST_CASE("DoubleSimulator: both delays end when they should") {
+  Protocol protocol;
+  protocol.sample_rate_hz = 1000.0;
+  // Starts as the platform begins to move: below the threshold, the ankle's very first command is -Kd f'. The leg moves
+  // a step later, and with it the hip's command.
+  protocol.sequence().offset_s = 0.25;
+  protocol.sequence().cycles = 1;
+  const DoubleSimulator simulator(protocol);
+  DoubleParameters parameters = defaults();
+  parameters.ankle[Nv] = 0.0;
+  parameters.ankle[Theta] = 0.0052;
+  const auto first_difference = [](const Run& a, const Run& b) {
+    return static_cast<int>(std::ranges::mismatch(a.leg, b.leg).in1 - a.leg.begin());
+  };
+  struct Case {
+    double delay_s;
+    int ankle_step, hip_step;
+  };
+  // A torque of step k shows in the angles of step k + 1. The hip's: part of its second command comes with the step in
+  // which the delay of the first is over.
+  for (const Case& delay : {Case{0.0, 0, 1}, Case{0.001, 1, 2}, Case{0.0004, 1, 1}, Case{0.0025, 3, 3},
+                            Case{0.07, 70, 71}, Case{0.12, 120, 121}, Case{0.12025, 121, 121}, Case{1.0, 1000, 1001}}) {
+    CAPTURE(delay.delay_s);
+    DoubleParameters with = parameters, without = parameters;
+    with.ankle[Delay] = delay.delay_s;
+    with.hip[Kp] = with.hip[Kd] = without.hip[Kp] = without.hip[Kd] = 0.0;
+    without.ankle[Kp] = without.ankle[Kd] = 0.0;
+    CHECK(first_difference(simulate(simulator, with), simulate(simulator, without)) == delay.ankle_step + 1);
+    with = without = parameters;
+    with.hip[Delay] = delay.delay_s;
+    with.ankle[Kp] = with.ankle[Kd] = without.ankle[Kp] = without.ankle[Kd] = 0.0;
+    without.hip[Kp] = without.hip[Kd] = 0.0;
+    CHECK(first_difference(simulate(simulator, with), simulate(simulator, without)) == delay.hip_step + 1);
+  }
+}
+
+TEST_CASE("DoubleSimulator: noise is the ankle's realisation, each module's own gain") {
+  const DoubleSimulator simulator{Protocol{}};
+  DoubleParameters parameters = defaults();
+  parameters.ankle[Nv] = 0.0;
+  const Random other(9, Stream::child_noise, 9);
+  CHECK(simulate(simulator, parameters).com == simulate(simulator, parameters, other).com);
+  parameters.hip[Nv] = 0.3;
+  CHECK(simulate(simulator, parameters).com != simulate(simulator, parameters, other).com);
+}
+
+TEST_CASE("DoubleSimulator: falls") {
+  const DoubleSimulator simulator{Protocol{}};
+  DoubleParameters parameters = defaults();
+  parameters.ankle[Kp] = parameters.ankle[Kd] = 0.0;
+  const Run trial = simulate(simulator, parameters);
+  CHECK_FALSE(trial.outcome.valid);
+  CHECK(trial.outcome.end_s > 1.0);
+  CHECK(trial.outcome.end_s < 20.0);
+  CHECK(trial.outcome.largest_sway_rad > sway_limit_rad);
+  CHECK(trial.outcome.largest_sway_rad < 1.01 * sway_limit_rad);
+  // Samples up to the fall are written, later ones are not.
+  const auto last = static_cast<std::size_t>(std::ceil(trial.outcome.end_s * 100.0)) - 1;
+  CHECK(trial.com[last] != 0.0);
+  CHECK(trial.leg[last] != 0.0);
+  CHECK(trial.trunk[last] != 0.0);
+  CHECK(trial.com[last + 1] == 0.0);
+  CHECK(trial.leg[last + 1] == 0.0);
+  CHECK(trial.trunk[last + 1] == 0.0);
+
+  // The trunk swings against the leg with growing amplitude, the centre of mass between them.
+  parameters = defaults();
+  parameters.hip[Kp] *= 4.0;
+  parameters.hip[Delay] = 0.2;
+  const Outcome swinging = simulate(simulator, parameters).outcome;
+  CHECK_FALSE(swinging.valid);
+  CHECK(swinging.largest_sway_rad < sway_limit_rad);
+
+  parameters.ankle.fill(std::numeric_limits<double>::max());
+  parameters.ankle[Nv] = parameters.ankle[Theta] = parameters.ankle[Delay] = 0.0;
+  const Outcome overflow = simulate(simulator, parameters).outcome;
+  CHECK_FALSE(overflow.valid);
+  CHECK(overflow.end_s < 0.5);
+  CHECK(overflow.largest_sway_rad > sway_limit_rad);
+}
+
+TEST_CASE("DoubleSimulator: errors") {
+  const DoubleSimulator simulator{Protocol{}};
+  const std::vector<double> room(12'100);
+  Run trial{{}, room, room, room};
+  const auto where = [&](const DoubleParameters& parameters) -> std::string {
+    try {
+      simulator.run(parameters, some_noise, {trial.com, trial.leg, trial.trunk});
+    } catch (const decid::Error& error) {
+      return error.where();
+    }
+    return "no error";
+  };
+  for (std::size_t i = 0; i < parameter_count; ++i) {
+    for (const double value :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1e-9}) {
+      DoubleParameters parameters = defaults();
+      parameters.ankle[i] = value;
+      CHECK(where(parameters) == std::string("ankle parameter ") + parameter_info[i].name);
+      parameters = defaults();
+      parameters.hip[i] = value;
+      CHECK(where(parameters) == std::string("hip parameter ") + parameter_info[i].name);
+    }
+  }
+  DoubleParameters late = defaults();
+  late.hip[Delay] = 1.0001;
+  CHECK(where(late) == "hip parameter delay");
+  CHECK(where(defaults()) == "no error");
+  for (std::vector<double>* out : {&trial.com, &trial.leg, &trial.trunk}) {
+    out->pop_back();
+    CHECK(where(defaults()) == "simulation");
+    out->push_back(0.0);
+  }
+  Protocol broken;
+  broken.sequence().cycles = 0;
+  CHECK_THROWS_AS(DoubleSimulator{broken}, decid::Error);
+  Protocol odd;
+  odd.body.inertia_kgm2 = 80.0;
+  CHECK_THROWS_WITH_AS(DoubleSimulator{odd}, doctest::Contains("subject"), decid::Error);
+}
+
+TEST_CASE("DoubleSimulator: the bits of a noisy trial") {
+  const Run trial = simulate(DoubleSimulator{Protocol{}}, defaults());
+  REQUIRE(trial.outcome.valid);
+  const auto digest = [](const std::vector<double>& values) {
+    return decid::sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)});
+  };
+  // Promised for every compiler and instruction set.
+  CHECK(digest(trial.leg) == "3a476c45d04649f2762eaba3b17afbdd734e105301c8ffcf4bbfd1a0a7e2f330");
+  CHECK(digest(trial.trunk) == "d47b7027a4e799719ce520a689f957c3b97492d5e8a0b653828c608c4406fbbd");
+}

@@ -1,0 +1,55 @@
+// Tests of sim/segments.hpp: Winter's segments give the default body to the digits it is printed with.
+#include "sim/segments.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+
+using namespace decid::sim;
+
+TEST_CASE("segments: the default body is that of 88.86 kg and 1.80 m, to its printed digits") {
+  const Body body = body_of(segments_of({.mass_kg = 88.86, .height_m = 1.80}));
+  const Body printed;
+  // Half a unit in the last printed place.
+  CHECK(std::abs(body.mass_kg - printed.mass_kg) <= 0.0005);
+  CHECK(std::abs(body.com_height_m - printed.com_height_m) <= 0.000005);
+  CHECK(std::abs(body.inertia_kgm2 - printed.inertia_kgm2) <= 0.0005);
+  // The product has the relative errors of both.
+  CHECK(std::abs(body.mgh() - printed.mgh()) <= printed.mgh() * (0.0005 / 86.283 + 0.000005 / 0.99119));
+}
+
+TEST_CASE("segments: each number by hand") {
+  const Segments s = segments_of({.mass_kg = 100.0, .height_m = 2.0});
+  CHECK(s.leg_mass_kg == doctest::Approx(29.3).epsilon(1e-14));
+  CHECK(s.leg_length_m == doctest::Approx(0.982).epsilon(1e-14));
+  CHECK(s.leg_com_m == doctest::Approx(0.543046).epsilon(1e-14));
+  CHECK(s.leg_inertia_kgm2 == doctest::Approx(29.3 * 0.320132 * 0.320132).epsilon(1e-14));
+  CHECK(s.trunk_mass_kg == doctest::Approx(67.8).epsilon(1e-14));
+  CHECK(s.trunk_com_m == doctest::Approx(0.360576).epsilon(1e-14));
+  CHECK(s.trunk_inertia_kgm2 == doctest::Approx(67.8 * 0.33728 * 0.33728).epsilon(1e-14));
+  CHECK(s.trunk_mgh() == doctest::Approx(67.8 * 9.81 * 0.360576).epsilon(1e-14));
+  CHECK(s.mass_kg() == doctest::Approx(97.1).epsilon(1e-14));
+}
+
+TEST_CASE("segments: a body's subject") {
+  const Subject subject = subject_of(body_of(segments_of({.mass_kg = 61.3, .height_m = 1.67})));
+  CHECK(subject.mass_kg == doctest::Approx(61.3).epsilon(1e-14));
+  CHECK(subject.height_m == doctest::Approx(1.67).epsilon(1e-14));
+  const Subject standard = subject_of(Body{});
+  CHECK(std::abs(standard.mass_kg - 88.86) < 0.0005 / 0.971);
+  CHECK(std::abs(standard.height_m - 1.80) < 0.000005 / 0.55);
+  Body heavy;
+  heavy.inertia_kgm2 = 103.0;
+  CHECK_THROWS_WITH_AS(subject_of(heavy), doctest::Contains("subject"), decid::Error);
+}
+
+TEST_CASE("segments: bounds") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double mass : {0.0, -1.0, 501.0, nan})
+    CHECK_THROWS_WITH_AS(segments_of({mass, 1.8}), doctest::Contains("mass_kg"), decid::Error);
+  for (const double height : {0.0, -1.0, 3.1, nan})
+    CHECK_THROWS_WITH_AS(segments_of({80.0, height}), doctest::Contains("height_m"), decid::Error);
+}

@@ -1,0 +1,22 @@
+// What the CSV files of decid simulate and decid stimulus have in common.
+#pragma once
+
+#include <vector>
+
+#include "sim/protocol.hpp"
+
+namespace decid::tools {
+
+inline constexpr int csv_digits = 10;
+
+/// Time and tilt in degrees of every sample.
+inline std::vector<std::vector<double>> time_and_tilt(const sim::Protocol& protocol, const sim::Stimulus& stimulus) {
+  std::vector<std::vector<double>> columns(2);
+  for (int k = 0; k < protocol.samples(); ++k) {
+    columns[0].push_back(k / protocol.sample_rate_hz);
+    columns[1].push_back(stimulus.tilt_at(k * protocol.steps_per_sample()) / sim::rad_per_deg);
+  }
+  return columns;
+}
+
+}  // namespace decid::tools
