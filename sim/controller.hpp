@@ -19,37 +19,44 @@ Real dead_band_of(Real x, Real theta) {
   return x - within;
 }
 
-/// What was commanded a delay ago: linear between the two neighbouring steps, zero while the trial is younger.
-class DelayLine {
- public:
+/// A delay in steps: whole ones, the fraction beyond, and the first step that is not before it.
+struct Lag {
   /// 0 <= delay_s <= longest_delay_s.
-  explicit DelayLine(double delay_s) {
+  explicit Lag(double delay_s) {
     double steps = delay_s * steps_per_second;
     // A delay of whole milliseconds is one, whatever the rounding of its product.
     const double nearest = std::floor(steps + 0.5);
     if (std::abs(steps - nearest) < 1e-9) steps = nearest;
-    whole_ = static_cast<unsigned>(steps);
-    fraction_ = steps - whole_;
-    first_step_ = static_cast<int>(std::ceil(steps));
+    whole = static_cast<int>(steps);
+    fraction = steps - whole;
+    first_step = static_cast<int>(std::ceil(steps));
   }
+  int whole, first_step;
+  double fraction;
+};
+
+/// What was commanded a delay ago: linear between the two neighbouring steps, zero while the trial is younger.
+class DelayLine {
+ public:
+  /// 0 <= delay_s <= longest_delay_s.
+  explicit DelayLine(double delay_s) : lag_(delay_s) {}
 
   /// Takes the command of this step, which is the one returned if there is no delay.
   double pass(int step, double value) {
     const auto now = static_cast<unsigned>(step);
     ring_[now % slots] = value;
-    if (step < first_step_) return 0.0;
-    const double newer = ring_[(now - whole_) % slots];
-    const double older = ring_[(now - whole_ - 1) % slots];
-    return newer + fraction_ * (older - newer);
+    if (step < lag_.first_step) return 0.0;
+    const auto whole = static_cast<unsigned>(lag_.whole);
+    const double newer = ring_[(now - whole) % slots];
+    const double older = ring_[(now - whole - 1) % slots];
+    return newer + lag_.fraction * (older - newer);
   }
 
  private:
   static constexpr unsigned slots = 1024;  // a power of two, so that the index may wrap
   static_assert(longest_delay_s * steps_per_second + 2 <= slots);
   std::array<double, slots> ring_{};
-  unsigned whole_;
-  double fraction_;
-  int first_step_;
+  Lag lag_;
 };
 
 /// Throws Error, where = whose + "parameter Kp", unless all are finite, 0 or above, and the delay is in its bound.

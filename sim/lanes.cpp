@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "base/error.hpp"
+#include "sim/controller.hpp"
 
 namespace decid::sim {
 namespace {
@@ -19,34 +19,9 @@ constexpr double step_s = 1.0 / steps_per_second;
 // bound, where a trial is over, the error grows slowly.
 constexpr double sine_coefficients[] = {-0.16666666666644338547, 0.0083333331554029862068, -0.00019837239079875674672};
 
-// A delay as a number of steps: whole ones, the fraction beyond, and the first step that is not before it.
-struct Lag {
-  explicit Lag(double delay_s) {
-    double steps = delay_s * steps_per_second;
-    // A delay of whole milliseconds is one, whatever the rounding of its product.
-    const double nearest = std::floor(steps + 0.5);
-    if (std::abs(steps - nearest) < 1e-9) steps = nearest;
-    whole = static_cast<int>(steps);
-    fraction = steps - whole;
-    first_step = static_cast<int>(std::ceil(steps));
-  }
-  int whole, first_step;
-  double fraction;
-};
 static_assert(longest_delay_s * steps_per_second <= Pendulums::longest_lag);
 
 }  // namespace
-
-void check_parameters(const Parameters& parameters) {
-  for (std::size_t i = 0; i < parameter_count; ++i) {
-    const double value = parameters[i];
-    const double largest = i == Delay ? longest_delay_s : std::numeric_limits<double>::max();
-    if (value >= 0.0 && value <= largest) continue;  // false for NaN
-    throw Error(std::string("parameter ") + parameter_info[i].name, "is " + std::to_string(value),
-                i == Delay ? "give a delay from 0 to " + std::to_string(longest_delay_s) + " s"
-                           : "give a finite value, 0 or above");
-  }
-}
 
 Experiment::Experiment(Protocol valid_protocol, Isa isa_used)
     : protocol(std::move(valid_protocol)),

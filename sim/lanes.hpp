@@ -24,9 +24,6 @@ struct Experiment {
   std::vector<double> tilt_and_rate;  ///< of each interval of the stimulus
 };
 
-/// Throws Error for a non-finite or negative parameter, or a delay above longest_delay_s.
-void check_parameters(const Parameters& parameters);
-
 class Lanes {
  public:
   /// The experiment must outlive the lanes.

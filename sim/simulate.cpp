@@ -13,6 +13,7 @@
 #include "base/error.hpp"
 #include "base/math.hpp"
 #include "base/parallel.hpp"
+#include "sim/controller.hpp"
 #include "sim/lanes.hpp"
 
 namespace decid::sim {
@@ -26,7 +27,7 @@ Protocol checked(Protocol protocol) {
 }  // namespace
 
 double dead_band(double x, double theta) {
-  return x - std::clamp(x, -theta, theta);
+  return dead_band_of(x, theta);
 }
 
 /// Lanes that wait for their next call: their memory is large and costs more to get than a trial.

@@ -259,7 +259,8 @@ Stimulus play(const Sequence& sequence, const Protocol& protocol) {
   stimulus.interval_steps = std::gcd(std::gcd(protocol.steps_per_sample(), state_ms), std::gcd(first_ms, offset_ms));
   const int interval = stimulus.interval_steps;
   int count = 0;  // state values, summed over the milliseconds
-  for (int k = 0; k < protocol.steps(); k += interval) {
+  const int steps = protocol.steps();
+  for (int k = 0; k < steps; k += interval) {
     const bool moving = k >= first_ms && k < last_ms;
     const int state = (offset_ms + (k - first_ms)) % cycle_ms / state_ms;
     const int value = moving ? values[static_cast<std::size_t>(state)] : 0;

@@ -294,7 +294,7 @@ TEST_CASE("outputs that cannot be, and requests that cannot be met, leave nothin
   check_error([&] { generate_npz(folder.path(), wanted, program); }, {"is a folder"});
   check_error([&] { generate_npz("/dev/null", wanted, program); }, {"/dev/null", "not a regular file"});
   DatasetRequest quiet = wanted;
-  quiet.protocol.sequence.amplitude_deg = 0.01;
+  quiet.protocol.sequence().amplitude_deg = 0.01;
   quiet.protocol.vestibular_noise.scale_deg = 0.0;
   check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, {"none of the 5 base trials"});
   DatasetRequest none = wanted;

@@ -112,7 +112,7 @@ TEST_CASE("members that are not as long as announced are a mistake of ours") {
 TEST_CASE("a data set of more than 4 GiB, all zeros and a hole in the file, is read by decid and by Python") {
   const TemporaryFolder folder;
   sim::Protocol protocol = tiny_protocol();
-  protocol.sequence.lead_out_s = 3000.0;
+  protocol.sequence().lead_out_s = 3000.0;
   const auto samples = static_cast<std::size_t>(protocol.samples());
   const std::size_t trials = 3600;
   const std::uint64_t bytes = trials * samples * sizeof(float);

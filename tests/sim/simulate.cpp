@@ -365,7 +365,7 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
 
 TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memory wraps around") {
   Protocol protocol = short_protocol();
-  protocol.sequence.offset_s = 0.001;  // a grid of 1 ms
+  protocol.sequence().offset_s = 0.001;  // a grid of 1 ms
   for (const double rate_hz : {20.0, 100.0, 1000.0}) {
     protocol.sample_rate_hz = rate_hz;
     const auto trial_of = [](int index) {

@@ -75,7 +75,7 @@ std::string dataset_page() {
   figures.file = "</script><script>document.body.dataset.error='markup'</script>.npz";
   figures.version = "0.1.0";
   figures.request = {sim::short_protocol(), 120, 90, 1};
-  figures.request.protocol.sequence.amplitude_deg = 4.0;  // so that some are parents
+  figures.request.protocol.sequence().amplitude_deg = 4.0;  // so that some are parents
   decid::dataset::generate(figures.request, &figures.report);
   figures.bytes = 3'100'000;
   return dataset_html(figures);

@@ -51,7 +51,7 @@ std::vector<std::vector<double>> columns_of(const std::string& text, std::string
 }
 
 Json data_of(const std::string& page) {
-  const std::string mark = "id=\"stimulus-data\">";
+  const std::string mark = "id=\"report-data\">";
   const std::size_t start = page.find(mark) + mark.size();
   return Json::parse(page.substr(start, page.find("</script", start) - start));
 }
