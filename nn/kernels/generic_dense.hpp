@@ -91,6 +91,13 @@ constexpr int dense_values = 8;
 template <class V>
 [[gnu::always_inline]] inline void dense_gradient(const float* x, const float* dy, int count, int valid,
                                                   float* result) {
+  if constexpr (V::width >= 8)
+    if (count == dense_values && valid == lanes) {
+      const Oct factor[2] = {load_oct<V>(dy), load_oct<V>(dy + 8)};
+      lane_trees_of_eight<V>([&](int k, int half) { return load_oct<V>(x + k * lanes + 8 * half) * factor[half]; },
+                             result);
+      return;
+    }
   alignas(64) float product[dense_values * lanes];
   for (int k = 0; k < count; ++k)
     for (int p = 0; p < lanes; p += V::width)

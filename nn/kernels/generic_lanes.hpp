@@ -82,16 +82,20 @@ using Quad = float __attribute__((vector_size(16)));
 /// Eight values side by side.
 using Oct = float __attribute__((vector_size(32)));
 
-/// The same for eight k at once, in registers of eight: the first step, + 8, needs no shuffle.
+// A template, so that only instruction sets with such registers compile it.
 template <class V>
-[[gnu::always_inline]] inline void lane_trees_of_eight(const float* v, float* result) {
+[[gnu::always_inline]] inline Oct load_oct(const float* p) {
+  Oct o;
+  __builtin_memcpy(&o, p, sizeof o);
+  return o;
+}
+
+/// The same for eight k at once, in registers of eight: the first step, + 8, needs no shuffle. at(k, half): lanes
+/// 8 half to 8 half + 7 of value k.
+template <class V, class F>
+[[gnu::always_inline]] inline void lane_trees_of_eight(const F& at, float* result) {
   Oct eight[8];
-  unroll<8>([&](auto k) {
-    Oct low, high;
-    __builtin_memcpy(&low, v + k * lanes, sizeof low);
-    __builtin_memcpy(&high, v + k * lanes + 8, sizeof high);
-    eight[k] = low + high;
-  });
+  unroll<8>([&](auto k) { eight[k] = at(k, 0) + at(k, 1); });
   Oct four[4], two[2];
   unroll<4>([&](auto k) {
     const Oct a = eight[k], b = eight[k + 4];
@@ -123,7 +127,8 @@ void lane_trees(float* v, int count, int valid, float* result) {
     for (int l = valid; l < lanes; ++l) v[k * lanes + l] = 0;
   int k = 0;
   if constexpr (V::width >= 8)
-    for (; k + 8 <= count; k += 8) lane_trees_of_eight<V>(v + k * lanes, result + k);
+    for (; k + 8 <= count; k += 8)
+      lane_trees_of_eight<V>([&](int i, int half) { return load_oct<V>(v + (k + i) * lanes + 8 * half); }, result + k);
   for (; k + 4 <= count; k += 4) lane_trees_of_four(v + k * lanes, result + k);
   for (; k < count; ++k) result[k] = lane_tree(v + k * lanes);
 }
