@@ -80,6 +80,8 @@ class Tensor {
   int blocks() const { return static_cast<int>(blocks_of(batch_)); }
   /// Lanes of a block that hold samples; the others hold values that no reduction reads.
   int valid_lanes(int block) const { return batch_ - block * lanes < lanes ? batch_ - block * lanes : lanes; }
+  /// `count` samples from the first of a block on.
+  Tensor part(int block, int count) const { return {memory_ + block * view().block, shape_, count, halo_}; }
   /// Fewer samples in the same memory.
   void set_batch(int batch) { batch_ = batch; }
 
