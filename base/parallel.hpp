@@ -19,7 +19,7 @@ template <class Body>
 void parallel_for(int count, const Body& body) {
   std::exception_ptr failure;
   std::atomic<bool> failed{false};
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) if (count > 1)
   for (int i = 0; i < count; ++i) {
     if (failed.load(std::memory_order_relaxed)) continue;
     try {

@@ -93,7 +93,7 @@ class BatchNorm final : public Layer<T> {
       });
       keep_sums(sums, src.valid_lanes(block), block, c);
     });
-    tree_sum(parts_.data(), src.blocks(), channels_ * 2);
+    tree_sum(parts_.data(), src.blocks(), channels_ * 2, channels_ * 2);
     // diff_src = gamma/d (dy - mean(dy) - x^ mean(dy x^)), x^ = (src - mean)/d, as a dy + b src + c.
     const double count = values_a_channel(src);
     for (std::size_t c = 0; c < channels_; ++c) {
@@ -263,7 +263,7 @@ class BatchNorm final : public Layer<T> {
                                   sums);
       keep_sums(sums, src.valid_lanes(block), block, c);
     });
-    tree_sum(parts_.data(), src.blocks(), channels_ * 2);
+    tree_sum(parts_.data(), src.blocks(), channels_ * 2, channels_ * 2);
     const double count = values_a_channel(src);
     for (std::size_t c = 0; c < channels_; ++c) {
       const double shifted = parts_.data()[2 * c] / count;

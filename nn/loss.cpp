@@ -28,7 +28,7 @@ void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std
         }
         if (diff != nullptr) diff->row(block, o, 0)[l] = gradient;
       }
-      tree_sum(squared.data(), lanes, 1);
+      tree_sum(squared.data(), lanes, 1, 1);
       sum += squared[0];
     }
     squares[static_cast<std::size_t>(o)] = sum;

@@ -1,6 +1,9 @@
 // A chain of layers: construction from text, memory plan, forward and backward.
 #include "nn/network.hpp"
 
+#include <omp.h>
+
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <sstream>
@@ -8,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/random.hpp"
 #include "base/sha256.hpp"
+#include "nn/sharing.hpp"
 
 namespace decid::nn {
 
@@ -92,14 +96,24 @@ bool Network<T>::difference_replaces_activation(std::size_t index) const {
          !layers_[index - 1]->backward_reads_dst();
 }
 
+// In inference the input and the output hold the whole batch, with what shares their memory.
+template <class T>
+bool Network<T>::whole(std::size_t activation) const {
+  if (mode_ == Mode::training || activation == 0) return true;
+  for (std::size_t i = activation; i < layers_.size(); ++i)
+    if (!reuses_source(i)) return false;
+  return true;
+}
+
 template <class T>
 void Network<T>::plan(int batch, Mode mode) {
   if (batch < 1 || batch > 65536) throw Error("batch", "of " + std::to_string(batch) + " samples", "give 1 to 65536");
   mode_ = mode;
-  planned_batch_ = batch;
+  planned_batch_ = batch_ = batch;
   // Training keeps every activation for backward, and of the derivatives that have no place there two at a time;
-  // inference keeps two activations.
+  // inference keeps the input, the output and two activations of a few samples, a block for each thread.
   const bool training = mode == Mode::training;
+  at_once_ = training ? batch : static_cast<int>(std::min<long long>(batch, 1LL * lanes * omp_get_max_threads()));
   struct Place {
     Shape shape;
     std::size_t kept = 0;  // offset of the activation in training
@@ -121,13 +135,13 @@ void Network<T>::plan(int batch, Mode mode) {
       continue;
     }
     place.turn = i > 0 ? 1 - places[i - 1].turn : 0;
-    const std::size_t activation = Tensor<T>::required(place.shape, batch, place.activation_halo);
+    const std::size_t activation = Tensor<T>::required(place.shape, whole(i) ? batch : at_once_, place.activation_halo);
     const std::size_t difference = Tensor<T>::required(place.shape, batch, place.difference_halo);
     place.kept = kept;
-    if (training) kept += activation;
-    if (!training)
+    if (whole(i)) kept += activation;
+    if (!whole(i))
       pair[place.turn] = std::max(pair[place.turn], activation);
-    else if (i > 0 && !difference_replaces_activation(i))
+    else if (training && i > 0 && !difference_replaces_activation(i))
       pair[place.turn] = std::max(pair[place.turn], difference);
   }
   memory_.reserve(kept + pair[0] + pair[1]);
@@ -137,9 +151,9 @@ void Network<T>::plan(int batch, Mode mode) {
     const Place& place = places[i];
     T* const own = memory_.data() + place.kept;
     T* const shared = memory_.data() + kept + (place.turn == 0 ? 0 : pair[0]);
-    activations_.emplace_back(training ? own : shared, place.shape, batch, place.activation_halo);
+    activations_.emplace_back(whole(i) ? own : shared, place.shape, batch, place.activation_halo);
+    if (whole(i)) activations_.back().clear_halo();
     if (!training) continue;
-    activations_.back().clear_halo();
     differences_.emplace_back(difference_replaces_activation(i) ? own : shared, place.shape, batch,
                               place.difference_halo);
   }
@@ -163,6 +177,7 @@ void Network<T>::set_batch(int batch) {
     throw Error("batch",
                 "of " + std::to_string(batch) + " samples where " + std::to_string(planned_batch_) + " were planned",
                 "plan() for the largest batch first");
+  batch_ = batch;
   for (Tensor<T>& t : activations_) t.set_batch(batch);
   for (Tensor<T>& t : differences_) t.set_batch(batch);
 }
@@ -170,10 +185,26 @@ void Network<T>::set_batch(int batch) {
 template <class T>
 void Network<T>::forward() {
   if (planned_batch_ == 0) throw Error("network", "has no memory yet", "plan() it before forward()");
-  if (mode_ == Mode::inference) activations_.front().clear_halo();
-  for (std::size_t i = 0; i < layers_.size(); ++i) {
-    if (mode_ == Mode::inference && !reuses_source(i)) activations_[i + 1].clear_halo();
-    layers_[i]->forward(activations_[i], activations_[i + 1], mode_);
+  if (mode_ == Mode::inference) {
+    infer();
+    return;
+  }
+  for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i]->forward(activations_[i], activations_[i + 1], mode_);
+}
+
+// A few samples through all layers, then the next: what one layer writes is still in the cache when the next reads it.
+template <class T>
+void Network<T>::infer() {
+  for (int first = 0; first < batch_; first += at_once_) {
+    const int count = std::min(at_once_, batch_ - first);
+    const auto part = [&](std::size_t activation) {
+      return activations_[activation].part(whole(activation) ? first / lanes : 0, count);
+    };
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+      const Tensor<T> dst = part(i + 1);
+      if (!whole(i + 1) && !reuses_source(i)) dst.clear_halo();
+      layers_[i]->forward(part(i), dst, mode_);
+    }
   }
 }
 
@@ -192,9 +223,11 @@ void Network<T>::backward() {
 template <class T>
 void sgd_step(const Network<T>& network, double learning_rate, const SgdSettings& settings) {
   for (Parameter<T>* p : network.parameters())
-    kernels<T>().sgd_step(p->value.size(), static_cast<T>(learning_rate), static_cast<T>(settings.momentum),
-                          static_cast<T>(p->decays ? settings.weight_decay : 0.0), p->gradient.data(),
-                          p->velocity.data(), p->value.data());
+    for_each_group(1, static_cast<int>(p->value.size()), value_group, [&](int, int first, int last) {
+      kernels<T>().sgd_step(static_cast<std::size_t>(last - first), static_cast<T>(learning_rate),
+                            static_cast<T>(settings.momentum), static_cast<T>(p->decays ? settings.weight_decay : 0.0),
+                            p->gradient.data() + first, p->velocity.data() + first, p->value.data() + first);
+    });
 }
 
 std::string weights_sha256(const Network<float>& network) {

@@ -42,7 +42,7 @@ class Network {
   /// Samples of the next forward, 1 .. planned_batch().
   void set_batch(int batch);
 
-  /// Where to load the samples. In inference forward() overwrites them.
+  /// Where to load the samples.
   const Tensor<T>& input() const { return activations_.front(); }
   const Tensor<T>& output() const { return activations_.back(); }
   /// Where to put d loss / d output before backward (training only).
@@ -52,6 +52,8 @@ class Network {
   void backward();
 
  private:
+  void infer();
+  bool whole(std::size_t activation) const;
   bool reuses_source(std::size_t layer) const { return layers_[layer]->in_place(); }
   int activation_halo(std::size_t index) const;
   int difference_halo(std::size_t index) const;
@@ -63,6 +65,9 @@ class Network {
   std::vector<Parameter<T>*> parameters_;
   Mode mode_ = Mode::inference;
   int planned_batch_ = 0;
+  int batch_ = 0;
+  int at_once_ =
+      0;  // samples that go through the network together: all in training, so many that stay in the cache else
   AlignedBuffer<T> memory_;
   std::vector<Tensor<T>> activations_;  // [0] the input, [i + 1] the output of layer i
   std::vector<Tensor<T>> differences_;  // the loss's derivative by each of them; empty in inference

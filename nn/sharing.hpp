@@ -20,11 +20,17 @@ void for_each_group(int blocks, int channels, int group, const Body& body) {
   });
 }
 
+/// Values of a parameter that a thread takes at a time: 32 KB of floats.
+inline constexpr int value_group = 8192;
+
 /// A parameter's gradient from the blocks' parts of it, which it uses up.
 template <class T>
 void sum_gradient(const AlignedBuffer<T>& parts, int blocks, Parameter<T>& parameter) {
-  tree_sum(parts.data(), blocks, parameter.gradient.size());
-  std::copy_n(parts.data(), parameter.gradient.size(), parameter.gradient.data());
+  const std::size_t size = parameter.gradient.size();
+  for_each_group(1, static_cast<int>(size), value_group, [&](int, int first, int last) {
+    tree_sum(parts.data() + first, blocks, size, static_cast<std::size_t>(last - first));
+    std::copy_n(parts.data() + first, last - first, parameter.gradient.data() + first);
+  });
 }
 
 inline constexpr int conv_group = 16;

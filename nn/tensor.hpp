@@ -28,13 +28,20 @@ struct View {
   std::ptrdiff_t block, channel, row;
 };
 
-/// Memory aligned to a cache line, zeroed. Grows, never shrinks.
+/// Asks the system for large pages for `bytes` bytes at `memory`. A hint: only the speed depends on it.
+void advise_large_pages(void* memory, std::size_t bytes);
+
+/// Memory aligned to a cache line, zeroed; if large, on large pages where the system has them, for a layer reads
+/// hundreds of planes at once, and with pages of 4 KB waits for the page table. Grows, never shrinks.
 template <class T>
 class AlignedBuffer {
  public:
   void reserve(std::size_t count) {
     if (count <= count_) return;
-    data_.reset(static_cast<T*>(::operator new(count * sizeof(T), alignment)));
+    const std::size_t bytes = count * sizeof(T);
+    const std::align_val_t alignment{bytes >= large ? large_page : cache_line};
+    data_ = {static_cast<T*>(::operator new(bytes, alignment)), Free{alignment}};
+    if (bytes >= large) advise_large_pages(data_.get(), bytes);
     for (std::size_t i = 0; i < count; ++i) data_[i] = T(0);
     count_ = count;
   }
@@ -42,8 +49,9 @@ class AlignedBuffer {
   std::size_t size() const { return count_; }
 
  private:
-  static constexpr std::align_val_t alignment{64};
+  static constexpr std::size_t cache_line = 64, large_page = 2U << 20U, large = 2 * large_page;
   struct Free {
+    std::align_val_t alignment{cache_line};
     void operator()(T* p) const { ::operator delete(p, alignment); }
   };
   std::unique_ptr<T[], Free> data_;
@@ -72,6 +80,8 @@ class Tensor {
   int blocks() const { return static_cast<int>(blocks_of(batch_)); }
   /// Lanes of a block that hold samples; the others hold values that no reduction reads.
   int valid_lanes(int block) const { return batch_ - block * lanes < lanes ? batch_ - block * lanes : lanes; }
+  /// `count` samples from the first of a block on.
+  Tensor part(int block, int count) const { return {memory_ + block * view().block, shape_, count, halo_}; }
   /// Fewer samples in the same memory.
   void set_batch(int batch) { batch_ = batch; }
 

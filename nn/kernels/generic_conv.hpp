@@ -51,15 +51,21 @@ void correlation_tile(const TilePlace& tile_place, const std::ptrdiff_t* offset,
                       const float* start) {
   using Float = typename V::Float;
   const TilePlace place = tile_place;  // a copy that stores through dst cannot change
-  const auto at = [&](auto q, auto w) { return q * place.dst_channel + w * place.dst_column; };
+  const auto prefetch = [&](auto q) {
+    const float* next = in_register(place.next_dst + q * place.dst_channel);
+    unroll<W>([&](auto w) { __builtin_prefetch(next + w * place.dst_column, 1); });
+  };
   Float acc[Q][W];
+  unroll<Q>(prefetch);
   if (start != nullptr)
     unroll<Q>([&](auto q) { unroll<W>([&](auto w) { acc[q][w] = V::broadcast(start[q]); }); });
   else
-    unroll<Q>([&](auto q) { unroll<W>([&](auto w) { acc[q][w] = V::load(place.dst + at(q, w)); }); });
-  unroll<Q>([&](auto q) { unroll<W>([&](auto w) { __builtin_prefetch(place.next_dst + at(q, w), 1); }); });
+    unroll<Q>([&](auto q) {
+      const float* dst = in_register(place.dst + q * place.dst_channel);
+      unroll<W>([&](auto w) { acc[q][w] = V::load(dst + w * place.dst_column); });
+    });
   const float* column[W];
-  unroll<W>([&](auto w) { column[w] = place.src + w * place.src_column; });
+  unroll<W>([&](auto w) { column[w] = in_register(place.src + w * place.src_column); });
   for (int t = 0; t < taps; ++t, weight += Q) {
     const std::ptrdiff_t tap = offset[t];
     __builtin_prefetch(place.next_src + tap);
@@ -70,7 +76,10 @@ void correlation_tile(const TilePlace& tile_place, const std::ptrdiff_t* offset,
       unroll<W>([&](auto w) { acc[q][w] = V::fma(k, x[w], acc[q][w]); });
     });
   }
-  unroll<Q>([&](auto q) { unroll<W>([&](auto w) { V::store(place.dst + at(q, w), acc[q][w]); }); });
+  unroll<Q>([&](auto q) {
+    float* dst = in_register(place.dst + q * place.dst_channel);
+    unroll<W>([&](auto w) { V::store(dst + w * place.dst_column, acc[q][w]); });
+  });
 }
 
 using CorrelationTile = void (*)(const TilePlace&, const std::ptrdiff_t*, const float*, int, const float*);

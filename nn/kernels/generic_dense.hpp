@@ -84,15 +84,25 @@ void fully_connected_backward_src(Shape src_shape, int outputs, const float* dif
   });
 }
 
+/// Values of src that a weight gradient takes at a time.
+constexpr int dense_values = 8;
+
 /// diff_weight of one output and `count` values side by side.
 template <class V>
 [[gnu::always_inline]] inline void dense_gradient(const float* x, const float* dy, int count, int valid,
                                                   float* result) {
-  alignas(64) float product[4 * lanes];
+  if constexpr (V::width >= 8)
+    if (count == dense_values && valid == lanes) {
+      const Oct factor[2] = {load_oct<V>(dy), load_oct<V>(dy + 8)};
+      lane_trees_of_eight<V>([&](int k, int half) { return load_oct<V>(x + k * lanes + 8 * half) * factor[half]; },
+                             result);
+      return;
+    }
+  alignas(64) float product[dense_values * lanes];
   for (int k = 0; k < count; ++k)
     for (int p = 0; p < lanes; p += V::width)
       V::store(product + k * lanes + p, V::mul(V::load(x + k * lanes + p), V::load(dy + p)));
-  lane_trees(product, count, valid, result);
+  lane_trees<V>(product, count, valid, result);
 }
 
 template <class V>
@@ -101,17 +111,18 @@ void fully_connected_backward_weight(Shape src_shape, View<const float> src, con
   const std::ptrdiff_t size = src_shape.size();
   for_each_row(src_shape, src, 0, src_shape.channels, [&](std::ptrdiff_t k, const float* x) {
     for (int o = first; o < last; ++o) {
+      const float* const dy = diff_dst + o * lanes;
+      float* const weight = diff_weight + o * size + k;
       int j = 0;
-      for (; j + 4 <= src_shape.columns; j += 4)
-        dense_gradient<V>(x + j * lanes, diff_dst + o * lanes, 4, valid, diff_weight + o * size + k + j);
-      for (; j < src_shape.columns; ++j)
-        dense_gradient<V>(x + j * lanes, diff_dst + o * lanes, 1, valid, diff_weight + o * size + k + j);
+      for (; j + dense_values <= src_shape.columns; j += dense_values)
+        dense_gradient<V>(x + j * lanes, dy, dense_values, valid, weight + j);
+      if (j < src_shape.columns) dense_gradient<V>(x + j * lanes, dy, src_shape.columns - j, valid, weight + j);
     }
   });
   for (int o = first; o < last; ++o) {
     float sum[lanes];
     for (int l = 0; l < lanes; ++l) sum[l] = diff_dst[o * lanes + l];
-    lane_trees(sum, 1, valid, diff_bias + o);
+    lane_trees<V>(sum, 1, valid, diff_bias + o);
   }
 }
 

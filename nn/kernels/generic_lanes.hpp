@@ -43,6 +43,14 @@ template <int N, class F>
   call_each(std::make_integer_sequence<int, N>{}, f);
 }
 
+/// x, in a register, with all the compiler knows of it forgotten: from pointers that move together g++ 12 makes more
+/// than there are registers, and loads them from the stack at each use.
+template <class T>
+[[gnu::always_inline]] inline T in_register(T x) {
+  asm("" : "+r"(x));
+  return x;
+}
+
 /// Four values side by side, in the compiler's own vector type: the same code for SSE2 and NEON.
 using Quad = float __attribute__((vector_size(16)));
 
@@ -71,6 +79,40 @@ using Quad = float __attribute__((vector_size(16)));
   __builtin_memcpy(result, &sum, sizeof sum);
 }
 
+/// Eight values side by side.
+using Oct = float __attribute__((vector_size(32)));
+
+// A template, so that only instruction sets with such registers compile it.
+template <class V>
+[[gnu::always_inline]] inline Oct load_oct(const float* p) {
+  Oct o;
+  __builtin_memcpy(&o, p, sizeof o);
+  return o;
+}
+
+/// The same for eight k at once, in registers of eight: the first step, + 8, needs no shuffle. at(k, half): lanes
+/// 8 half to 8 half + 7 of value k.
+template <class V, class F>
+[[gnu::always_inline]] inline void lane_trees_of_eight(const F& at, float* result) {
+  Oct eight[8];
+  unroll<8>([&](auto k) { eight[k] = at(k, 0) + at(k, 1); });
+  Oct four[4], two[2];
+  unroll<4>([&](auto k) {
+    const Oct a = eight[k], b = eight[k + 4];
+    four[k] = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11) +
+              __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
+  });
+  // Each half of a register is as lane_trees_of_four would have it: k below 4 left, the others right.
+  unroll<2>([&](auto k) {
+    const Oct a = four[2 * k], b = four[2 * k + 1];
+    two[k] = __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13) +
+             __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+  });
+  const Oct sum = __builtin_shufflevector(two[0], two[1], 0, 2, 8, 10, 4, 6, 12, 14) +
+                  __builtin_shufflevector(two[0], two[1], 1, 3, 9, 11, 5, 7, 13, 15);
+  __builtin_memcpy(result, &sum, sizeof sum);
+}
+
 template <class T>
 T lane_tree(T* v) {
   for (int half = lanes / 2; half > 0; half /= 2)
@@ -79,10 +121,14 @@ T lane_tree(T* v) {
 }
 
 /// Lane trees of `count` values; destroys v when some lanes hold no sample.
-inline void lane_trees(float* v, int count, int valid, float* result) {
+template <class V>
+void lane_trees(float* v, int count, int valid, float* result) {
   for (int k = 0; valid < lanes && k < count; ++k)
     for (int l = valid; l < lanes; ++l) v[k * lanes + l] = 0;
   int k = 0;
+  if constexpr (V::width >= 8)
+    for (; k + 8 <= count; k += 8)
+      lane_trees_of_eight<V>([&](int i, int half) { return load_oct<V>(v + (k + i) * lanes + 8 * half); }, result + k);
   for (; k + 4 <= count; k += 4) lane_trees_of_four(v + k * lanes, result + k);
   for (; k < count; ++k) result[k] = lane_tree(v + k * lanes);
 }

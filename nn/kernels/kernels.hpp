@@ -149,16 +149,18 @@ T lane_sum(const T* value, int valid) {
   return v[0];
 }
 
-/// Sum of parts[0 .. count) of `stride` values each, into parts[0]: part i + part i + n/2 for the smallest power of two
-/// n >= count, then n/4, ... A tree of fixed shape that depends on count alone.
+/// Sum of `count` parts, `stride` values apart, into the first, `size` values each: part i + part i + n/2 for the
+/// smallest power of two n >= count, then n/4, ... A tree of fixed shape that depends on count alone.
 template <class T>
-void tree_sum(T* parts, int count, std::size_t stride) {
+void tree_sum(T* parts, int count, std::size_t stride, std::size_t size) {
   int half = 1;
   while (half < count) half *= 2;
   for (half /= 2; half > 0; half /= 2)
-    for (int i = 0; i < half && i + half < count; ++i)
-      for (std::size_t k = 0; k < stride; ++k)
-        parts[static_cast<std::size_t>(i) * stride + k] += parts[static_cast<std::size_t>(i + half) * stride + k];
+    for (int i = 0; i < half && i + half < count; ++i) {
+      T* const to = parts + static_cast<std::size_t>(i) * stride;
+      const T* const from = parts + static_cast<std::size_t>(i + half) * stride;
+      for (std::size_t k = 0; k < size; ++k) to[k] += from[k];
+    }
 }
 
 }  // namespace decid::nn

@@ -13,8 +13,8 @@ struct Avx2 {
   // 12 accumulators + 2 values + 1 broadcast weight: 15 of the 16 registers, one less than 4 x 3 would take, which the
   // compiler fits in only by spilling. 8 loads for 12 multiply-adds.
   static constexpr int tile_channels = 6, tile_columns = 2;
-  // The same for weight gradients; two channels of diff_dst, so that three times as many positions fit the cache.
-  static constexpr int gradient_channels = 2, gradient_columns = 6;
+  // The same for weight gradients; two channels of diff_dst, so that more positions fit the cache.
+  static constexpr int gradient_channels = 2, gradient_columns = 6, gradient_bytes = 24 * 1024;
 
   [[gnu::always_inline]] static Float load(const float* p) { return _mm256_loadu_ps(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { _mm256_storeu_ps(p, v); }

@@ -13,7 +13,7 @@ struct Avx512 {
   // 24 accumulators + 6 values + 1 broadcast weight of 32 registers; 10 loads for 24 multiply-adds, where the two load
   // ports could serve 24, and far more chains than 2 FMA ports x 4 cycles of latency need.
   static constexpr int tile_channels = 4, tile_columns = 6;
-  static constexpr int gradient_channels = 4, gradient_columns = 6;
+  static constexpr int gradient_channels = 4, gradient_columns = 6, gradient_bytes = 36 * 1024;
 
   [[gnu::always_inline]] static Float load(const float* p) { return _mm512_loadu_ps(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { _mm512_storeu_ps(p, v); }
