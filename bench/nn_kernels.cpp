@@ -14,13 +14,14 @@
 
 namespace {
 
+using namespace decid;
 using namespace decid::nn;
 using namespace decid::bench;
 
-void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction direction, const std::string& isa) {
-  const Kernels<float>& kernels = kernels_named(isa);
+void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction direction, Isa isa) {
+  const Kernels<float>& kernels = kernels_of(isa);
   ConvRun conv(shape);
-  FmaPeak peak(isa);
+  FmaPeak peak(name(isa));
   const double reference = conv.channel_flops(direction) /
                            seconds_of([&] { conv.run(reference_kernels<float>(), direction, 0, 0, 1); }) * 1e-9;
   const double flops = conv.channel_flops(direction) * conv.channels(direction) * blocks;
@@ -104,7 +105,7 @@ constexpr PlaneKernel plane_kernels[] = {
 };
 
 /// 64 channels of 110 x 110, 198 MB with both blocks: from memory, as after the first convolution of a large network.
-void bench_plane(benchmark::State& state, const PlaneKernel& kernel, const std::string& isa) {
+void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
   const Shape shape{64, 110, 110};
   const Batch x(shape, 1), dy(shape, 1), pooled({64, 55, 55}, 1);
   Triad triad;
@@ -119,7 +120,7 @@ void bench_plane(benchmark::State& state, const PlaneKernel& kernel, const std::
   std::vector<double> times;
   for (auto _ : state) {
     triad.measure();
-    const double seconds = seconds_of([&] { run(kernels_named(isa), shape.channels); });
+    const double seconds = seconds_of([&] { run(kernels_of(isa), shape.channels); });
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
@@ -129,7 +130,7 @@ void bench_plane(benchmark::State& state, const PlaneKernel& kernel, const std::
 }
 
 /// First-layer and last-layer sizes of the reference networks: rows of 23328 weights for 7 outputs.
-void bench_dense(benchmark::State& state, int direction, const std::string& isa) {
+void bench_dense(benchmark::State& state, int direction, Isa isa) {
   const Shape shape{32, 27, 27};
   constexpr int outputs = 7;
   const Batch src(shape, 1), diff_src(shape, 1);
@@ -146,12 +147,12 @@ void bench_dense(benchmark::State& state, int direction, const std::string& isa)
   };
   const double flops = 2.0 * lanes * outputs * shape.size();
   const double reference = flops / seconds_of([&] { run(reference_kernels<float>(), 0); }) * 1e-9;
-  FmaPeak peak(isa);
+  FmaPeak peak(name(isa));
   std::vector<double> times;
   for (auto _ : state) {
     peak.measure();
     const double seconds = seconds_of([&] {
-      for (int b = 0; b < blocks; ++b) run(kernels_named(isa), b);
+      for (int b = 0; b < blocks; ++b) run(kernels_of(isa), b);
     });
     times.push_back(seconds);
     state.SetIterationTime(seconds);
@@ -165,9 +166,9 @@ void bench_dense(benchmark::State& state, int direction, const std::string& isa)
 
 int main(int argc, char** argv) {
   constexpr const char* directions[] = {"forward", "backward_src", "backward_weight"};
-  for (const std::string& isa : available_kernels()) {
-    if (isa == "reference") continue;
-    const auto prefix = [&](const char* kind) { return isa + "/" + kind + "/"; };
+  for (const Isa isa : available_isas()) {
+    if (isa == Isa::reference) continue;
+    const auto prefix = [&](const char* kind) { return std::string(name(isa)) + "/" + kind + "/"; };
     for (const Conv& conv : convs)
       for (int d = 0; d < 3; ++d)
         benchmark::RegisterBenchmark((prefix("conv2d") + conv.name + "/" + directions[d]).c_str(), bench_conv,

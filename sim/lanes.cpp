@@ -59,16 +59,12 @@ Lanes::Lanes(const Experiment& experiment)
 
 void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& trial_of,
                 const Simulator::Finished& finished) {
-  bool more = true;
   for (;;) {
     int busy = 0, samples = experiment_.samples;
     for (int lane = 0; lane < Pendulums::count; ++lane) {
       Work& work = works_[static_cast<std::size_t>(lane)];
       if (work.index < 0) {
-        if (waiting_.empty() && more) {
-          prepare(next, trial_of);
-          more = !waiting_.empty();
-        }
+        if (waiting_.empty()) prepare(next, trial_of);
         if (!waiting_.empty()) {
           begin(lane, waiting_.back(), sway_of(lane));
           waiting_.pop_back();

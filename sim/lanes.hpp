@@ -29,8 +29,8 @@ class Lanes {
   /// The experiment must outlive the lanes.
   explicit Lanes(const Experiment& experiment);
 
-  /// Runs the trials that `next` names, until it returns a negative index and all lanes are free. After an exception
-  /// the lanes are of no more use.
+  /// Runs the trials that `next` names, until it returns a negative index and all lanes are free; it is asked again
+  /// whenever a lane is. After an exception the lanes are of no more use.
   void run(const std::function<int()>& next, const Simulator::TrialOf& trial_of, const Simulator::Finished& finished);
 
  private:

@@ -88,16 +88,62 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
   return result;
 }
 
+namespace {
+
+/// Indices 0 .. count - 1, handed out to many threads; negative when there are no more.
+class Indices {
+ public:
+  explicit Indices(int count) : count_(count) {}
+  int next() {
+    if (first_.load(std::memory_order_relaxed) >= count_) return -1;
+    const int index = first_.fetch_add(1);
+    return index < count_ ? index : -1;
+  }
+  /// A trial goes to whichever thread has a lane free; a thread is worth its while for a few of them.
+  int threads() const { return std::min(thread_count(), (count_ + 7) / 8); }
+
+ private:
+  int count_;
+  std::atomic<int> first_{0};
+};
+
+}  // namespace
+
 void Simulator::run_all(int count, const TrialOf& trial_of, const Finished& finished) const {
-  // A trial goes to whichever thread has a lane free.
-  constexpr int worth_a_thread = 8;
-  std::atomic<int> first{0};
-  const auto next = [&] {
-    const int index = first.fetch_add(1);
-    return index < count ? index : -1;
-  };
-  const int threads = std::min(thread_count(), (count + worth_a_thread - 1) / worth_a_thread);
-  parallel_for(threads, [&](int) { core_->run(next, trial_of, finished); });
+  Indices indices(count);
+  parallel_for(indices.threads(), [&](int) { core_->run([&] { return indices.next(); }, trial_of, finished); });
+}
+
+void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const {
+  Indices indices(count);
+  std::vector<int> attempt(static_cast<std::size_t>(count), 0);
+  std::vector<Parameters> parameters(static_cast<std::size_t>(count));
+  parallel_for(indices.threads(), [&](int) {
+    std::vector<int> again;  // those that fell in this thread's lanes stay with it
+    const auto next = [&] {
+      if (again.empty()) return indices.next();
+      const int index = again.back();
+      again.pop_back();
+      return index;
+    };
+    core_->run(
+        next,
+        [&](int index) {
+          const auto i = static_cast<std::size_t>(index);
+          Trial trial = trial_of(index, attempt[i]++);
+          parameters[i] = trial.parameters;
+          return trial;
+        },
+        [&](int index, const Outcome& outcome, std::span<double> sway) {
+          const auto i = static_cast<std::size_t>(index);
+          if (outcome.valid) return finished(index, parameters[i], sway);
+          if (attempt[i] == attempts) {
+            throw Error("protocol " + protocol().name, std::to_string(attempts) + " trials in a row leave 5 degrees",
+                        "reduce the tilt's amplitude or the noise");
+          }
+          again.push_back(index);
+        });
+  });
 }
 
 Complex closed_loop(const Parameters& parameters, const Body& body, double frequency_hz) {

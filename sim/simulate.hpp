@@ -65,6 +65,12 @@ class Simulator {
   using Finished = std::function<void(int index, const Outcome& outcome, std::span<double> sway_rad)>;
   void run_all(int count, const TrialOf& trial_of, const Finished& finished) const;
 
+  /// The same, each index until it has a valid trial: trial_of(index, attempt) for attempt 0, 1, ...; finished is
+  /// called for the valid one only. Throws Error too if `attempts` in a row are not valid.
+  using AttemptOf = std::function<Trial(int index, int attempt)>;
+  using Valid = std::function<void(int index, const Parameters& parameters, std::span<double> sway_rad)>;
+  void run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const;
+
  private:
   struct Core;
   std::shared_ptr<Core> core_;  // copies share it

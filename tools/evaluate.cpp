@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
+#include "base/parallel.hpp"
 #include "dataset/npz.hpp"
 #include "tools/command.hpp"
 #include "tools/text.hpp"
@@ -21,7 +22,8 @@ struct Options {
 
 void evaluate_model(const Options& options) {
   Model model = model_or_built_in(options.model);
-  const dataset::Dataset data = dataset::read_npz(options.data);
+  const dataset::StoredDataset stored(options.data);
+  const dataset::Dataset& data = stored.about();
   if (!sim::same_experiment(model.protocol, data.protocol))
     throw Error(
         options.data,
@@ -40,8 +42,16 @@ void evaluate_model(const Options& options) {
     }
   }
   if (chosen.empty()) throw Error(options.data, "has no trial in its " + options.split + " half", "leave out --split");
-  const std::vector<float> outputs = predict(model, static_cast<int>(chosen.size()),
-                                             [&](int i) { return data.trial(chosen[static_cast<std::size_t>(i)]); });
+  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+    parallel_for(static_cast<int>(indices.size()), [&](int i) {
+      thread_local std::vector<float> sway;
+      sway.resize(static_cast<std::size_t>(data.samples));
+      const auto place = static_cast<std::size_t>(i);
+      stored.read(chosen[static_cast<std::size_t>(indices[place])], sway);
+      take(place, sway);
+    });
+  };
+  const std::vector<float> outputs = predict(model, static_cast<int>(chosen.size()), 64, sways);
   const Evaluation result = evaluate(model, outputs, truth);
   if (options.common.json) {
     Json per_parameter;

@@ -128,9 +128,9 @@ std::vector<Identification> identify(Model& model, const std::vector<std::filesy
     id.protocol = model.protocol;
     id.truth = truth;
   }
-  const std::vector<float> outputs = predict(model, static_cast<int>(files.size()), [&](int i) {
-    return std::span<const float>(all[static_cast<std::size_t>(i)].sway_rad);
-  });
+  const std::vector<float> outputs = predict(model, static_cast<int>(files.size()), 64, sways_in_memory([&](int i) {
+                                               return std::span<const float>(all[static_cast<std::size_t>(i)].sway_rad);
+                                             }));
   const sim::Simulator simulator(model.protocol);
   const int steps_per_sample = model.protocol.steps_per_sample();
   for (std::size_t i = 0; i < all.size(); ++i) {

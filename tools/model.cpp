@@ -1,9 +1,12 @@
 // Model files and prediction: see model.hpp.
 #include "tools/model.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -20,6 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr const char* format_name = "decid model 1";
 constexpr int predict_batch = 64;
+constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
 constexpr int few_trials = 8;  // up to half a block of lanes, one after the other is faster
 
 nn::Shape network_input(const dataset::ImageMaker& images) {
@@ -134,33 +138,45 @@ std::string model_name(const std::string& path) {
   return path.empty() ? "built-in model" : path;
 }
 
-std::vector<float> predict(Model& model, int trials, const std::function<std::span<const float>(int)>& sway) {
+Sways sways_in_memory(std::function<std::span<const float>(int)> sway) {
+  return [sway = std::move(sway)](std::span<const int> indices, const TakeSway& take) {
+    parallel_for(static_cast<int>(indices.size()), [&](int i) {
+      const auto place = static_cast<std::size_t>(i);
+      take(place, sway(indices[place]));
+    });
+  };
+}
+
+std::vector<float> predict(Model& model, int trials, int at_once, const Sways& sways) {
   nn::Network<float>& network = model.network;
   network.plan(std::min(trials, predict_batch), nn::Mode::inference);
   const auto outputs = static_cast<std::size_t>(network.output_shape().size());
   const auto values = static_cast<std::size_t>(network.input_shape().size());
-  std::vector<float> result(static_cast<std::size_t>(trials) * outputs);
-  if (trials <= few_trials) {  // the same bits, without idle lanes
-    nn::SingleNetwork single(network);
-    std::vector<float> image(values);
-    for (int i = 0; i < trials; ++i) {
-      model.make_input(sway(i), image);
-      single.run(image, std::span(result).subspan(static_cast<std::size_t>(i) * outputs, outputs));
-    }
-    return result;
-  }
-  for (int first = 0; first < trials; first += predict_batch) {
-    const int batch = std::min(predict_batch, trials - first);
-    network.set_batch(batch);
-    parallel_for(batch, [&](int i) {
-      thread_local std::vector<float> image;
-      image.resize(values);
-      model.make_input(sway(first + i), image);
-      network.input().load(i, image);
+  const auto fitting = static_cast<int>(std::min(most_image_bytes / (values * sizeof(float)), std::size_t{1} << 20));
+  at_once = std::clamp(at_once, 1, std::max(fitting, 1));
+  std::vector<float> result(static_cast<std::size_t>(trials) * outputs), images;
+  std::optional<nn::SingleNetwork> single;  // few trials: the same bits, without idle lanes
+  if (trials <= few_trials) single.emplace(network);
+  for (int first = 0; first < trials; first += at_once) {
+    std::vector<int> indices(static_cast<std::size_t>(std::min(at_once, trials - first)));
+    std::iota(indices.begin(), indices.end(), first);
+    images.resize(indices.size() * values);
+    const auto image = [&](int i) { return std::span(images).subspan(static_cast<std::size_t>(i) * values, values); };
+    const auto output = [&](int trial) {
+      return std::span(result).subspan(static_cast<std::size_t>(trial) * outputs, outputs);
+    };
+    sways(indices, [&](std::size_t place, std::span<const float> sway_rad) {
+      model.make_input(sway_rad, image(static_cast<int>(place)));
     });
-    network.forward();
-    for (int i = 0; i < batch; ++i)
-      network.output().store(i, std::span(result).subspan(static_cast<std::size_t>(first + i) * outputs, outputs));
+    const int count = static_cast<int>(indices.size());
+    for (int i = 0; single && i < count; ++i) single->run(image(i), output(first + i));
+    for (int begin = 0; !single && begin < count; begin += predict_batch) {
+      const int batch = std::min(predict_batch, count - begin);
+      network.set_batch(batch);
+      parallel_for(batch, [&](int i) { network.input().load(i, image(begin + i)); });
+      network.forward();
+      for (int i = 0; i < batch; ++i) network.output().store(i, output(first + begin + i));
+    }
   }
   return result;
 }

@@ -51,7 +51,13 @@ Model model_or_built_in(const std::string& path);
 /// How people call it.
 std::string model_name(const std::string& path);
 
-/// Runs the network over trials in batches: outputs[trial * 7 + parameter], z-scored. `sway(i)` gives trial i.
-std::vector<float> predict(Model& model, int trials, const std::function<std::span<const float>(int)>& sway);
+/// Runs the network over trials in batches: outputs[trial * 7 + parameter], z-scored. `sways` is asked for up to
+/// `at_once` trials at a time: it calls take(place, sway_rad) for trial indices[place], in any order and from many
+/// threads.
+using TakeSway = std::function<void(std::size_t place, std::span<const float> sway_rad)>;
+using Sways = std::function<void(std::span<const int> indices, const TakeSway& take)>;
+/// For trials in memory: sway(i) gives trial i.
+Sways sways_in_memory(std::function<std::span<const float>(int)> sway);
+std::vector<float> predict(Model& model, int trials, int at_once, const Sways& sways);
 
 }  // namespace decid::tools

@@ -7,9 +7,9 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "base/random.hpp"
 #include "nn/loss.hpp"
 #include "nn/schedule.hpp"
+#include "tools/feed.hpp"
 #include "tools/text.hpp"
 
 namespace decid::tools {
@@ -19,50 +19,37 @@ constexpr auto outputs = sim::parameter_count;
 
 /// Row and target scaling from the first trials of epoch 0, in order.
 void measure_scaling(const TrialSource& source, int trials, Model& model) {
-  const auto samples = static_cast<std::size_t>(source.protocol().samples());
   const dataset::ImageShape shape = model.images().shape();
+  const auto values = static_cast<std::size_t>(shape.size());
   dataset::RowStatistics rows(shape);
   std::vector<sim::Parameters> parameters(static_cast<std::size_t>(trials));
-  constexpr int chunk = 64;
-  std::vector<float> images(static_cast<std::size_t>(chunk * shape.size()));
-  for (int first = 0; first < trials; first += chunk) {
-    const int count = std::min(chunk, trials - first);
-    const auto image = [&](int i) {
-      return std::span(images).subspan(static_cast<std::size_t>(i * shape.size()),
-                                       static_cast<std::size_t>(shape.size()));
-    };
-    parallel_for(count, [&](int i) {
-      std::vector<float> sway(samples);
-      parameters[static_cast<std::size_t>(first + i)] = source.training_trial(0, first + i, sway);
-      if (model.image.standardize_rows) model.images().make(sway, image(i));
+  std::vector<float> images;
+  for (int first = 0; first < trials; first += source.trials_at_once()) {
+    std::vector<int> indices(static_cast<std::size_t>(std::min(source.trials_at_once(), trials - first)));
+    std::iota(indices.begin(), indices.end(), first);
+    images.resize(indices.size() * values);
+    const auto image = [&](std::size_t place) { return std::span(images).subspan(place * values, values); };
+    source.training(0, indices, [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
+      parameters[static_cast<std::size_t>(first) + place] = truth;
+      if (model.image.standardize_rows) model.images().make(sway, image(place));
     });
-    if (model.image.standardize_rows)
-      for (int i = 0; i < count; ++i) rows.add(image(i));
+    if (model.image.standardize_rows) {
+      for (std::size_t place = 0; place < indices.size(); ++place) rows.add(image(place));
+    }
   }
   if (model.image.standardize_rows) model.rows = rows.finish();
   model.targets = dataset::target_scaling(parameters);
 }
 
-/// The epoch's order of trials: Fisher and Yates, from (seed, epoch).
-std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
-  std::vector<int> order(static_cast<std::size_t>(count));
-  std::iota(order.begin(), order.end(), 0);
-  const Random random(seed, Stream::shuffle, static_cast<std::uint64_t>(epoch));
-  for (std::size_t i = order.size(); i-- > 1;) std::swap(order[i], order[random.below(i, i + 1)]);
-  return order;
-}
-
 double validate(const TrialSource& source, Model& model) {
-  const int trials = source.validation_trials();
-  const auto samples = static_cast<std::size_t>(source.protocol().samples());
-  std::vector<sim::Parameters> truth(static_cast<std::size_t>(trials));
-  const auto sway = [&](int i) -> std::span<const float> {
-    thread_local std::vector<float> trial;
-    trial.resize(samples);
-    truth[static_cast<std::size_t>(i)] = source.validation_trial(i, trial);
-    return trial;
+  std::vector<sim::Parameters> truth(static_cast<std::size_t>(source.validation_trials()));
+  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+    source.validation(indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway) {
+      truth[static_cast<std::size_t>(indices[place])] = parameters;
+      take(place, sway);
+    });
   };
-  const std::vector<float> predicted = predict(model, trials, sway);
+  const std::vector<float> predicted = predict(model, source.validation_trials(), source.trials_at_once(), sways);
   return evaluate(model, predicted, truth).mse();
 }
 
@@ -112,41 +99,31 @@ bool run_training(const TrialSource& source, const TrainingSettings& settings, T
                               steps * preset.warmup_epochs);
   Model& model = state.model;
   nn::Network<float>& network = model.network;
-  const auto samples = static_cast<std::size_t>(source.protocol().samples());
   const auto values = static_cast<std::size_t>(network.input_shape().size());
-  std::vector<float> targets(static_cast<std::size_t>(preset.batch) * outputs);
+  const int done = static_cast<int>(state.log.size());
+  Feed feed(source, model, preset.batch, settings.seed, done, preset.epochs);
 
-  for (int epoch = static_cast<int>(state.log.size()); epoch < preset.epochs; ++epoch) {
+  for (int epoch = done; epoch < preset.epochs; ++epoch) {
     network.plan(std::min(preset.batch, trials), nn::Mode::training);
-    const std::vector<int> order = shuffled(trials, settings.seed, epoch);
     EpochLog log;
     log.epoch = epoch + 1;
     double squares_sum = 0.0;
     for (int first = 0; first < trials; first += preset.batch) {
-      const int batch = std::min(preset.batch, trials - first);
-      network.set_batch(batch);
-      parallel_for(batch, [&](int i) {
-        thread_local std::vector<float> sway, image;
-        sway.resize(samples);
-        image.resize(values);
-        const auto target =
-            model.targets.scale(source.training_trial(epoch, order[static_cast<std::size_t>(first + i)], sway));
-        std::ranges::copy(target, targets.begin() + i * static_cast<std::ptrdiff_t>(outputs));
-        model.make_input(sway, image);
-        network.input().load(i, image);
+      const Feed::Batch batch = feed.next();
+      network.set_batch(batch.trials);
+      parallel_for(batch.trials, [&](int i) {
+        network.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));
       });
       network.forward();
       std::array<double, outputs> squares{};
-      nn::mean_squared_error<float>(network.output(),
-                                    std::span(targets).first(static_cast<std::size_t>(batch) * outputs), squares,
-                                    &network.output_diff());
+      nn::mean_squared_error<float>(network.output(), batch.targets, squares, &network.output_diff());
       network.backward();
       log.learning_rate = schedule.rate(epoch * steps + first / preset.batch);
       nn::sgd_step(network, log.learning_rate, preset.sgd);
       squares_sum += std::accumulate(squares.begin(), squares.end(), 0.0);
       if (!std::isfinite(squares_sum))
         throw Error("training", format("diverged in epoch %d: the loss is not finite", epoch + 1), "lower --lr");
-      if (!after_batch(first + batch, trials)) return false;
+      if (!after_batch(first + batch.trials, trials)) return false;
     }
     log.training_mse = squares_sum / (static_cast<double>(trials) * static_cast<double>(outputs));
     log.validation_mse = validate(source, model);

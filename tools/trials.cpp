@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/parallel.hpp"
 #include "base/sha256.hpp"
 
 namespace decid::tools {
@@ -35,18 +36,21 @@ class DatasetSource final : public TrialSource {
   }
   int training_trials() const override { return static_cast<int>(training_.size()); }
   int validation_trials() const override { return static_cast<int>(validation_.size()); }
-  sim::Parameters training_trial(int, int index, std::span<float> sway_rad) const override {
-    return read(training_[static_cast<std::size_t>(index)], sway_rad);
-  }
-  sim::Parameters validation_trial(int index, std::span<float> sway_rad) const override {
-    return read(validation_[static_cast<std::size_t>(index)], sway_rad);
-  }
+  int trials_at_once() const override { return 64; }
+  void training(int, std::span<const int> indices, const Take& take) const override { read(training_, indices, take); }
+  void validation(std::span<const int> indices, const Take& take) const override { read(validation_, indices, take); }
 
  private:
   const dataset::Dataset& about() const { return stored_.about(); }
-  sim::Parameters read(int trial, std::span<float> sway_rad) const {
-    stored_.read(trial, sway_rad);
-    return about().parameters[static_cast<std::size_t>(trial)];
+  void read(const std::vector<int>& half, std::span<const int> indices, const Take& take) const {
+    parallel_for(static_cast<int>(indices.size()), [&](int i) {
+      thread_local std::vector<float> sway;
+      sway.resize(static_cast<std::size_t>(about().samples));
+      const auto place = static_cast<std::size_t>(i);
+      const int trial = half[static_cast<std::size_t>(indices[place])];
+      stored_.read(trial, sway);
+      take(place, about().parameters[static_cast<std::size_t>(trial)], sway);
+    });
   }
 
   dataset::StoredDataset stored_;
@@ -62,31 +66,31 @@ class StreamSource final : public TrialSource {
   std::string identity() const override { return "simulated for each epoch from seed " + std::to_string(seed_); }
   int training_trials() const override { return training_; }
   int validation_trials() const override { return validation_; }
-  sim::Parameters training_trial(int epoch, int index, std::span<float> sway_rad) const override {
-    return simulate(static_cast<std::uint64_t>(validation_) +
-                        static_cast<std::uint64_t>(epoch) * static_cast<std::uint64_t>(training_) +
-                        static_cast<std::uint64_t>(index),
-                    sway_rad);
+  int trials_at_once() const override { return 512; }
+  void training(int epoch, std::span<const int> indices, const Take& take) const override {
+    simulate(static_cast<std::uint64_t>(validation_) +
+                 static_cast<std::uint64_t>(epoch) * static_cast<std::uint64_t>(training_),
+             indices, take);
   }
-  sim::Parameters validation_trial(int index, std::span<float> sway_rad) const override {
-    return simulate(static_cast<std::uint64_t>(index), sway_rad);
-  }
+  void validation(std::span<const int> indices, const Take& take) const override { simulate(0, indices, take); }
 
  private:
-  static constexpr std::uint64_t attempts = 1024;
+  static constexpr int attempts = 1024;
 
-  sim::Parameters simulate(std::uint64_t number, std::span<float> sway_rad) const {
-    thread_local std::vector<double> sway;
-    sway.resize(sway_rad.size());
-    for (std::uint64_t attempt = number * attempts; attempt < (number + 1) * attempts; ++attempt) {
-      const dataset::BaseTrial trial = dataset::simulate_base_trial(simulator_, seed_, attempt, sway);
-      if (!trial.outcome.valid) continue;
-      sim::add_sensor_noise(protocol().sensor_noise, seed_, number, sway);
-      std::ranges::transform(sway, sway_rad.begin(), [](double value) { return static_cast<float>(value); });
-      return trial.parameters;
-    }
-    throw Error("protocol '" + protocol().name + "'", "lets no body stand: 1024 attempts in a row fell over",
-                "reduce the tilt's amplitude");
+  void simulate(std::uint64_t first, std::span<const int> indices, const Take& take) const {
+    const auto number = [&](int i) { return first + static_cast<std::uint64_t>(indices[static_cast<std::size_t>(i)]); };
+    simulator_.run_until_valid(
+        static_cast<int>(indices.size()), attempts,
+        [&](int i, int attempt) {
+          return dataset::base_trial(seed_, number(i) * attempts + static_cast<std::uint64_t>(attempt));
+        },
+        [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
+          thread_local std::vector<float> stored;
+          sim::add_sensor_noise(protocol().sensor_noise, seed_, number(i), sway);
+          stored.resize(sway.size());
+          std::ranges::transform(sway, stored.begin(), [](double value) { return static_cast<float>(value); });
+          take(static_cast<std::size_t>(i), parameters, stored);
+        });
   }
 
   sim::Simulator simulator_;

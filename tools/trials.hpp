@@ -1,6 +1,7 @@
 // Where training takes its trials from: a data set, in memory or on disk, or the simulator, fresh ones by number.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -18,9 +19,15 @@ class TrialSource {
   /// Trials of an epoch. Those of one epoch may be others than those of the next.
   virtual int training_trials() const = 0;
   virtual int validation_trials() const = 0;
-  /// Trial `index` of an epoch, called from many threads. sway_rad: protocol().samples() values.
-  virtual sim::Parameters training_trial(int epoch, int index, std::span<float> sway_rad) const = 0;
-  virtual sim::Parameters validation_trial(int index, std::span<float> sway_rad) const = 0;
+  /// How many trials are best asked for at once; more cost memory, fewer time.
+  virtual int trials_at_once() const = 0;
+
+  /// take(place, parameters, sway_rad) for the trial at indices[place], in any order and from many threads; sway_rad is
+  /// void afterwards.
+  using Take =
+      std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad)>;
+  virtual void training(int epoch, std::span<const int> indices, const Take& take) const = 0;
+  virtual void validation(std::span<const int> indices, const Take& take) const = 0;
 };
 
 /// The halves of a data set. Throws Error if one of them is empty.

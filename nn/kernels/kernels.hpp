@@ -12,9 +12,8 @@
 
 #include <cstddef>
 #include <span>
-#include <string>
-#include <vector>
 
+#include "base/isa.hpp"
 #include "nn/tensor.hpp"
 
 namespace decid::nn {
@@ -125,16 +124,11 @@ struct Kernels {
 template <class T>
 const Kernels<T>& reference_kernels();
 
-/// The kernels in use. For float the fastest set this machine runs, or the one named by the environment variable
-/// DECID_ISA (reference, baseline, avx2, avx512, neon); throws Error if that one is unknown or cannot run here. For
-/// double the reference.
+/// The kernels in use: for float those of chosen_isa(), see base/isa.hpp; for double the reference.
 template <class T>
 const Kernels<T>& kernels();
-
-/// Names that kernels<float>() could be asked for on this machine, slowest first.
-std::vector<std::string> available_kernels();
-/// One of them by name. Throws Error if unknown or not available here.
-const Kernels<float>& kernels_named(const std::string& name);
+/// Those of an instruction set that is available.
+const Kernels<float>& kernels_of(Isa isa);
 
 /// Halo that conv2d_backward_src reads around diff_dst.
 int diff_halo(const Conv2dShape& shape);

@@ -17,6 +17,7 @@
 #include "base/error.hpp"
 #include "nn/kernels/isa.hpp"
 
+using namespace decid;
 using namespace decid::nn;
 
 namespace {
@@ -94,8 +95,8 @@ bool same_values(const std::vector<float>& a, const std::vector<float>& b) {
 /// The fast tables of this machine.
 std::vector<const Kernels<float>*> fast_tables() {
   std::vector<const Kernels<float>*> tables;
-  for (const std::string& name : available_kernels())
-    if (name != "reference") tables.push_back(&kernels_named(name));
+  for (const Isa isa : available_isas())
+    if (isa != Isa::reference) tables.push_back(&kernels_of(isa));
   return tables;
 }
 
@@ -435,22 +436,8 @@ TEST_CASE("emulated fused multiply-add of the baseline") {
 }
 #endif
 
-TEST_CASE("kernels by name") {
-  const std::vector<std::string> names = available_kernels();
-  REQUIRE(!names.empty());
-  CHECK(names.front() == "reference");
-  for (const std::string& name : names) CHECK(kernels_named(name).name == name);
-  CHECK(&kernels<float>() == &kernels<float>());
+TEST_CASE("kernels of each instruction set") {
+  for (const Isa isa : available_isas()) CHECK(kernels_of(isa).name == std::string(name(isa)));
+  CHECK(&kernels<float>() == &kernels_of(chosen_isa()));
   CHECK(kernels<double>().name == std::string("reference"));
-  for (const std::string name : {"sse9", "", "AVX2", names.front() == "neon" ? "avx2" : "nonsense"}) {
-    INFO(name);
-    CHECK_THROWS_AS(kernels_named(name), decid::Error);
-  }
-  try {
-    kernels_named("sse9");
-    FAIL("no error");
-  } catch (const decid::Error& e) {
-    CHECK(e.problem().find("sse9") != std::string::npos);
-    for (const std::string& name : names) CHECK(e.remedy().find(name) != std::string::npos);
-  }
 }

@@ -99,9 +99,9 @@ TEST_CASE("lanes: every instruction set computes a single sample alike") {
     return dst;
   };
   const std::vector<float> expected = run(reference_kernels<float>());
-  for (const std::string& name : available_kernels()) {
-    CAPTURE(name);
-    CHECK(run(kernels_named(name)) == expected);
+  for (const Isa isa : available_isas()) {
+    CAPTURE(name(isa));
+    CHECK(run(kernels_of(isa)) == expected);
   }
 }
 

@@ -24,7 +24,8 @@ TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
   const dataset::Dataset data = dataset::generate(request);
   Model model = built_in_model();
   CHECK(sim::same_experiment(model.protocol, data.protocol));
-  const std::vector<float> outputs = predict(model, data.trials(), [&](int i) { return data.trial(i); });
+  const std::vector<float> outputs =
+      predict(model, data.trials(), 64, sways_in_memory([&](int i) { return data.trial(i); }));
   const Evaluation result = evaluate(model, outputs, data.parameters);
   CHECK(result.trials == 100);
   // The bits are promised: any other figure means that simulator, image, kernels or weights have changed.

@@ -61,18 +61,36 @@ TEST_CASE("weights and log are the same for any number of threads") {
   omp_set_num_threads(before);
 }
 
+namespace {
+
+struct Taken {
+  sim::Parameters parameters{};
+  std::vector<float> sway;
+  bool operator==(const Taken& other) const { return parameters == other.parameters && sway == other.sway; }
+};
+
+}  // namespace
+
 TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   const auto source = stream_source(quick_protocol(), 3, 10, 4);
-  const auto samples = static_cast<std::size_t>(source->protocol().samples());
-  std::vector<float> a(samples), b(samples);
-  const sim::Parameters first = source->training_trial(2, 7, a);
-  CHECK(source->training_trial(2, 7, b) == first);
-  CHECK(a == b);
-  CHECK(source->training_trial(3, 7, b) != first);
-  CHECK(source->validation_trial(0, b) != first);
+  // Trial `wanted` of those that are asked for together.
+  const auto training = [](const TrialSource& from, int epoch, std::vector<int> indices, std::size_t wanted = 0) {
+    Taken taken;
+    from.training(epoch, indices, [&](std::size_t place, const sim::Parameters& p, std::span<const float> sway) {
+      if (place == wanted) taken = {p, {sway.begin(), sway.end()}};
+    });
+    return taken;
+  };
+  const Taken first = training(*source, 2, {7});
+  REQUIRE(first.sway.size() == static_cast<std::size_t>(source->protocol().samples()));
+  CHECK(training(*source, 2, {7}) == first);
+  CHECK(training(*source, 2, {3, 9, 0, 7, 1, 1, 8, 2, 5}, 3) == first);
+  CHECK(training(*source, 3, {7}).parameters != first.parameters);
+  source->validation(std::vector<int>{0}, [&](std::size_t, const sim::Parameters& p, std::span<const float>) {
+    CHECK(p != first.parameters);
+  });
   // Another length of the epoch renumbers, but trial 4 + 2 * 10 + 7 stays what it is.
-  CHECK(stream_source(quick_protocol(), 3, 27, 4)->training_trial(1, 0, b) == first);
-  CHECK(a == b);
+  CHECK(training(*stream_source(quick_protocol(), 3, 27, 4), 1, {0}) == first);
   TrainingSettings settings = quick_settings();
   settings.preset.epochs = 1;
   TrainingState state = start_training(*source, settings);
