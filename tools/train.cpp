@@ -25,7 +25,7 @@ using Json = nlohmann::ordered_json;
 
 struct Options {
   CommonOptions common;
-  std::string data, preset = "default", architecture_file, output;
+  std::string data, preset = "default", architecture_file, image_file, output;
   ProtocolOptions protocol;
   bool stream = false, resume = false;
   int stream_trials = 12800, validation_trials = 1000;
@@ -41,6 +41,8 @@ TrainingSettings settings_from(const Options& options) {
   settings.preset = preset_named(options.preset);
   Preset& preset = settings.preset;
   if (!options.architecture_file.empty()) preset.architecture = read_file(options.architecture_file, 1 << 20);
+  if (!options.image_file.empty())
+    preset.image = dataset::image_settings_from_json(read_file(options.image_file, 1 << 20), options.image_file);
   preset.epochs = options.epochs.value_or(preset.epochs);
   preset.batch = options.batch.value_or(preset.batch);
   preset.learning_rate = options.learning_rate.value_or(preset.learning_rate);
@@ -195,6 +197,8 @@ void add_train(CLI::App& program) {
   command->add_option("--architecture", options->architecture_file,
                       "A text file with other layers, one a line, e.g. "
                       "conv 32 3x3 stride 2x2 pad 1x1");
+  command->add_option("--image", options->image_file,
+                      "A JSON file with other image settings, as decid info MODEL --json shows them");
   command->add_option("--epochs", options->epochs, "Passes over the training trials")->check(CLI::Range(1, 1'000'000));
   command->add_option("--batch", options->batch, "Samples a step")->check(CLI::Range(1, 4096));
   command->add_option("--lr", options->learning_rate, "Learning rate")->check(CLI::Range(1e-12, 1e3));
