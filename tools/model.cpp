@@ -83,6 +83,12 @@ std::string to_bytes(const Model& model, const std::string& progress) {
     file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
     file.tensors.push_back({"image.row_deviation", shape, model.rows.deviation});
   }
+  if (model.familiarity.known()) {
+    const auto n = static_cast<long long>(model.familiarity.mean.size());
+    file.metadata["familiarity"] = Json{{"usual", model.familiarity.usual}}.dump();
+    file.tensors.push_back({"familiarity.mean", {n}, model.familiarity.mean});
+    file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
+  }
   nn::save_network(model.network, file, !progress.empty());
   return nn::to_safetensors(file);
 }
@@ -117,6 +123,18 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, std::st
     for (std::size_t i = 0; i < rows; ++i)
       if (!std::isfinite(model.rows.mean[i]) || !(model.rows.deviation[i] > 0))
         throw Error(where, "has an image scaling that is not positive", remedy);
+  }
+  if (file.metadata.contains("familiarity")) {
+    const auto n = static_cast<std::size_t>(feature_count(model.network));
+    if (n == 0) throw Error(where, "has a familiarity of features that its network does not have", remedy);
+    model.familiarity.mean = file.find("familiarity.mean", n, where).values;
+    model.familiarity.whitening = file.find("familiarity.whitening", n * (n + 1) / 2, where).values;
+    try {
+      model.familiarity.usual = Json::parse(text("familiarity")).at("usual").get<double>();
+    } catch (const Json::exception&) {
+      throw Error(where, "has a familiarity that cannot be read", remedy);
+    }
+    if (!(model.familiarity.usual > 0)) throw Error(where, "has a familiarity that is not positive", remedy);
   }
   nn::load_network(model.network, file, where, progress != nullptr);
   return model;

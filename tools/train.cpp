@@ -25,10 +25,10 @@ using Json = nlohmann::ordered_json;
 
 struct Options {
   CommonOptions common;
-  std::string data, preset = "default", architecture_file, image_file, output;
+  std::string data, preset = "best", architecture_file, image_file, output;
   ProtocolOptions protocol;
   bool stream = false, resume = false;
-  int stream_trials = 12800, validation_trials = 1000;
+  int stream_trials = 25600, validation_trials = 1000;
   std::uint64_t seed = 1;
   // Unset: the preset's.
   std::optional<int> epochs, batch;
@@ -124,7 +124,7 @@ void train(const Options& options) {
   TrainingState state =
       options.resume ? resume_training(checkpoint, origin, *source) : start_training(*source, settings);
   state.model.origin = origin;
-  const Model& model = state.model;
+  Model& model = state.model;
 
   catch_interrupt();
   const Preset& preset = settings.preset;
@@ -160,11 +160,14 @@ void train(const Options& options) {
     throw std::runtime_error(state.log.empty() ? "stopped before the first epoch was done; nothing was written"
                                                : "stopped; the same command with --resume goes on after epoch " +
                                                      std::to_string(state.log.size()) + " (" + checkpoint + ")");
+  model.familiarity = learn_familiarity(model, *source, preset.epochs);
   write_file(options.output, to_bytes(model));
   std::filesystem::remove(checkpoint);
   const EpochLog& last = state.log.back();
   bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(), log_path.c_str(),
                   nn::weights_sha256(model.network).c_str()));
+  if (!model.familiarity.known())
+    bar.line("too few trials, or another last layer than fc: identify will not know unfamiliar recordings");
   if (options.common.json)
     std::cout << Json{{"model", options.output},
                       {"epochs", preset.epochs},
@@ -212,7 +215,7 @@ void add_train(CLI::App& program) {
   command->add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
   command->add_option("-o,--output", options->output, "Model file to write (.safetensors)")->required();
   add_common_options(*command, options->common, true);
-  command->footer("Example: decid train --data data.npz --preset default -o model.safetensors");
+  command->footer("Example: decid train --data data.npz --preset best -o model.safetensors");
   command->callback([options, command] {
     for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
       if (!options->stream && command->count(name) > 0)
