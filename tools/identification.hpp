@@ -2,6 +2,7 @@
 // and the JSON show.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,9 @@ struct Identification {
   double rms_residual_deg = 0.0;        ///< over fitted_rad, means removed; NaN if the fitted trial fell over
   double variance_accounted_for = 0.0;  ///< 1 - var(residual) / var(sway), can be negative; NaN likewise
   double peak_to_peak_deg = 0.0;
+  /// Distance from what the model was trained on; 97 of 100 simulated trials are below 1. NaN where the model cannot
+  /// tell.
+  double unfamiliarity = std::numeric_limits<double>::quiet_NaN();
 
   dataset::ImageSettings image_settings;
   dataset::ImageShape image_shape{};

@@ -108,6 +108,26 @@ void warn(Identification& id) {
         format("sway reaches %.1f degrees; trials beyond 5 degrees were never trained on", largest / sim::rad_per_deg));
 }
 
+/// Tells recordings that look unlike anything the network was trained on.
+void compare_with_training(const Model& model, std::vector<Identification>& all) {
+  if (!model.familiarity.known()) return;
+  const auto values = static_cast<std::size_t>(model.images().shape().size());
+  std::vector<float> images(all.size() * values);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    model.make_input(all[i].sway_rad, std::span(images).subspan(i * values, values));
+  }
+  const std::vector<double> distance = distances(model, static_cast<int>(all.size()), images);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].unfamiliarity = distance[i] / model.familiarity.usual;
+    if (all[i].unfamiliarity <= 1.0) continue;  // false for NaN
+    all[i].warnings.push_back(format(
+        "looks unlike the trials the model was trained on (%.1f times as far from them as 97%% of simulated "
+        "trials are): its parameters mean little; check that the platform played the protocol's stimulus from the "
+        "first sample on, the sign of the sway, the rate and the unit",
+        all[i].unfamiliarity));
+  }
+}
+
 Json number_or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
@@ -147,6 +167,7 @@ std::vector<Identification> identify(Model& model, const std::vector<std::filesy
     warn(id);
     fit(simulator, id);
   }
+  compare_with_training(model, all);
   return all;
 }
 
@@ -168,6 +189,7 @@ std::string identifications_json(const std::string& model, const std::vector<Ide
                            {{"rms_residual_deg", number_or_null(id.rms_residual_deg)},
                             {"variance_accounted_for", number_or_null(id.variance_accounted_for)}}},
                           {"peak_to_peak_deg", id.peak_to_peak_deg},
+                          {"unfamiliarity", number_or_null(id.unfamiliarity)},
                           {"warnings", id.warnings}});
   }
   // A file name need not be UTF-8; what is not is replaced, not thrown at the user.

@@ -31,27 +31,16 @@ nn::Shape network_input(const dataset::ImageMaker& images) {
   return {s.channels, s.rows, s.columns};
 }
 
-}  // namespace
-
-Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture)
-    : protocol(std::move(protocol_)),
-      image(std::move(image_)),
-      network(network_input(dataset::ImageMaker(image, protocol.samples())), architecture),
-      images_(image, protocol.samples()) {
-  const auto parameters = static_cast<int>(sim::parameter_count);
-  if (network.output_shape() != nn::Shape{parameters, 1, 1})
-    throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
-  check_fold();
-}
-
-void Model::check_fold() const {
-  if (image.fold == 1) return;
-  const int columns = images_.shape().columns;
+/// The protocol, if it plays the cycles that the images fold.
+sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& image) {
+  image.validate();
+  if (image.fold == 1) return protocol;
+  const int columns = std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
   const double cycle_samples = protocol.cycle_s() * protocol.sample_rate_hz;
   const double lead_in_samples = protocol.lead_in_s() * protocol.sample_rate_hz;
   if (image.fold == protocol.cycles() && columns * image.window == std::lround(cycle_samples) &&
       image.first_sample == std::lround(lead_in_samples))
-    return;
+    return protocol;
   throw Error(
       "image settings",
       format(
@@ -60,6 +49,18 @@ void Model::check_fold() const {
           image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.cycles(),
           cycle_samples, lead_in_samples),
       "choose a preset made for this protocol, or one that does not fold");
+}
+
+}  // namespace
+
+Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture)
+    : protocol(checked(std::move(protocol_), image_)),
+      image(std::move(image_)),
+      network(network_input(dataset::ImageMaker(image, protocol.samples())), architecture),
+      images_(image, protocol.samples()) {
+  const auto parameters = static_cast<int>(sim::parameter_count);
+  if (network.output_shape() != nn::Shape{parameters, 1, 1})
+    throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
 }
 
 void Model::make_input(std::span<const float> sway_rad, std::span<float> image_values) const {

@@ -33,8 +33,6 @@ struct Model {
   void make_input(std::span<const float> sway_rad, std::span<float> image_values) const;
 
  private:
-  void check_fold() const;
-
   dataset::ImageMaker images_;
 };
 

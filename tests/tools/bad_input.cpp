@@ -66,7 +66,7 @@ TEST_CASE("wrong usage") {
   check_refused("dataset --count 10 --base 20 -o x.npz", {"20", "10"});
   check_refused("dataset --count 99999999999 -o x.npz", {"--count"});
   check_refused("train -o m.safetensors", {"--data", "--stream"});
-  check_refused("train --stream --preset nope -o m.safetensors", {"nope", "default"});
+  check_refused("train --stream --preset nope -o m.safetensors", {"nope", "best"});
   check_refused("train --stream --schedule zigzag -o m.safetensors", {"zigzag", "cosine"});
   check_refused("identify x.csv --truth Kp=1", {"--truth", "7"});
   check_refused("identify x.csv --unit furlong", {"furlong"});
