@@ -126,6 +126,10 @@ void finish(std::vector<Bin>& all) {
     }
 }
 
+[[noreturn]] void refuse_seed(std::uint64_t seed) {
+  throw Error("--seed", std::to_string(seed) + " is that of the training's trials", "give another for fresh ones");
+}
+
 int column_named(const dataset::CsvTable& table, const std::string& name, const std::string& file) {
   for (int c = 0; c < table.columns(); ++c)
     if (table.names()[static_cast<std::size_t>(c)] == name) return c;
@@ -145,7 +149,6 @@ double mean_of(const Scores& scores) {
 }
 
 void study_dataset(Model& model, const std::string& file, Study& study, const Stage& stage) {
-  stage("reading " + file);
   const dataset::StoredDataset stored{std::filesystem::path(file)};
   const dataset::Dataset& about = stored.about();
   if (!sim::same_experiment(model.protocol, about.protocol))
@@ -153,6 +156,8 @@ void study_dataset(Model& model, const std::string& file, Study& study, const St
                 "was made with protocol '" + about.protocol.name + "', another experiment than '" +
                     model.protocol.name + "' of the model",
                 "make a data set with the model's protocol, or train a model on this one");
+  if (about.seed == study.fresh_seed) refuse_seed(study.fresh_seed);
+  stage("sway of " + file);
   StudyData& data = study.data.emplace();
   data.file = file;
   data.seed = about.seed;
@@ -193,13 +198,11 @@ void study_dataset(Model& model, const std::string& file, Study& study, const St
                                          std::span(validation.predicted).subspan(place * outputs, outputs), sway));
 }
 
-void study_fresh(Model& model, int trials, std::uint64_t seed, const std::vector<double>& levels_deg, Study& study,
-                 const Stage& stage) {
+void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg, Study& study, const Stage& stage) {
   constexpr int attempts = 1024, chunk = 512;
-  const std::string streamed = "simulated for each epoch from seed " + std::to_string(seed) + "\"";
-  if ((study.data && study.data->seed == seed) || model.origin.find(streamed) != std::string::npos)
-    throw Error("--seed", std::to_string(seed) + " is that of the training's trials", "give another for fresh ones");
-  study.fresh_seed = seed;
+  const std::uint64_t seed = study.fresh_seed;
+  if (model.origin.find("simulated for each epoch from seed " + std::to_string(seed) + "\"") != std::string::npos)
+    refuse_seed(seed);
   const sim::Simulator simulator(model.protocol);
   for (const double level : levels_deg)
     study.levels.push_back(

@@ -89,7 +89,7 @@ struct Study {
   std::optional<Identification> recording;
   Scores recording_output{};
   std::vector<NoiseLevel> levels;
-  std::uint64_t fresh_seed = 0;
+  std::uint64_t fresh_seed = 99;  ///< to be set before anything is computed
   std::vector<LearningPoint> learning_curve;
   std::vector<std::pair<std::string, double>> seconds;  ///< what took how long, as told on the command line
   std::vector<std::string> notes;                       ///< what is missing, and why
@@ -98,13 +98,13 @@ struct Study {
 /// Called with what is done now.
 using Stage = std::function<void(const std::string&)>;
 
-/// `data` and `sample`. Throws Error if the data set is of another experiment than the model.
+/// `data` and `sample`. Throws Error if the data set is of another experiment than the model, or of the seed
+/// `fresh_seed`.
 void study_dataset(Model& model, const std::string& file, Study& study, const Stage& stage);
 
-/// `levels`, on `trials` fresh valid base trials of `seed`, the same at each level; `sample` unless it is there. Throws
-/// Error if the model was trained on that very seed.
-void study_fresh(Model& model, int trials, std::uint64_t seed, const std::vector<double>& levels_deg, Study& study,
-                 const Stage& stage);
+/// `levels`, on `trials` fresh valid base trials of `fresh_seed`, the same at each level; `sample` unless it is there.
+/// Throws Error if the model was trained on trials of that very seed.
+void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg, Study& study, const Stage& stage);
 
 /// `dip`, or a note if the model's body is not made of segments.
 void study_double(Model& model, int realisations, Study& study, const Stage& stage);

@@ -64,6 +64,7 @@ void run_study(const Options& options) {
   study.model = model_name(options.model);
   study.sha256 = nn::weights_sha256(model.network);
   study.version = version;
+  study.fresh_seed = options.seed;
   study.origin = model.origin;
   study.protocol = model.protocol;
   study.image = model.image;
@@ -83,7 +84,7 @@ void run_study(const Options& options) {
   };
   if (!options.recording.empty()) add_recording(options, model, study);  // bad ones are told before the work
   if (!options.data.empty()) study_dataset(model, options.data, study, stage);
-  study_fresh(model, options.trials, options.seed, options.levels_deg, study, stage);
+  study_fresh(model, options.trials, options.levels_deg, study, stage);
   study_double(model, options.realisations, study, stage);
 
   stage("drawing");

@@ -123,7 +123,7 @@ std::vector<Row> rows_of(const Study& study) {
     rows.push_back(error_row("training half", study.data->training, format("%.4f", paper::training_loss)));
   }
   for (const NoiseLevel& level : study.levels)
-    rows.push_back(error_row(format("fresh, %g deg noise", level.sensor_noise_deg), level.all, ""));
+    rows.push_back(error_row(format("fresh, %g deg sensor noise", level.sensor_noise_deg), level.all, ""));
   const Evaluation& of = study.data ? study.data->validation : fresh;
   for (std::size_t p = 0; p < outputs; ++p)
     rows.push_back({format("%s %s", study.data ? "validation," : "fresh,", sim::parameter_info[p].name),

@@ -57,7 +57,7 @@ std::vector<double> tick_values(const PlotAxis& axis, double length) {
   } else {
     const double step = step_for(axis.high - axis.low, std::max(2.0, length / 60));
     for (double k = std::ceil(axis.low / step - 1e-9); k * step <= axis.high + 1e-9 * step; ++k)
-      values.push_back(k * step);
+      values.push_back(k == 0 ? 0 : k * step);  // no -0
   }
   return values;
 }
