@@ -1,5 +1,5 @@
 // Tables of numbers as text: separated by commas, semicolons, tabs or blanks, with or without a header line.
-// Private to dataset. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see CsvTable.
+// Not installed: for dataset and tools. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see CsvTable.
 #pragma once
 
 #include <cstddef>

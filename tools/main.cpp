@@ -29,6 +29,7 @@ int run(int argc, char** argv) {
   decid::tools::add_dataset(program);
   decid::tools::add_train(program);
   decid::tools::add_evaluate(program);
+  decid::tools::add_study(program);
   decid::tools::add_info(program);
   try {
     program.parse(argc, argv);

@@ -30,7 +30,8 @@ std::vector<std::vector<double>> read_csv(const std::string& path, std::string& 
 }  // namespace
 
 TEST_CASE("every command explains itself with an example") {
-  for (const std::string command : {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "info"}) {
+  for (const std::string command :
+       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "info", "study"}) {
     const auto result = run_decid(command + " --help");
     CAPTURE(command);
     CHECK(result.code == 0);
@@ -227,6 +228,26 @@ TEST_CASE("an interrupted training goes on, with its own data and settings only"
   CHECK(run_decid(train("a.npz", "--resume")).code == 0);
   CHECK(std::filesystem::exists(model));
   CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));
+}
+
+TEST_CASE("patience keeps the model of the best epoch") {
+  const Folder folder;
+  decid::test::write_text(
+      folder / "quick.json",
+      R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  REQUIRE(
+      run_decid("dataset --count 160 --seed 5 --protocol " + folder / "quick.json" + " -o " + folder / "d.npz").code ==
+      0);
+  const std::string train = "train --json --quiet --preset small --schedule constant --data " + folder / "d.npz";
+  const Json best = Json::parse(run_decid(train + " --epochs 200 --patience 2 -o " + folder / "a.safetensors").out);
+  const int kept = best.at("kept_epoch");
+  CHECK(best.at("epochs") == kept + 2);
+  // With a constant rate, a training of so many epochs is the beginning of the longer one.
+  const Json straight =
+      Json::parse(run_decid(train + " --epochs " + std::to_string(kept) + " -o " + folder / "b.safetensors").out);
+  CHECK(best.at("weights_sha256") == straight.at("weights_sha256"));
+  CHECK(best.at("validation_mse") == straight.at("validation_mse"));
+  CHECK(folder.files() == 6);  // no checkpoint, no best model left beside
 }
 
 TEST_CASE("an offset of the sensor is noticed") {

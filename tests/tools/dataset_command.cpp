@@ -94,20 +94,20 @@ TEST_CASE("Ctrl-C says where it stopped and how to go on; other options are refu
   const Folder folder;
   write_text(folder / "p.json", quick_protocol);
   const std::string command =
-      "dataset --count 40000 --seed 7 --protocol " + folder / "p.json" + " -o " + folder / "a.npz";
+      "dataset --count 200000 --seed 7 --protocol " + folder / "p.json" + " -o " + folder / "a.npz";
   const std::string interrupted = std::string(DECID_PROGRAM) + " " + command + " 2>" + folder / "err" +
                                   " & child=$!; while ! test -s " + folder / "a.npz.partial" +
-                                  "; do sleep 0.02; done; sleep 0.1; kill -INT $child; wait $child; test $? -eq 1";
+                                  "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
   REQUIRE(std::system(interrupted.c_str()) == 0);
   const std::string said = read_text(folder / "err");
   CAPTURE(said);
   CHECK(said.find("stopped at trial ") != std::string::npos);
-  CHECK(said.find("of 40000; the same command goes on from there") != std::string::npos);
+  CHECK(said.find("of 200000; the same command goes on from there") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(folder / "a.npz"));
   const std::string partial = read_text(folder / "a.npz.partial");
 
   const auto refused =
-      run_decid("dataset --count 40000 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "a.npz");
+      run_decid("dataset --count 200000 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "a.npz");
   CHECK(refused.code == 2);
   CAPTURE(refused.err);
   CHECK(std::count(refused.err.begin(), refused.err.end(), '\n') == 1);
