@@ -3,6 +3,7 @@
 #include "dataset/mat.hpp"
 
 #include <matio.h>
+#include <zlib.h>
 
 #include <cmath>
 #include <cstdint>
@@ -150,7 +151,62 @@ void collect(const matvar_t& variable, const std::string& outer, int depth, Colu
   }
 }
 
+constexpr std::size_t header_bytes = 128, tag_bytes = 8;
+constexpr std::uint32_t compressed = 15;
+constexpr unsigned long long inflated_limit = 1ULL << 32;
+
+std::uint32_t word(std::string_view bytes, std::size_t at, bool little_endian) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto byte = static_cast<unsigned char>(bytes[at + (little_endian ? 3 - i : i)]);
+    value = value << 8 | byte;
+  }
+  return value;
+}
+
+/// How long a zlib stream is when inflated; nothing if it is damaged, or longer than `limit`.
+std::optional<unsigned long long> inflated_size(std::string_view bytes, unsigned long long limit) {
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) return {};
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  std::vector<Bytef> scratch(std::size_t{1} << 16);
+  int status = Z_OK;
+  unsigned long long size = 0;
+  while (status == Z_OK && size <= limit) {
+    stream.next_out = scratch.data();
+    stream.avail_out = static_cast<uInt>(scratch.size());
+    status = inflate(&stream, Z_NO_FLUSH);
+    size += scratch.size() - stream.avail_out;
+  }
+  inflateEnd(&stream);
+  if (status != Z_STREAM_END || size > limit) return {};
+  return size;
+}
+
 }  // namespace
+
+void check_mat(std::string_view bytes, const std::string& where) {
+  if (!bytes.starts_with("MATLAB 5.0") || bytes.size() < header_bytes) return;
+  const bool little_endian = bytes[header_bytes - 2] == 'I';
+  unsigned long long left = inflated_limit;
+  for (std::size_t at = header_bytes; at < bytes.size();) {
+    const bool has_tag = bytes.size() - at >= tag_bytes;
+    const std::size_t size = has_tag ? word(bytes, at + 4, little_endian) : 0;
+    if (!has_tag || size > bytes.size() - at - tag_bytes) {
+      throw Error(where, "is cut short or damaged at byte " + std::to_string(at), "copy or save it again");
+    }
+    if (word(bytes, at, little_endian) == compressed) {
+      const auto inflated = inflated_size(bytes.substr(at + tag_bytes, size), left);
+      if (!inflated) {
+        throw Error(where, "is damaged, or far too large, in what is compressed from byte " + std::to_string(at),
+                    "copy or save it again, the trial to be identified alone");
+      }
+      left -= *inflated;
+    }
+    at += tag_bytes + size;
+  }
+}
 
 MatTable::MatTable(const std::filesystem::path& path) : where_(path.string()) {
   const char* remedy = "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";

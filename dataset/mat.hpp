@@ -3,10 +3,16 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "dataset/table.hpp"
 
 namespace decid::dataset {
+
+/// Throws Error if the bytes of a file of version 5 or 7 are cut short or their compressed parts damaged: matio 1.5.23
+/// may not come back from such a file.
+void check_mat(std::string_view bytes, const std::string& where);
 
 /// Columns are the real numeric variables with two values or more, also those that are fields of a struct (to four
 /// levels): a vector is one column of its name, a matrix one a column ("data(:,2)"), or one a row if it is wider than

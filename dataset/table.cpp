@@ -24,6 +24,7 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path) {
   // Reading it first says why a file cannot be read, and that it is not too large.
   std::string text = read_file(path, file_limit_bytes);
   if (end == ".mat" || text.starts_with("MATLAB ")) {
+    check_mat(text, path.string());
     text = {};
     return std::make_unique<MatTable>(path);
   }
