@@ -73,6 +73,10 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     clock.rate_hz = near_whole(1.0 / ((time.back() - time.front()) / last * unit_s));
     return clock;
   }
+  const auto told = [&](std::size_t i) {
+    return table.place_of(i + 1) + ": '" + name + "' steps by " + six_digits(steps[i]) + ", elsewhere by " +
+           six_digits(usual);
+  };
   double places = 0.0;  // of the last sample
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double multiple = std::round(steps[i] / usual);
@@ -81,9 +85,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
       places += multiple;
       continue;
     }
-    throw Error(where,
-                table.place_of(i + 1) + ": '" + name + "' steps by " + six_digits(steps[i]) + ", elsewhere by " +
-                    six_digits(usual),
+    throw Error(where, told(i),
                 "correct the times, or give " + setting + " if the samples are evenly spaced all the same");
   }
   if (places == last) {
@@ -95,6 +97,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
       return clock;
     }
   }
+  clock.first_uneven = told(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
   clock.rate_hz = near_whole(places / ((time.back() - time.front()) * unit_s));
   const double per_unit = places / (time.back() - time.front());
   double largest = 0.0;

@@ -15,6 +15,7 @@ struct Clock {
   double rate_hz = 0.0;
   std::vector<double> place;  ///< in samples, strictly increasing; empty: sample k at k
   std::string warning;        ///< for people, if times were uneven
+  std::string first_uneven;   ///< the first step that is not even: "line 4: 'time' steps by 0.02, elsewhere by 0.01"
 };
 
 /// Sample rate and places of a column of time, in seconds unless its name says otherwise. Steps within 1% of their

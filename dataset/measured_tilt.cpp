@@ -36,8 +36,8 @@ double find_rate(const Table& table, int time, const TiltFile& file, const std::
   if (time >= 0) {
     const Clock clock = read_clock(table, time, where, "measured.rate_hz");
     if (clock.place.empty()) return clock.rate_hz;
-    throw Error(where, "its times are uneven or samples are lost",
-                "resample it, or give measured.rate_hz if the samples are evenly spaced all the same");
+    throw Error(where, clock.first_uneven,
+                "correct the times, or give measured.rate_hz if the samples are evenly spaced all the same");
   }
   if (table.rate_hz()) return *table.rate_hz();
   throw Error(where, "has no column of time", "give its samples per second as measured.rate_hz");
