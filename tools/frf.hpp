@@ -9,7 +9,8 @@ namespace decid::tools {
 
 /// Analyses the recording and the trial simulated from its parameters; needs sway_rad, tilt_rad and fitted_rad. Of
 /// three cycles and more the first is left out, with the transient from rest. Where the stimulus has no frequency
-/// response it leaves frf empty and adds a warning.
+/// response it leaves frf empty and adds a warning; it also warns if as much response as was found comes about by
+/// chance in more than one of 100 recordings without any.
 void add_frequency_response(Identification& id);
 
 /// Gain and phase with the limits of the 95% circle about the response: gain -+ radius (not below 0), phase -+
