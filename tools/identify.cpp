@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/simulate.hpp"
+#include "tools/frf.hpp"
 #include "tools/text.hpp"
 
 namespace decid::tools {
@@ -99,7 +100,7 @@ void warn(Identification& id) {
   if (std::abs(mean_deg) > largest_mean_deg)
     id.warnings.push_back(
         format("the sway's mean is %.2f degrees, where 0 should be upright: an offset of the sensor "
-               "shifts the result, subtract it from the recording",
+               "shifts the result, take it off with --detrend offset",
                mean_deg));
   const auto [low, high] = std::ranges::minmax(id.sway_rad);
   const double largest = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
@@ -135,37 +136,46 @@ Json number_or_null(double value) {
 }  // namespace
 
 std::vector<Identification> identify(Model& model, const std::vector<std::filesystem::path>& files,
-                                     const dataset::RecordingOptions& options,
-                                     const std::optional<sim::Parameters>& truth) {
+                                     const IdentifyOptions& options) {
   std::vector<Identification> all(files.size());
+  std::vector<std::size_t> usable;
   for (std::size_t i = 0; i < files.size(); ++i) {
     Identification& id = all[i];
-    dataset::Recording recording = dataset::read_recording(files[i], options);
-    id.sway_rad = dataset::fit_to_protocol(recording, model.protocol);
-    id.file = recording.file;
-    id.column = recording.column;
-    id.warnings = std::move(recording.warnings);
+    id.file = files[i].string();
+    try {
+      dataset::Recording recording = dataset::read_recording(files[i], options.recording);
+      dataset::Trial trial = dataset::fit_to_protocol(recording, model.protocol, options.trial);
+      id.sway_rad = std::move(trial.sway_rad);
+      id.tilt = std::move(trial.tilt);
+      id.column = recording.column;
+      id.tilt_column = recording.tilt_column;
+      id.warnings = std::move(recording.warnings);
+      usable.push_back(i);
+    } catch (const Error& error) {
+      id.error = error;
+    }
     id.protocol = model.protocol;
-    id.truth = truth;
+    id.truth = options.truth;
   }
-  const std::vector<float> outputs = predict(model, static_cast<int>(files.size()), 64, sways_in_memory([&](int i) {
-                                               return std::span<const float>(all[static_cast<std::size_t>(i)].sway_rad);
-                                             }));
+  const auto sway = [&](int k) { return std::span<const float>(all[usable[static_cast<std::size_t>(k)]].sway_rad); };
+  if (usable.empty()) return all;
+  const std::vector<float> outputs = predict(model, static_cast<int>(usable.size()), 64, sways_in_memory(sway));
   const sim::Simulator simulator(model.protocol);
   const int steps_per_sample = model.protocol.steps_per_sample();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    Identification& id = all[i];
-    id.parameters = model.targets.unscale(std::span(outputs).subspan(i * sim::parameter_count, sim::parameter_count));
+  for (std::size_t k = 0; k < usable.size(); ++k) {
+    Identification& id = all[usable[k]];
+    id.parameters = model.targets.unscale(std::span(outputs).subspan(k * sim::parameter_count, sim::parameter_count));
     id.image_settings = model.image;
     id.image_shape = model.images().shape();
     id.image.resize(static_cast<std::size_t>(id.image_shape.size()));
     model.images().make(id.sway_rad, id.image);
     const auto [low, high] = std::ranges::minmax(id.sway_rad);
     id.peak_to_peak_deg = static_cast<double>(high - low) / sim::rad_per_deg;
-    for (std::size_t k = 0; k < id.sway_rad.size(); ++k)
-      id.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(static_cast<int>(k) * steps_per_sample)));
+    for (std::size_t s = 0; s < id.sway_rad.size(); ++s)
+      id.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(static_cast<int>(s) * steps_per_sample)));
     warn(id);
     fit(simulator, id);
+    add_frequency_response(id);
   }
   compare_with_training(model, all);
   return all;
@@ -174,6 +184,10 @@ std::vector<Identification> identify(Model& model, const std::vector<std::filesy
 std::string identifications_json(const std::string& model, const std::vector<Identification>& all) {
   Json recordings = Json::array();
   for (const Identification& id : all) {
+    if (id.error) {
+      recordings.push_back({{"file", id.file}, {"error", id.error->what()}});
+      continue;
+    }
     Json parameters = Json::array();
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const sim::ParameterInfo& info = sim::parameter_info[p];
@@ -183,14 +197,22 @@ std::string identifications_json(const std::string& model, const std::vector<Ide
       if (id.truth) parameter["true"] = (*id.truth)[p];
       parameters.push_back(std::move(parameter));
     }
-    recordings.push_back({{"file", id.file},
-                          {"parameters", std::move(parameters)},
-                          {"fit",
-                           {{"rms_residual_deg", number_or_null(id.rms_residual_deg)},
-                            {"variance_accounted_for", number_or_null(id.variance_accounted_for)}}},
-                          {"peak_to_peak_deg", id.peak_to_peak_deg},
-                          {"unfamiliarity", number_or_null(id.unfamiliarity)},
-                          {"warnings", id.warnings}});
+    Json recording{{"file", id.file},
+                   {"parameters", std::move(parameters)},
+                   {"fit",
+                    {{"rms_residual_deg", number_or_null(id.rms_residual_deg)},
+                     {"variance_accounted_for", number_or_null(id.variance_accounted_for)}}},
+                   {"peak_to_peak_deg", id.peak_to_peak_deg},
+                   {"unfamiliarity", number_or_null(id.unfamiliarity)}};
+    if (id.tilt) {
+      recording["tilt"] = {{"column", id.tilt_column},
+                           {"delay_s", id.tilt->delay_s},
+                           {"correlation", id.tilt->correlation},
+                           {"gain", id.tilt->gain}};
+    }
+    recording["frf"] = id.frf ? frf_to_json(*id.frf) : Json(nullptr);
+    recording["warnings"] = id.warnings;
+    recordings.push_back(std::move(recording));
   }
   // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
   return Json{{"model", model}, {"recordings", std::move(recordings)}}.dump(2, ' ', false,
@@ -201,10 +223,18 @@ std::string identifications_json(const std::string& model, const std::vector<Ide
 std::string identifications_text(const std::vector<Identification>& all) {
   std::string text;
   for (const Identification& id : all) {
+    if (id.error) {
+      text += id.file + ": not identified\n";
+      continue;
+    }
     text += format("%s (%s): peak to peak %.3f degrees", id.file.c_str(), id.column.c_str(), id.peak_to_peak_deg);
     if (std::isfinite(id.rms_residual_deg))
       text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.rms_residual_deg,
                      100 * id.variance_accounted_for);
+    if (id.tilt) {
+      text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
+                     id.tilt->delay_s, id.tilt_column.c_str(), id.tilt->correlation, id.tilt->gain);
+    }
     text += format("\n  %-8s %12s %-10s %10s%s  %s\n", "", "identified", "unit", "/ (m g h)",
                    id.truth ? "         true" : "", "range");
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {

@@ -12,10 +12,16 @@
 
 namespace decid::tools {
 
-/// Reads, identifies and re-simulates each recording. Throws Error for the first that cannot be used: all or nothing.
+struct IdentifyOptions {
+  dataset::RecordingOptions recording;
+  dataset::TrialOptions trial;
+  std::optional<sim::Parameters> truth;
+};
+
+/// Reads, identifies and re-simulates each recording. One that cannot be used has an `error` and costs the others
+/// nothing.
 std::vector<Identification> identify(Model& model, const std::vector<std::filesystem::path>& files,
-                                     const dataset::RecordingOptions& options,
-                                     const std::optional<sim::Parameters>& truth);
+                                     const IdentifyOptions& options);
 
 /// {"recordings": [...]}: what scripts read.
 std::string identifications_json(const std::string& model, const std::vector<Identification>& all);

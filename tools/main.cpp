@@ -6,15 +6,13 @@
 #include "base/error.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "tools/command.hpp"
+#include "tools/text.hpp"
 #include "tools/version.hpp"
 
 namespace {
 
-/// One line on standard error, whatever a file's name holds.
-void complain(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';
-  std::cerr << "decid: " << text << '\n';
+void complain(const std::string& text) {
+  std::cerr << "decid: " << decid::tools::one_line(text) << '\n';
 }
 
 int run(int argc, char** argv) {
