@@ -110,22 +110,23 @@ void warn(Identification& id) {
 }
 
 /// Tells recordings that look unlike anything the network was trained on.
-void compare_with_training(const Model& model, std::vector<Identification>& all) {
+void compare_with_training(const Model& model, const std::vector<Identification*>& all) {
   if (!model.familiarity.known()) return;
   const auto values = static_cast<std::size_t>(model.images().shape().size());
   std::vector<float> images(all.size() * values);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    model.make_input(all[i].sway_rad, std::span(images).subspan(i * values, values));
+    model.make_input(all[i]->sway_rad, std::span(images).subspan(i * values, values));
   }
   const std::vector<double> distance = distances(model, static_cast<int>(all.size()), images);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    all[i].unfamiliarity = distance[i] / model.familiarity.usual;
-    if (all[i].unfamiliarity <= 1.0) continue;  // false for NaN
-    all[i].warnings.push_back(format(
-        "looks unlike the trials the model was trained on (%.1f times as far from them as 97%% of simulated "
-        "trials are): its parameters mean little; check that the platform played the protocol's stimulus from the "
-        "first sample on, the sign of the sway, the rate and the unit",
-        all[i].unfamiliarity));
+    Identification& id = *all[i];
+    id.unfamiliarity = distance[i] / model.familiarity.usual;
+    if (id.unfamiliarity <= 1.0) continue;  // false for NaN
+    id.warnings.push_back(
+        format("looks unlike the trials the model was trained on (%.1f times as far from them as 97%% of simulated "
+               "trials are): its parameters mean little; check that the platform played the protocol's stimulus from "
+               "the first sample on, the sign of the sway, the rate and the unit",
+               id.unfamiliarity));
   }
 }
 
@@ -177,7 +178,9 @@ std::vector<Identification> identify(Model& model, const std::vector<std::filesy
     fit(simulator, id);
     add_frequency_response(id);
   }
-  compare_with_training(model, all);
+  std::vector<Identification*> used;
+  for (const std::size_t i : usable) used.push_back(&all[i]);
+  compare_with_training(model, used);
   return all;
 }
 

@@ -311,7 +311,8 @@ std::vector<LearningPoint> read_learning_curve(const std::string& file) {
   std::vector<LearningPoint> curve;
   for (std::size_t i = 0; i < trials.size(); ++i) {
     if (!(trials[i] > (i > 0 ? trials[i - 1] : 0)) || !(mse[i] >= 0))
-      throw Error(file, format("line %zu: trials must grow from row to row, and no mse be negative", table.line_of(i)),
+      throw Error(file,
+                  format("%s: trials must grow from row to row, and no mse be negative", table.place_of(i).c_str()),
                   "sort it by trials");
     curve.push_back({trials[i], mse[i]});
   }
@@ -328,7 +329,7 @@ std::vector<EpochLog> read_log(const std::string& file) {
   for (std::size_t i = 0; i < epoch.size(); ++i) {
     log.push_back({static_cast<int>(i) + 1, training[i], validation[i], rate[i]});
     if (epoch[i] != static_cast<double>(i + 1))
-      throw Error(file, format("line %zu: epochs do not count from 1", table.line_of(i)),
+      throw Error(file, format("%s: epochs do not count from 1", table.place_of(i).c_str()),
                   "give the log that decid train wrote");
   }
   return log;

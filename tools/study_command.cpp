@@ -48,11 +48,12 @@ void prepare(const std::filesystem::path& folder) {
 }
 
 void add_recording(const Options& options, Model& model, Study& study) {
-  dataset::RecordingOptions how;
-  how.column = options.column;
-  how.rate_hz = options.rate;
-  if (!options.unit.empty()) how.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
-  study.recording = identify(model, {options.recording}, how, std::nullopt).front();
+  IdentifyOptions how;
+  how.recording.column = options.column;
+  how.recording.rate_hz = options.rate;
+  if (!options.unit.empty()) how.recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
+  study.recording = identify(model, {options.recording}, how).front();
+  if (study.recording->error) throw *study.recording->error;
   for (std::size_t p = 0; p < sim::parameter_count; ++p)
     study.recording_output[p] = (study.recording->parameters[p] - model.targets.mean[p]) / model.targets.deviation[p];
 }
