@@ -1,5 +1,6 @@
 // Tables of numbers as text: separated by commas, semicolons, tabs or blanks, with or without a header line.
-// Not installed: for dataset and tools. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see CsvTable.
+// Not installed: for dataset and tools. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see
+// CsvTable.
 #pragma once
 
 #include <string>

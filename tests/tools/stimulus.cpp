@@ -20,7 +20,7 @@ namespace sim = decid::sim;
 
 namespace {
 
-const std::string examples = std::string(DECID_SOURCE_DIR) + "/protocols/";
+const std::string examples = std::string(DECID_SOURCE_DIR) + "/examples/";
 
 void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
   const auto result = run_decid(arguments);
