@@ -6,7 +6,7 @@ install(TARGETS ${libraries} EXPORT decid-targets ARCHIVE DESTINATION ${CMAKE_IN
 install(DIRECTORY base sim $<$<BOOL:${DECID_DATASET}>:dataset> nn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/decid
         FILES_MATCHING PATTERN "*.hpp"
         # The kernels themselves are compiled into the library, once an instruction set; only their table is for others.
-        PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE PATTERN "isa.hpp" EXCLUDE
+        PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE PATTERN "nn/kernels/isa.hpp" EXCLUDE
         # What data sets are read and written with.
         PATTERN "csv.hpp" EXCLUDE PATTERN "npy.hpp" EXCLUDE PATTERN "json_object.hpp" EXCLUDE
         PATTERN "journal.hpp" EXCLUDE PATTERN "npz_parts.hpp" EXCLUDE PATTERN "zip.hpp" EXCLUDE

@@ -161,7 +161,9 @@ TEST_CASE("the frequency response is in the JSON, and a sway that does not follo
   const std::size_t bands = frf.at("frequency_hz").size();
   REQUIRE(bands > 12);
   int coherent = 0;
-  for (const auto& [key, values] : frf.items()) {
+  for (const auto& item : frf.items()) {
+    const std::string& key = item.key();
+    const Json& values = item.value();
     if (!values.is_array()) continue;
     CAPTURE(key);
     CHECK(values.size() == bands);
