@@ -73,8 +73,8 @@ TEST_CASE("killed at any moment, the same command goes on to the same bytes") {
   };
   const double whole = size_of("whole.npz");
 
-  // Moments by what is written of the rest, in no order (golden ratio), as no two machines are equally fast; the file in
-  // the end is one of several kills.
+  // Moments by what is written of the rest, in no order (golden ratio), as no two machines are equally fast; the file
+  // in the end is one of several kills.
   int killed = 0, resumed = 0, in_this_file = 0;
   for (int i = 0; i < 10; ++i) {
     const double part = 0.05 + 0.75 * (0.618034 * i - static_cast<int>(0.618034 * i));
