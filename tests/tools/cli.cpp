@@ -30,7 +30,7 @@ std::vector<std::vector<double>> read_csv(const std::string& path, std::string& 
 }  // namespace
 
 TEST_CASE("every command explains itself with an example") {
-  for (const std::string command : {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "info"}) {
+  for (const std::string command : {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "compare", "info"}) {
     const auto result = run_decid(command + " --help");
     CAPTURE(command);
     CHECK(result.code == 0);
