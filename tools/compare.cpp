@@ -47,6 +47,8 @@ json comparison_json(const ComparisonFigures& figures) {
                        {"mse", method.mse},
                        {"mse_standard_error", method.mse_standard_error},
                        {"mse_per_parameter", std::move(per_parameter)},
+                       {"error_per_standard_error",
+                        method.error_per_standard_error ? json(*method.error_per_standard_error) : json(nullptr)},
                        {"simulations", method.simulations},
                        {"seconds", method.seconds}});
   }
@@ -76,6 +78,11 @@ std::string comparison_text(const ComparisonFigures& figures) {
     for (const double mse : method.mse_per_parameter) text += format(" %.3f |", mse);
     text += format(" %.0f | %.2g |\n", method.simulations, method.seconds);
   }
+  text += "\n";
+  for (const MethodFigures& method : figures.methods)
+    if (method.error_per_standard_error)
+      text += format("%s: errors are %.2f times the standard errors (root mean square)\n", method.name.c_str(),
+                     *method.error_per_standard_error);
   return text;
 }
 

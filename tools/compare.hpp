@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@ struct MethodFigures {
   double mse_standard_error = 0.0;  ///< of the mean over trials
   double simulations = 0.0;         ///< a trial, on average
   double seconds = 0.0;             ///< a trial, wall time
+  /// Root mean square of error / standard error, over trials and parameters: 1 if standard errors are right, above it
+  /// if they promise too much. Of fits' means only.
+  std::optional<double> error_per_standard_error;
 };
 
 struct ComparisonFigures {
@@ -40,7 +44,8 @@ MethodFigures errors_of(std::string name, std::string description, std::span<con
                         std::span<const sim::Parameters> truth, const sim::Parameters& deviation);
 
 /// Keys: version, model, trials_from, protocol, sensor_noise_deg, trials, threads, budget, starts, methods: for each
-/// name, description, mse, mse_standard_error, mse_per_parameter, simulations, seconds (both a trial).
+/// name, description, mse, mse_standard_error, mse_per_parameter, error_per_standard_error (or null), simulations,
+/// seconds (both a trial).
 nlohmann::ordered_json comparison_json(const ComparisonFigures& figures);
 /// A table a line a method; as Markdown, so that it can go into a document.
 std::string comparison_text(const ComparisonFigures& figures);

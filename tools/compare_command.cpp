@@ -1,5 +1,6 @@
 // decid compare: network, fit, and fit from the network's answer, on the same trials.
 #include <chrono>
+#include <cmath>
 #include <iostream>
 #include <memory>
 
@@ -90,19 +91,25 @@ ComparisonFigures compare(const Options& options) {
     if (start == StartKind::network) request.starts = 1;
     const Stopwatch time;
     std::vector<sim::Parameters> means, likeliest;
-    double simulations = 0;
+    double simulations = 0, ratio2 = 0;
     for (int i = 0; i < trials; ++i) {
       if (interrupted()) throw std::runtime_error(format("stopped at trial %d of %d", i, trials));
       const fit::Result result = fit::fit(simulator, data.trial(i),
                                           fit_starts(request, network[static_cast<std::size_t>(i)]), request.settings);
       means.push_back(result.parameters);
       likeliest.push_back(result.likeliest);
+      for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+        const double error = result.parameters[p] - data.parameters[static_cast<std::size_t>(i)][p];
+        ratio2 += error * error / (result.standard_error[p] * result.standard_error[p]);
+      }
       simulations += static_cast<double>(result.simulations);
       bar.update((start == StartKind::network ? trials : 0) + i + 1);
     }
     const double seconds = time.seconds();
     add(likeliest_name, likeliest_text, likeliest, simulations, seconds);
     add(mean_name, mean_text, means, simulations, seconds);
+    figures.methods.back().error_per_standard_error =
+        std::sqrt(ratio2 / (static_cast<double>(trials) * static_cast<double>(sim::parameter_count)));
   };
   fit_all(StartKind::middle, "fit", "Fit from the middle of the ranges, mean of the likely parameters",
           "fit, likeliest", "The same fit, the single likeliest parameters: what a fit usually returns");

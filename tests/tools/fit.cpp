@@ -96,6 +96,8 @@ TEST_CASE("compare: the table, the JSON and the page say the same") {
     CHECK(method["mse"].get<double>() == doctest::Approx(sum / 7).epsilon(1e-12));
     CHECK(method["simulations"].get<double>() <= 6500);
     CHECK(method["seconds"].get<double>() > 0);
+    const std::string name = method["name"];
+    CHECK(method["error_per_standard_error"].is_number() == (name == "fit" || name == "fit from network"));
   }
   // Whoever looks at the page needs nothing else.
   const std::string page = read_text(folder / "c.html");

@@ -49,7 +49,9 @@ main.append(element("h2", {}, `${count(report.trials)} trials, ${noiseText}`),
   element("p", { class: "about" }, `${describeProtocol(report.protocol)} Trials: ${report.trials_from}. Network: ${report.model}. ` +
     `Fits: up to ${count(report.budget)} simulations, ${report.starts} start${report.starts === 1 ? "" : "s"} (from the network: 1), ` +
     `${report.threads} thread${report.threads === 1 ? "" : "s"}.`),
-  methodTable());
+  methodTable(), ...report.methods.filter(method => !absent(method.error_per_standard_error)).map(method =>
+    element("p", { class: "note" }, `${method.name}: errors are ${fixed(method.error_per_standard_error, 2)} times the ` +
+      "standard errors that the fit states (root mean square; 1 if these are right).")));
 errorChart(main);
 document.getElementById("footer").append(element("p", {}, "decid ", report.version, "."));
 finish();
