@@ -1,5 +1,5 @@
 // The networks that are timed, one training step of each, and the multiplications and additions in it. NetA is small,
-// NetB is the paper's preset, Default what the program trains unless told otherwise; peers/training.py has A and B too.
+// NetB is the paper's preset, Default four stride-2 convolutions on folded windows; peers/training.py has A and B too.
 #pragma once
 
 #include <cstddef>

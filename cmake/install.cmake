@@ -3,10 +3,10 @@ include(CMakePackageConfigHelpers)
 
 get_property(libraries GLOBAL PROPERTY DECID_LIBRARIES)
 install(TARGETS ${libraries} EXPORT decid-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY base sim $<$<BOOL:${DECID_FIT}>:fit> $<$<BOOL:${DECID_DATASET}>:dataset> nn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/decid
+install(DIRECTORY base sim $<$<BOOL:${DECID_DATASET}>:dataset> nn DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/decid
         FILES_MATCHING PATTERN "*.hpp"
         # The kernels themselves are compiled into the library, once an instruction set; only their table is for others.
-        PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE PATTERN "isa.hpp" EXCLUDE
+        PATTERN "nn/kernels/vec_*" EXCLUDE PATTERN "nn/kernels/generic*" EXCLUDE PATTERN "nn/kernels/isa.hpp" EXCLUDE
         # What data sets are read and written with.
         PATTERN "csv.hpp" EXCLUDE PATTERN "npy.hpp" EXCLUDE PATTERN "json_object.hpp" EXCLUDE
         PATTERN "journal.hpp" EXCLUDE PATTERN "npz_parts.hpp" EXCLUDE PATTERN "zip.hpp" EXCLUDE

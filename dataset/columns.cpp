@@ -14,19 +14,11 @@ namespace decid::dataset {
 
 namespace {
 
-/// How much a time step may differ from the median step.
+/// How much a step of a column without a name may differ from the mean step, for it to be a time.
 constexpr double step_tolerance = 0.01;
 
 bool is_time(std::string_view name) {
   return one_of(words(name).front(), {"time", "t", "times", "timestamp", "timestamps", "zeit", "seconds", "sec", "ms"});
-}
-
-/// Seconds in one unit of the time column.
-double time_unit_s(std::string_view name) {
-  const std::string unit = words(name).back();
-  if (one_of(unit, {"ms", "msec", "milliseconds"})) return 1e-3;
-  if (one_of(unit, {"us", "usec", "\xC2\xB5s", "microseconds"})) return 1e-6;
-  return 1.0;
 }
 
 }  // namespace
@@ -70,7 +62,7 @@ std::string name_without_unit(std::string_view name) {
   return joined;
 }
 
-std::string list_of(const CsvTable& table, int without) {
+std::string list_of(const Table& table, int without) {
   std::string list;
   for (int i = 0; i < table.columns(); ++i) {
     if (i == without) continue;
@@ -80,8 +72,7 @@ std::string list_of(const CsvTable& table, int without) {
   return list;
 }
 
-int named_column(const CsvTable& table, const std::string& column, const std::string& where,
-                 const std::string& setting) {
+int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting) {
   const auto lower = [](std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
@@ -107,13 +98,13 @@ int named_column(const CsvTable& table, const std::string& column, const std::st
               "give one of them, or its number from 1, as " + setting);
 }
 
-int find_time(const CsvTable& table) {
+int find_time(const Table& table) {
   if (table.has_header()) {
     const auto& names = table.names();
     const auto found = std::find_if(names.begin(), names.end(), is_time);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
   }
-  if (table.columns() < 2 || table.rows() < 3) return -1;
+  if (table.rate_hz() || table.columns() < 2 || table.rows(0) < 3) return -1;
   const std::vector<double> first = table.numbers(0);
   const double step = (first.back() - first.front()) / static_cast<double>(first.size() - 1);
   for (std::size_t i = 1; i < first.size(); ++i) {
@@ -123,27 +114,11 @@ int find_time(const CsvTable& table) {
   return 0;
 }
 
-double rate_of(const CsvTable& table, int column, const std::string& where, const std::string& setting) {
-  const std::string& name = table.names()[static_cast<std::size_t>(column)];
-  const std::vector<double> time = table.numbers(column);
-  std::vector<double> steps(time.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
-  std::vector<double> sorted = steps;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double median = *middle;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    // The comparisons are written so that a step that is not a number fails them.
-    if (steps[i] > 0.0 && std::abs(steps[i] - median) <= step_tolerance * median) continue;
-    throw Error(where,
-                "line " + std::to_string(table.line_of(i + 1)) + ": '" + name + "' steps by " + six_digits(steps[i]) +
-                    ", elsewhere by " + six_digits(median),
-                "correct the times, or give " + setting + " if the samples are evenly spaced all the same");
-  }
-  // Steps agree with the median to 1%; their mean is exact where the times were rounded.
-  const double step_s = (time.back() - time.front()) / static_cast<double>(steps.size()) * time_unit_s(name);
-  const double rate = 1.0 / step_s, whole = std::round(rate);
-  return std::abs(rate - whole) < 1e-6 * rate ? whole : rate;
+double time_unit_s(std::string_view name) {
+  const std::string unit = words(name).back();
+  if (one_of(unit, {"ms", "msec", "milliseconds"})) return 1e-3;
+  if (one_of(unit, {"us", "usec", "\xC2\xB5s", "microseconds"})) return 1e-6;
+  return 1.0;
 }
 
 }  // namespace decid::dataset

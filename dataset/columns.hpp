@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "dataset/csv.hpp"
 #include "dataset/recording.hpp"
+#include "dataset/table.hpp"
 
 namespace decid::dataset {
 
@@ -27,18 +27,16 @@ std::optional<Unit> unit_in(std::string_view name);
 /// "com_x" of "COM_x (deg)".
 std::string name_without_unit(std::string_view name);
 /// The names of a table's columns but for one (-1: of all), to be shown.
-std::string list_of(const CsvTable& table, int without);
+std::string list_of(const Table& table, int without);
 
 /// The column that the user named, by its name, its name in other case, or its number. Throws Error if there is none or
 /// more than one. `where` names the file, `setting` how columns are named: "--column".
-int named_column(const CsvTable& table, const std::string& column, const std::string& where,
-                 const std::string& setting);
+int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting);
 
 /// The column of time, or -1.
-int find_time(const CsvTable& table);
+int find_time(const Table& table);
 
-/// Sample rate of a column of time. Throws Error where a step differs from the median step; `setting` gives the rate
-/// instead: "--rate".
-double rate_of(const CsvTable& table, int column, const std::string& where, const std::string& setting);
+/// Seconds in one unit of a column of time, by its name.
+double time_unit_s(std::string_view name);
 
 }  // namespace decid::dataset

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "dataset/columns.hpp"
 
 namespace decid::dataset {
 
@@ -45,10 +46,11 @@ struct Parsed {
   double value;
 };
 
-Parsed parse(std::string_view cell, char separator) {
+/// A comma in a cell is a decimal one: a separator would have ended the cell.
+Parsed parse(std::string_view cell) {
   if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
   std::string with_point;
-  if (separator != ',' && cell.find('.') == std::string_view::npos) {
+  if (cell.find('.') == std::string_view::npos) {
     if (const std::size_t comma = cell.find(','); comma != std::string_view::npos) {
       with_point.assign(cell);
       with_point[comma] = '.';
@@ -59,6 +61,31 @@ Parsed parse(std::string_view cell, char separator) {
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error == std::errc::invalid_argument || end != cell.data() + cell.size()) return {false, 0.0};
   return {true, error == std::errc() ? value : std::numeric_limits<double>::infinity()};
+}
+
+/// "1,5 2,7": every word is a number, and a digit follows each comma.
+bool commas_are_decimal(std::string_view line) {
+  bool any = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] != ',') continue;
+    any = true;
+    if (i + 1 == line.size() || line[i + 1] < '0' || line[i + 1] > '9') return false;
+  }
+  std::vector<std::string_view> cells;
+  split(line, ' ', cells);
+  return any && std::all_of(cells.begin(), cells.end(), [](std::string_view cell) { return parse(cell).is_number; });
+}
+
+bool is_missing(std::string_view cell) {
+  std::string lower(cell);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return one_of(lower, {"", "nan", "-nan", "na", "n/a", "null", "-"});
+}
+
+/// Without the brackets that units are often put in: "[deg]".
+std::string_view bare_unit(std::string_view cell) {
+  if (cell.size() >= 2 && (cell.front() == '[' || cell.front() == '(')) cell = cell.substr(1, cell.size() - 2);
+  return cell;
 }
 
 std::string shown(std::string_view cell) {
@@ -82,6 +109,7 @@ CsvTable::CsvTable(std::string text, std::string where) : text_(std::move(text))
       if (has_header_) return true;
     }
     split(line, separator_, cells);
+    if (rows_ == 0 && has_header_ && !has_units_ && read_units(cells)) return true;
     const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
     if (cells.size() != names_.size() && !ends_in_separator) {
       throw Error(where_,
@@ -116,17 +144,24 @@ void CsvTable::for_each_line(const Visit& visit) const {
 
 char CsvTable::find_separator() const {
   // The second line tells better than the first, which may be a header with anything in its names.
-  std::string_view line;
+  std::string_view first, line;
   int lines = 0;
   for_each_line([&](std::string_view candidate, std::size_t) {
+    first = line;
     line = candidate;
     return ++lines < 2;
   });
+  first = trim(first);
   line = trim(line);
-  for (const char separator : {';', '\t', ','}) {
+  for (const char separator : {';', '\t'}) {
     if (line.find(separator) != std::string_view::npos) return separator;
   }
-  return line.find(' ') != std::string_view::npos ? ' ' : ',';
+  const bool blanks = line.find(' ') != std::string_view::npos;
+  if (line.find(',') == std::string_view::npos) return blanks ? ' ' : ',';
+  // One number with a decimal comma below a header of one name, or several of them between blanks.
+  const bool one_column = !first.empty() && first.find_first_of(", ") == std::string_view::npos &&
+                          !parse(first).is_number && std::count(line.begin(), line.end(), ',') == 1;
+  return (blanks || one_column) && commas_are_decimal(line) ? ' ' : ',';
 }
 
 void CsvTable::read_header(std::string_view line) {
@@ -137,42 +172,69 @@ void CsvTable::read_header(std::string_view line) {
     throw Error(where_, "has " + std::to_string(cells.size()) + " columns", "at most 1000 can be read");
   }
   has_header_ = std::any_of(cells.begin(), cells.end(),
-                            [&](std::string_view cell) { return !cell.empty() && !parse(cell, separator_).is_number; });
+                            [&](std::string_view cell) { return !cell.empty() && !parse(cell).is_number; });
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const bool named = has_header_ && !cells[i].empty();
     names_.push_back(named ? std::string(cells[i]) : "column " + std::to_string(i + 1));
   }
 }
 
-double CsvTable::number(std::string_view cell, int column, std::size_t line) const {
-  const Parsed parsed = parse(cell, separator_);
+/// True if the cells are units, every one of them; they are then put behind the names.
+bool CsvTable::read_units(const std::vector<std::string_view>& cells) {
+  const auto known = [](std::string_view unit) {
+    return one_of(unit,
+                  {"s",     "sec", "seconds", "ms",    "us",   "deg", "degree", "degrees", "\xC2\xB0", "rad", "mm",
+                   "cm",    "m",   "n",       "nm",    "n*m",  "n.m", "n m",    "v",       "mv",       "hz",  "kg",
+                   "deg/s", "g",   "rad/s",   "m/s^2", "m/s2", "m/s", "%",      "a.u.",    "counts",   "1",   "-"});
+  };
+  bool any = false;
+  for (const std::string_view cell : cells) {
+    std::string unit(bare_unit(cell));
+    for (char& c : unit) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    if (unit.empty()) continue;
+    if (!known(unit)) return false;
+    any = any || !parse(cell).is_number;
+  }
+  if (!any || cells.size() < names_.size()) return false;
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    const std::string unit(bare_unit(cells[i]));
+    if (!unit.empty() && unit != "-" && unit != "1") names_[i] += " (" + unit + ")";
+  }
+  return has_units_ = true;
+}
+
+double CsvTable::number(std::string_view cell, int column, std::size_t line, Missing missing) const {
+  if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
+  const Parsed parsed = parse(cell);
   if (parsed.is_number && std::isfinite(parsed.value)) return parsed.value;
   throw Error(where_,
               "line " + std::to_string(line) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
-              "correct the cell, or put # before lines that are not data");
+              is_missing(cell) ? "give a value; short gaps of a recording are interpolated with --fill-gaps SECONDS"
+                               : "correct the cell, or put # before lines that are not data");
 }
 
-std::vector<double> CsvTable::numbers(int column) const {
+std::vector<double> CsvTable::numbers(int column, Missing missing) const {
   std::vector<double> values;
   values.reserve(rows_);
   std::vector<std::string_view> cells;
-  bool header = has_header_;
+  int skipped = (has_header_ ? 1 : 0) + (has_units_ ? 1 : 0);
   for_each_line([&](std::string_view line, std::size_t line_number) {
-    if (std::exchange(header, false)) return true;
+    if (skipped-- > 0) return true;
+    skipped = 0;
     split(line, separator_, cells);
-    values.push_back(number(cells[static_cast<std::size_t>(column)], column, line_number));
+    values.push_back(number(cells[static_cast<std::size_t>(column)], column, line_number, missing));
     return true;
   });
   return values;
 }
 
-std::size_t CsvTable::line_of(std::size_t row) const {
-  std::size_t found = 0, lines = row + (has_header_ ? 2 : 1);
+std::string CsvTable::place_of(std::size_t row) const {
+  std::size_t found = 0, lines = row + 1 + (has_header_ ? 1 : 0) + (has_units_ ? 1 : 0);
   for_each_line([&](std::string_view, std::size_t line_number) {
     found = line_number;
     return --lines > 0;
   });
-  return found;
+  return "line " + std::to_string(found);
 }
 
 }  // namespace decid::dataset

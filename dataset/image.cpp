@@ -57,8 +57,13 @@ Channel channel_from_name(const std::string& name) {
 }
 
 void ImageSettings::validate() const {
-  if (window < 2 || window > 4096) {
-    throw Error("image", "a window of " + std::to_string(window) + " samples", "choose 2 to 4096");
+  if (window < 2 || window > largest_window) {
+    throw Error("image", "a window of " + std::to_string(window) + " samples",
+                "choose 2 to " + std::to_string(largest_window));
+  }
+  if (rows < 0 || rows > window / 2 + 1 || (rows > 0 && !half_spectrum)) {
+    throw Error("image", std::to_string(rows) + " rows of a window of " + std::to_string(window) + " samples",
+                "with half_spectrum choose up to window / 2 + 1; else, or for all, 0");
   }
   if (channels.empty() || channels.size() > 16) {
     throw Error("image", std::to_string(channels.size()) + " channels", "choose 1 to 16");
@@ -75,6 +80,7 @@ std::string to_json(const ImageSettings& settings) {
   for (const Channel channel : settings.channels) channels.emplace_back(name(channel));
   return print_json({{"window", settings.window},
                      {"half_spectrum", settings.half_spectrum},
+                     {"rows", settings.rows},
                      {"channels", channels},
                      {"standardize_rows", settings.standardize_rows},
                      {"first_sample", settings.first_sample},
@@ -87,6 +93,7 @@ ImageSettings image_settings_from_json(const std::string& text, const std::strin
   JsonObject object(json, where);
   object.read("window", settings.window);
   object.read("half_spectrum", settings.half_spectrum);
+  object.read("rows", settings.rows);
   std::vector<std::string> channels;
   const bool has_channels = json.contains("channels");
   object.read("channels", channels);
@@ -107,7 +114,12 @@ ImageSettings image_settings_from_json(const std::string& text, const std::strin
 }
 
 ImageMaker::ImageMaker(ImageSettings settings, int samples)
-    : settings_((settings.validate(), std::move(settings))), samples_(samples), fft_(settings_.window) {
+    : settings_((settings.validate(), std::move(settings))),
+      samples_(samples),
+      fft_(settings_.window),
+      rows_(settings_.rows > 0        ? settings_.rows
+            : settings_.half_spectrum ? fft_.bins()
+                                      : settings_.window) {
   if (shape().columns < 1) {
     throw Error("image",
                 "not one window of " + std::to_string(settings_.window) + " samples, times a fold of " +
@@ -118,7 +130,7 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples)
 }
 
 ImageShape ImageMaker::shape() const noexcept {
-  return {static_cast<int>(settings_.channels.size()), settings_.half_spectrum ? fft_.bins() : settings_.window,
+  return {static_cast<int>(settings_.channels.size()), rows_,
           std::max(samples_ - settings_.first_sample, 0) / settings_.window / settings_.fold};
 }
 
@@ -133,6 +145,7 @@ void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image, I
   const auto window = static_cast<std::size_t>(settings_.window), bins = static_cast<std::size_t>(fft_.bins());
   const auto plane_size = static_cast<std::size_t>(size.rows) * static_cast<std::size_t>(size.columns);
   const auto fold = static_cast<std::size_t>(settings_.fold);
+  const int shown = std::min(fft_.bins(), rows_);
   constexpr std::size_t lanes = image_lanes;
   std::vector<double> signal(window * lanes), spectra(2 * bins * lanes * fold);
   std::vector<double> work(2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
@@ -145,11 +158,11 @@ void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image, I
       const std::size_t at = static_cast<std::size_t>(cycle) * 2 * bins * lanes;
       fft_.forward_lanes(signal, std::span(spectra).subspan(at, 2 * bins * lanes), work, isa);
     }
-    kernels.fold_spectra(settings_.fold, fft_.bins(), spectra.data(), mean.data(), residual.data());
+    kernels.fold_spectra(settings_.fold, fft_.bins(), shown, spectra.data(), mean.data(), residual.data());
     float* plane = image.data() + column;
     for (const Channel channel : settings_.channels) {
       kernels.draw(
-          {channel, fft_.bins(), settings_.window, size.rows, size.columns, here, mean.data(), residual.data(), plane});
+          {channel, shown, settings_.window, size.rows, size.columns, here, mean.data(), residual.data(), plane});
       plane += plane_size;
     }
   }

@@ -16,6 +16,9 @@ const char* name(Channel channel);
 /// Throws Error for an unknown name.
 Channel channel_from_name(const std::string& name);
 
+/// The longest window, samples.
+inline constexpr int largest_window = 1 << 17;
+
 struct ImageSettings {
   int window = 110;            ///< samples a window
   bool half_spectrum = false;  ///< rows 0 .. window / 2 only; the rest mirror them
@@ -25,8 +28,9 @@ struct ImageSettings {
   /// The stimulus plays `fold` equal cycles: z is the mean of the bins that see the same tilt, one from each cycle, and
   /// log_residual shows how they differ. Columns cover one cycle. 1: every window for itself.
   int fold = 1;
+  int rows = 0;  ///< so many of the lowest frequencies only, needs half_spectrum; 0: all
 
-  /// Throws Error for window < 2 or > 4096, no channels, or more than 16.
+  /// Throws Error for a setting out of its bounds; largest_window is one of them.
   void validate() const;
   bool operator==(const ImageSettings&) const = default;
 };
@@ -55,6 +59,7 @@ class ImageMaker {
   ImageSettings settings_;
   int samples_;
   sim::RealFft fft_;
+  int rows_;
 };
 
 /// Mean and standard deviation of each row (channel, frequency) over a training set's images and times.

@@ -4,18 +4,17 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "dataset/clock.hpp"
 #include "dataset/columns.hpp"
-#include "dataset/csv.hpp"
+#include "dataset/table.hpp"
 
 namespace decid::dataset {
 
 namespace {
 
-constexpr std::size_t file_limit_bytes = std::size_t{1} << 30;
 constexpr double most_samples = 1e6;  // of a measured tilt, as sim::Protocol has it
 
-int find_tilt(const CsvTable& table, int time, const std::string& where) {
+int find_tilt(const Table& table, int time, const std::string& where) {
   for (const char* name : {"tilt", "platform_tilt", "platform", "a_fs", "fs", "stimulus", "support_surface"}) {
     for (int i = 0; i < table.columns(); ++i) {
       if (i != time && name_without_unit(table.names()[static_cast<std::size_t>(i)]) == name) return i;
@@ -29,12 +28,18 @@ int find_tilt(const CsvTable& table, int time, const std::string& where) {
               "name one as measured.column");
 }
 
-double find_rate(const CsvTable& table, int time, const TiltFile& file, const std::string& where) {
+double find_rate(const Table& table, int time, const TiltFile& file, const std::string& where) {
   if (file.rate_hz) {
     if (std::isfinite(*file.rate_hz) && *file.rate_hz > 0.0) return *file.rate_hz;
     throw Error(where, "measured.rate_hz is " + six_digits(*file.rate_hz), "give the samples per second");
   }
-  if (time >= 0) return rate_of(table, time, where, "measured.rate_hz");
+  if (time >= 0) {
+    const Clock clock = read_clock(table, time, where, "measured.rate_hz");
+    if (clock.place.empty()) return clock.rate_hz;
+    throw Error(where, clock.first_uneven,
+                "correct the times, or give measured.rate_hz if the samples are evenly spaced all the same");
+  }
+  if (table.rate_hz()) return *table.rate_hz();
   throw Error(where, "has no column of time", "give its samples per second as measured.rate_hz");
 }
 
@@ -42,8 +47,8 @@ double find_rate(const CsvTable& table, int time, const TiltFile& file, const st
 
 std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz) {
   const std::string where = file.path.string();
-  const CsvTable table(read_file(file.path, file_limit_bytes), where);
-  if (table.rows() < 2) throw Error(where, "has only one sample", "name a whole recording");
+  const std::unique_ptr<Table> read = read_table(file.path);
+  const Table& table = *read;
   int time = find_time(table);
   const int column =
       file.column.empty() ? find_tilt(table, time, where) : named_column(table, file.column, where, "measured.column");
@@ -52,12 +57,14 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz) {
   const std::optional<Unit> unit = file.unit ? file.unit : unit_in(name);
   if (!unit)
     throw Error(where, "the unit of " + name + " is not in its name", "give measured.unit, \"deg\" or \"rad\"");
+  const std::size_t rows = table.rows(column);
+  if (rows < 2) throw Error(where, "has only one sample", "name a whole recording");
   const double rate = find_rate(table, time, file, where);
   const bool same_rate = std::abs(rate - sample_rate_hz) <= rate_tolerance * sample_rate_hz;
-  const double samples = static_cast<double>(table.rows()) * (same_rate ? 1.0 : sample_rate_hz / rate);
+  const double samples = static_cast<double>(rows) * (same_rate ? 1.0 : sample_rate_hz / rate);
   if (!(samples >= 2.0 && samples <= most_samples)) {
     throw Error(where,
-                "its " + std::to_string(table.rows()) + " samples at " + six_digits(rate) + " Hz make " +
+                "its " + std::to_string(rows) + " samples at " + six_digits(rate) + " Hz make " +
                     six_digits(std::floor(samples)) + " at the protocol's " + six_digits(sample_rate_hz) + " Hz",
                 "give 2 to 1,000,000; is the rate right?");
   }

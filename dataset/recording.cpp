@@ -1,4 +1,4 @@
-// Recordings: which column is the sway, in which unit, at which rate; and whether it fits a model's protocol.
+// Recordings: which column is the sway, in which unit, at which rate. dataset/trial.cpp brings them to a protocol.
 // The rules for finding them are ours, made for EUROBENCH files (time,COM_x), exports of motion capture and decid's
 // own.
 #include "dataset/recording.hpp"
@@ -7,23 +7,20 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "dataset/clock.hpp"
 #include "dataset/columns.hpp"
-#include "dataset/csv.hpp"
+#include "dataset/table.hpp"
 
 namespace decid::dataset {
 
 namespace {
 
-constexpr std::size_t file_limit_bytes = std::size_t{1} << 30;
 constexpr double slowest_plausible_hz = 5.0;
 constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
 /// Where degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
-/// So much of a recording may hang over the end of the protocol.
-constexpr double cut_limit_s = 1.0;
 
-int find_sway(const CsvTable& table, int time, Recording& recording) {
+int find_sway(const Table& table, int time, Recording& recording) {
   for (const char* name :
        {"com_sway", "com_x", "sway", "body_sway", "com_ap", "sway_ap", "com_angle", "sway_angle", "a_bs", "com"}) {
     for (int i = 0; i < table.columns(); ++i) {
@@ -46,36 +43,50 @@ int find_sway(const CsvTable& table, int time, Recording& recording) {
   return sway;
 }
 
-double find_rate(const CsvTable& table, int time, const RecordingOptions& options, Recording& recording) {
+Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !(std::isfinite(*options.rate_hz) && *options.rate_hz > 0.0)) {
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not positive",
                 "give the samples per second as --rate");
   }
+  const Clock given{options.rate_hz.value_or(table.rate_hz().value_or(0.0)), {}, {}, {}};
   if (time < 0) {
-    if (options.rate_hz) return *options.rate_hz;
+    if (given.rate_hz > 0.0) return given;
     throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
   }
   const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
-  double rate = 0.0;
+  Clock clock;
   try {
-    rate = rate_of(table, time, recording.file, "--rate");
+    clock = read_clock(table, time, recording.file, "--rate");
   } catch (const Error& error) {
     if (!options.rate_hz) throw;
     recording.warnings.push_back("the column of time is not used: " + error.problem());
-    return *options.rate_hz;
+    return given;
   }
   if (options.rate_hz) {
-    if (std::abs(rate - *options.rate_hz) > rate_tolerance * rate) {
-      recording.warnings.push_back("the column " + name + " says " + six_digits(rate) + " Hz, the rate given is " +
-                                   six_digits(*options.rate_hz) + " Hz; the rate given is used");
+    if (std::abs(clock.rate_hz - *options.rate_hz) > rate_tolerance * clock.rate_hz) {
+      recording.warnings.push_back("the column " + name + " says " + six_digits(clock.rate_hz) +
+                                   " Hz, the rate given is " + six_digits(*options.rate_hz) +
+                                   " Hz; the rate given is used");
     }
-    return *options.rate_hz;
+    return given;
   }
-  if (rate < slowest_plausible_hz) {
-    recording.warnings.push_back("the column " + name + " says " + six_digits(rate) +
+  if (clock.rate_hz < slowest_plausible_hz) {
+    recording.warnings.push_back("the column " + name + " says " + six_digits(clock.rate_hz) +
                                  " Hz, which is slow; if it is not in seconds, call it time_ms or give --rate");
   }
-  return rate;
+  if (!clock.warning.empty()) recording.warnings.push_back(clock.warning);
+  return clock;
+}
+
+/// A column on the clock's even grid, its gaps filled if they may be.
+std::vector<double> read_column(const Table& table, int column, const Clock& clock, double fill_gaps_s,
+                                Recording& recording) {
+  const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::refused;
+  std::vector<double> values = place_evenly(table.numbers(column, missing), clock);
+  const std::string filled =
+      fill_gaps(values, clock.rate_hz, fill_gaps_s, table.names()[static_cast<std::size_t>(column)], recording.file);
+  if (!filled.empty()) recording.warnings.push_back(filled);
+  return values;
 }
 
 /// Brings the sway to radians and holds its size against what a standing body does.
@@ -112,9 +123,25 @@ void convert(Recording& recording, const RecordingOptions& options) {
   }
 }
 
-std::string count_at(std::size_t samples, double rate_hz) {
-  return std::to_string(samples) + " samples at " + six_digits(rate_hz) + " Hz (" +
-         six_digits(static_cast<double>(samples) / rate_hz) + " s)";
+/// The tilt's column in radians. Of its size nothing is asked here: it is held against the protocol's.
+void read_tilt(const Table& table, int sway, const Clock& clock, const RecordingOptions& options,
+               Recording& recording) {
+  const int column = named_column(table, options.tilt_column, recording.file, "--tilt-column");
+  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  if (column == sway) throw Error(recording.file, name + " is the sway", "name the tilt with --tilt-column");
+  if (table.rows(column) != table.rows(sway)) {
+    throw Error(recording.file,
+                "the tilt " + name + " has " + std::to_string(table.rows(column)) + " values, the sway " +
+                    std::to_string(table.rows(sway)),
+                "name signals that were sampled together");
+  }
+  const std::optional<Unit> unit = options.tilt_unit ? options.tilt_unit : unit_in(name);
+  if (!unit) recording.warnings.push_back("no unit in the name of " + name + ": degrees are assumed");
+  recording.tilt_column = name;
+  recording.tilt_rad = read_column(table, column, clock, options.fill_gaps_s, recording);
+  const double factor =
+      (unit.value_or(Unit::degree) == Unit::degree ? sim::rad_per_deg : 1.0) * (options.invert_tilt ? -1.0 : 1.0);
+  for (double& value : recording.tilt_rad) value *= factor;
 }
 
 }  // namespace
@@ -122,48 +149,29 @@ std::string count_at(std::size_t samples, double rate_hz) {
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
   Recording recording;
   recording.file = path.string();
-  const CsvTable table(read_file(path, file_limit_bytes), recording.file);
-  if (table.rows() < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
+  const std::unique_ptr<Table> read = read_table(path);
+  const Table& table = *read;
   int time = find_time(table);
   const int sway = options.column.empty() ? find_sway(table, time, recording)
                                           : named_column(table, options.column, recording.file, "--column");
+  if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
   if (sway == time) time = -1;  // the user knows better than its looks
   recording.column = table.names()[static_cast<std::size_t>(sway)];
-  recording.rate_hz = find_rate(table, time, options, recording);
-  recording.sway_rad = table.numbers(sway);
-  convert(recording, options);
-  return recording;
-}
-
-std::vector<float> fit_to_protocol(Recording& recording, const sim::Protocol& protocol) {
-  const double rate = protocol.sample_rate_hz;
-  const auto needed = static_cast<std::size_t>(protocol.samples());
-  const std::size_t recorded = recording.sway_rad.size();
-  const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
-  // The length is settled before any work is done.
-  const double available = static_cast<double>(recorded) * (same_rate ? 1.0 : rate / recording.rate_hz);
-  const double excess = available - static_cast<double>(needed);
-  constexpr double rounding = 1e-6;
-  if (!(excess >= -rounding && excess <= cut_limit_s * rate + rounding)) {
+  if (time >= 0 && table.rows(time) != table.rows(sway)) {
     throw Error(recording.file,
-                "recording has " + count_at(recorded, recording.rate_hz) + "; the model's protocol '" + protocol.name +
-                    "' needs " + count_at(needed, rate),
-                "train a model for its protocol: decid dataset --protocol ..., decid train ..., then identify "
-                "--model; or give --rate if the time column is wrong");
+                recording.column + " has " + std::to_string(table.rows(sway)) + " values, its time " +
+                    table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
+                "name the sway with --column, or give --rate and save it without that time");
   }
-  std::vector<double> sway = same_rate ? recording.sway_rad : resample(recording.sway_rad, recording.rate_hz, rate);
-  if (!same_rate) {
-    recording.warnings.push_back("resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) +
-                                 " Hz");
+  const Clock clock = find_clock(table, time, options, recording);
+  recording.rate_hz = clock.rate_hz;
+  recording.sway_rad = read_column(table, sway, clock, options.fill_gaps_s, recording);
+  convert(recording, options);
+  if (options.invert_sway) {
+    for (double& value : recording.sway_rad) value = -value;
   }
-  if (sway.size() > needed) {
-    recording.warnings.push_back(std::to_string(sway.size() - needed) + " samples beyond the protocol's " +
-                                 six_digits(protocol.duration_s()) + " s are cut off");
-  }
-  std::vector<float> result(needed);
-  std::transform(sway.begin(), sway.begin() + static_cast<std::ptrdiff_t>(needed), result.begin(),
-                 [](double value) { return static_cast<float>(value); });
-  return result;
+  if (!options.tilt_column.empty()) read_tilt(table, sway, clock, options, recording);
+  return recording;
 }
 
 }  // namespace decid::dataset

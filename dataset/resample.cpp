@@ -58,6 +58,18 @@ std::vector<double> make_filter() {
 }  // namespace
 
 std::vector<double> resample(const std::vector<double>& signal, double from_hz, double to_hz) {
+  if (from_hz == to_hz && std::isfinite(to_hz) && to_hz > 0.0) return signal;
+  // A length that is whole but for rounding is meant whole.
+  const double length = std::floor(static_cast<double>(signal.size()) * (to_hz / from_hz) + 1e-6);
+  const auto count = length >= 0.0 && length <= longest_result ? static_cast<std::size_t>(length) : std::size_t{0};
+  if (length > longest_result && std::isfinite(length)) {
+    throw Error("resample", "the result would have more than 100 million samples", "check the sample rates");
+  }
+  return resample(signal, from_hz, to_hz, 0.0, count);
+}
+
+std::vector<double> resample(const std::vector<double>& signal, double from_hz, double to_hz, double start_s,
+                             std::size_t count) {
   const auto usable = [](double rate) { return std::isfinite(rate) && rate > 0.0; };
   if (!usable(from_hz) || !usable(to_hz)) {
     throw Error("resample",
@@ -65,20 +77,15 @@ std::vector<double> resample(const std::vector<double>& signal, double from_hz, 
                     " Hz are not both positive",
                 "give positive rates");
   }
-  if (from_hz == to_hz || signal.empty()) return signal;
-  // A length that is whole but for rounding is meant whole.
-  const double length = std::floor(static_cast<double>(signal.size()) * (to_hz / from_hz) + 1e-6);
-  if (!(length <= longest_result)) {
-    throw Error("resample", "the result would have more than 100 million samples", "check the sample rates");
-  }
+  if (signal.empty()) return {};
   static const std::vector<double> filter = make_filter();
   const double step = from_hz / to_hz;                  // old samples to a new one
   const double shrink = step > 1.0 ? 1.0 / step : 1.0;  // old samples -> samples of the lower rate
   const double reach = half_length / shrink;            // of the filter, in old samples
   const auto last = static_cast<double>(signal.size() - 1);
-  std::vector<double> result(static_cast<std::size_t>(length));
+  std::vector<double> result(count);
   for (std::size_t i = 0; i < result.size(); ++i) {
-    const double centre = static_cast<double>(i) * step;
+    const double centre = start_s * from_hz + static_cast<double>(i) * step;
     double sum = 0.0, weights = 0.0;
     for (double k = std::ceil(centre - reach); k <= centre + reach; k += 1.0) {
       const double position = std::abs(k - centre) * shrink * resolution;

@@ -192,20 +192,39 @@ void Network<T>::forward() {
   for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i]->forward(activations_[i], activations_[i + 1], mode_);
 }
 
+template <class T>
+Tensor<T> Network<T>::infer_part(int first, int count, std::size_t layers) {
+  const auto part = [&](std::size_t activation) {
+    return activations_[activation].part(whole(activation) ? first / lanes : 0, count);
+  };
+  for (std::size_t i = 0; i < layers; ++i) {
+    const Tensor<T> dst = part(i + 1);
+    if (!whole(i + 1) && !reuses_source(i)) dst.clear_halo();
+    layers_[i]->forward(part(i), dst, mode_);
+  }
+  return part(layers);
+}
+
 // A few samples through all layers, then the next: what one layer writes is still in the cache when the next reads it.
 template <class T>
 void Network<T>::infer() {
-  for (int first = 0; first < batch_; first += at_once_) {
-    const int count = std::min(at_once_, batch_ - first);
-    const auto part = [&](std::size_t activation) {
-      return activations_[activation].part(whole(activation) ? first / lanes : 0, count);
-    };
-    for (std::size_t i = 0; i < layers_.size(); ++i) {
-      const Tensor<T> dst = part(i + 1);
-      if (!whole(i + 1) && !reuses_source(i)) dst.clear_halo();
-      layers_[i]->forward(part(i), dst, mode_);
-    }
-  }
+  for (int first = 0; first < batch_; first += at_once_)
+    infer_part(first, std::min(at_once_, batch_ - first), layers_.size());
+}
+
+template <class T>
+void Network<T>::activation(std::size_t layer, int sample, std::span<T> values) {
+  if (planned_batch_ == 0 || mode_ != Mode::inference)
+    throw Error("activation", "needs a network in inference", "plan() it for inference");
+  if (layer >= layers_.size() || sample < 0 || sample >= batch_)
+    throw Error("activation",
+                "of layer " + std::to_string(layer) + " and sample " + std::to_string(sample) + " where there are " +
+                    std::to_string(layers_.size()) + " layers and " + std::to_string(batch_) + " samples",
+                "count both from 0");
+  if (values.size() != static_cast<std::size_t>(layers_[layer]->dst_shape().size()))
+    throw Error("activation", "has another size than the room for it", "give dst_shape().size() values");
+  const int first = sample / lanes * lanes;
+  infer_part(first, std::min(lanes, batch_ - first), layer + 1).store(sample - first, values);
 }
 
 template <class T>

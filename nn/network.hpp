@@ -48,11 +48,18 @@ class Network {
   /// Where to put d loss / d output before backward (training only).
   const Tensor<T>& output_diff() const { return differences_.back(); }
   void forward();
+  /// For looking into a network in inference: runs the loaded samples around `sample` up to layer `layer` (an index of
+  /// layers()) and copies that layer's output of `sample`, dst_shape().size() values, channel-major. As BatchNorm is
+  /// part of the convolution before it, that convolution's output is the normalised one, before its ReLU. output() is
+  /// void afterwards. Throws Error if the network is not planned for inference, or there is no such layer or sample.
+  void activation(std::size_t layer, int sample, std::span<T> values);
   /// Gradients of all parameters from output_diff(); overwrites it.
   void backward();
 
  private:
   void infer();
+  /// Samples first .. first + count - 1 through the first `layers` layers; their output.
+  Tensor<T> infer_part(int first, int count, std::size_t layers);
   bool whole(std::size_t activation) const;
   bool reuses_source(std::size_t layer) const { return layers_[layer]->in_place(); }
   int activation_halo(std::size_t index) const;

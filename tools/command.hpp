@@ -42,6 +42,7 @@ void add_evaluate(CLI::App& program);
 void add_identify(CLI::App& program);
 void add_fit(CLI::App& program);
 void add_compare(CLI::App& program);
+void add_study(CLI::App& program);
 void add_info(CLI::App& program);
 
 }  // namespace decid::tools

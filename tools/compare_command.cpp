@@ -10,7 +10,7 @@
 #include "dataset/npz.hpp"
 #include "tools/command.hpp"
 #include "tools/compare.hpp"
-#include "tools/fit.hpp"
+#include "tools/fit_recordings.hpp"
 #include "tools/progress.hpp"
 #include "tools/text.hpp"
 #include "tools/version.hpp"
@@ -80,7 +80,7 @@ ComparisonFigures compare(const Options& options) {
   const Stopwatch network_time;
   std::vector<sim::Parameters> network;
   for (int i = 0; i < trials; ++i)  // one at a time, as recordings come
-    network.push_back(model.targets.unscale(predict(model, 1, 1, sways_in_memory([&](int) { return data.trial(i); }))));
+    network.push_back(ask_network(model, data.trial(i)));
   add("network", "The network's answer, no simulation", network, 0, network_time.seconds());
 
   const sim::Simulator simulator(data.protocol);

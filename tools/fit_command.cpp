@@ -5,25 +5,23 @@
 #include "base/file.hpp"
 #include "dataset/protocol_json.hpp"
 #include "tools/command.hpp"
-#include "tools/fit.hpp"
+#include "tools/fit_recordings.hpp"
+#include "tools/progress.hpp"
 
 namespace decid::tools {
 namespace {
 
 struct Options {
   CommonOptions common;
-  std::vector<std::string> files;
-  std::string model, protocol, column, unit, start = "network", output;
-  std::optional<double> rate;
+  RecordingFlags recordings;
+  std::string model, protocol, start = "network", output;
   FitRequest request;
 };
 
 void run_fit(const Options& options) {
-  dataset::RecordingOptions recording;
-  recording.column = options.column;
-  recording.rate_hz = options.rate;
-  if (!options.unit.empty()) recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
-  std::vector<std::string> inputs = options.files;
+  catch_interrupt();
+  const ReadOptions reading = options.recordings.read_options();
+  std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
   inputs.push_back(options.protocol);
   refuse_same_file(options.output, inputs);
@@ -35,14 +33,25 @@ void run_fit(const Options& options) {
                                               : StartKind::random;
   Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = options.protocol.empty() ? model.protocol : dataset::load_protocol(options.protocol);
-  const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
-  const std::vector<Fitted> all = fit_recordings(&model, protocol, files, recording, request);
+  const auto files = static_cast<long long>(options.recordings.files.size());
+  std::vector<Fitted> all;
+  {
+    ProgressBar bar("fit", "recordings", files, options.common.quiet || files == 1);
+    all = fit_recordings(&model, protocol, options.recordings.paths(), reading, request, [&](std::size_t done) {
+      bar.update(static_cast<long long>(done));
+      return !interrupted();
+    });
+  }
+  if (static_cast<long long>(all.size()) < files)
+    throw std::runtime_error("stopped after " + std::to_string(all.size()) + " of " + std::to_string(files) +
+                             " recordings; nothing was written");
+  std::vector<Identification> identifications;
+  for (const Fitted& fitted : all) identifications.push_back(fitted.identification);
+  refuse_alone(identifications);
   const std::string json = fits_json(model_name(options.model), all);
   if (!options.output.empty()) write_file(options.output, json);
-  if (options.common.json)
-    std::cout << json;
-  else if (!options.common.quiet)
-    std::cout << fits_text(all);
+  std::cout << (options.common.json ? json : fits_text(all));
+  tell_errors("fit", identifications);
 }
 
 }  // namespace
@@ -50,7 +59,6 @@ void run_fit(const Options& options) {
 void add_fit(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand("fit", "Fit recordings by iterative simulation, the slow way");
-  command->add_option("recordings", options->files, "CSV files: a column of sway, usually one of time")->required();
   command->add_option("--start", options->start, "Where the first search starts: network, middle or random")
       ->capture_default_str()
       ->check(CLI::IsMember({"network", "middle", "random"}));
@@ -63,11 +71,7 @@ void add_fit(CLI::App& program) {
   command->add_option("--model", options->model,
                       "Model file for the start and the protocol; default: the built-in model");
   command->add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
-  command->add_option("--column", options->column, "Sway column, by name or number from 1; default: found by name");
-  command->add_option("--unit", options->unit, "deg or rad; default: from the column's name, else degrees")
-      ->check(CLI::IsMember({"deg", "rad"}));
-  command->add_option("--rate", options->rate, "Sample rate in Hz, if there is no time column or it is wrong")
-      ->check(CLI::Range(1.0, 100000.0));
+  add_recording_flags(*command, options->recordings, "--begin");
   command->add_option("--seed", options->request.settings.seed, "Of the searches and of the noise that they simulate")
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "JSON file to write");

@@ -2,11 +2,12 @@
 #include <iostream>
 #include <memory>
 
+#include "base/error.hpp"
 #include "base/file.hpp"
 #include "tools/command.hpp"
 #include "tools/identify.hpp"
+#include "tools/recordings.hpp"
 #include "tools/report.hpp"
-#include "tools/text.hpp"
 #include "tools/version.hpp"
 
 namespace decid::tools {
@@ -14,19 +15,13 @@ namespace {
 
 struct Options {
   CommonOptions common;
-  std::vector<std::string> files;
-  std::string model, column, unit, truth, output, report;
-  std::optional<double> rate;
+  RecordingFlags recordings;
+  std::string model, output, report;
 };
 
 void run_identify(const Options& options) {
-  dataset::RecordingOptions recording;
-  recording.column = options.column;
-  recording.rate_hz = options.rate;
-  if (!options.unit.empty()) recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
-  std::optional<sim::Parameters> truth;
-  if (!options.truth.empty()) truth = parameters_from_text(options.truth, "--truth");
-  std::vector<std::string> inputs = options.files;
+  const ReadOptions reading = options.recordings.read_options();
+  std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   inputs.push_back(options.output);
@@ -36,8 +31,8 @@ void run_identify(const Options& options) {
     if (!path.empty()) PendingFile probe(path);
 
   Model model = model_or_built_in(options.model);
-  const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
-  const std::vector<Identification> all = identify(model, files, recording, truth);
+  const std::vector<Identification> all = identify(model, options.recordings.paths(), reading);
+  refuse_alone(all);
   const std::string json = identifications_json(model_name(options.model), all);
   if (!options.report.empty())
     write_file(options.report,
@@ -47,6 +42,7 @@ void run_identify(const Options& options) {
     std::cout << json;
   else if (!options.common.quiet)
     std::cout << identifications_text(all);
+  tell_errors("identify", all);
 }
 
 }  // namespace
@@ -54,19 +50,16 @@ void run_identify(const Options& options) {
 void add_identify(CLI::App& program) {
   auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
-  command->add_option("recordings", options->files, "CSV files: a column of sway, usually one of time")->required();
+  add_recording_flags(*command, options->recordings, "--begin,--start");
   command->add_option("--model", options->model, "Model file; default: the built-in model");
-  command->add_option("--column", options->column, "Sway column, by name or number from 1; default: found by name");
-  command->add_option("--unit", options->unit, "deg or rad; default: from the column's name, else degrees")
-      ->check(CLI::IsMember({"deg", "rad"}));
-  command->add_option("--rate", options->rate, "Sample rate in Hz, if there is no time column or it is wrong")
-      ->check(CLI::Range(1.0, 100000.0));
-  command->add_option("--truth", options->truth,
-                      "Known parameters, shown beside: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
   command->add_option("-o,--output", options->output, "JSON file to write");
   command->add_option("--report", options->report, "HTML report to write: one page that opens offline");
   add_common_options(*command, options->common, true);
-  command->footer("Example: decid identify recording.csv --rate 100 -o result.json --report report.html");
+  command->footer(
+      "Examples: decid identify recording.csv --rate 100 -o result.json --report report.html\n"
+      "          decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
+      "          decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
+      "Of several recordings those that cannot be used have an \"error\" in the JSON; the exit code is then 2.");
   command->callback([options] {
     apply(options->common);
     run_identify(*options);

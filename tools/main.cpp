@@ -6,15 +6,13 @@
 #include "base/error.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "tools/command.hpp"
+#include "tools/text.hpp"
 #include "tools/version.hpp"
 
 namespace {
 
-/// One line on standard error, whatever a file's name holds.
-void complain(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';
-  std::cerr << "decid: " << text << '\n';
+void complain(const std::string& text) {
+  std::cerr << "decid: " << decid::tools::one_line(text) << '\n';
 }
 
 int run(int argc, char** argv) {
@@ -31,6 +29,7 @@ int run(int argc, char** argv) {
   decid::tools::add_dataset(program);
   decid::tools::add_train(program);
   decid::tools::add_evaluate(program);
+  decid::tools::add_study(program);
   decid::tools::add_info(program);
   try {
     program.parse(argc, argv);

@@ -31,27 +31,16 @@ nn::Shape network_input(const dataset::ImageMaker& images) {
   return {s.channels, s.rows, s.columns};
 }
 
-}  // namespace
-
-Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture)
-    : protocol(std::move(protocol_)),
-      image(std::move(image_)),
-      network(network_input(dataset::ImageMaker(image, protocol.samples())), architecture),
-      images_(image, protocol.samples()) {
-  const auto parameters = static_cast<int>(sim::parameter_count);
-  if (network.output_shape() != nn::Shape{parameters, 1, 1})
-    throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
-  check_fold();
-}
-
-void Model::check_fold() const {
-  if (image.fold == 1) return;
-  const int columns = images_.shape().columns;
+/// The protocol, if it plays the cycles that the images fold.
+sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& image) {
+  image.validate();
+  if (image.fold == 1) return protocol;
+  const int columns = std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
   const double cycle_samples = protocol.cycle_s() * protocol.sample_rate_hz;
   const double lead_in_samples = protocol.lead_in_s() * protocol.sample_rate_hz;
   if (image.fold == protocol.cycles() && columns * image.window == std::lround(cycle_samples) &&
       image.first_sample == std::lround(lead_in_samples))
-    return;
+    return protocol;
   throw Error(
       "image settings",
       format(
@@ -60,6 +49,18 @@ void Model::check_fold() const {
           image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.cycles(),
           cycle_samples, lead_in_samples),
       "choose a preset made for this protocol, or one that does not fold");
+}
+
+}  // namespace
+
+Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture)
+    : protocol(checked(std::move(protocol_), image_)),
+      image(std::move(image_)),
+      network(network_input(dataset::ImageMaker(image, protocol.samples())), architecture),
+      images_(image, protocol.samples()) {
+  const auto parameters = static_cast<int>(sim::parameter_count);
+  if (network.output_shape() != nn::Shape{parameters, 1, 1})
+    throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
 }
 
 void Model::make_input(std::span<const float> sway_rad, std::span<float> image_values) const {
@@ -82,6 +83,12 @@ std::string to_bytes(const Model& model, const std::string& progress) {
     const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
     file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
     file.tensors.push_back({"image.row_deviation", shape, model.rows.deviation});
+  }
+  if (model.familiarity.known()) {
+    const auto n = static_cast<long long>(model.familiarity.mean.size());
+    file.metadata["familiarity"] = Json{{"usual", model.familiarity.usual}}.dump();
+    file.tensors.push_back({"familiarity.mean", {n}, model.familiarity.mean});
+    file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
   }
   nn::save_network(model.network, file, !progress.empty());
   return nn::to_safetensors(file);
@@ -117,6 +124,18 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, std::st
     for (std::size_t i = 0; i < rows; ++i)
       if (!std::isfinite(model.rows.mean[i]) || !(model.rows.deviation[i] > 0))
         throw Error(where, "has an image scaling that is not positive", remedy);
+  }
+  if (file.metadata.contains("familiarity")) {
+    const auto n = static_cast<std::size_t>(feature_count(model.network));
+    if (n == 0) throw Error(where, "has a familiarity of features that its network does not have", remedy);
+    model.familiarity.mean = file.find("familiarity.mean", n, where).values;
+    model.familiarity.whitening = file.find("familiarity.whitening", n * (n + 1) / 2, where).values;
+    try {
+      model.familiarity.usual = Json::parse(text("familiarity")).at("usual").get<double>();
+    } catch (const Json::exception&) {
+      throw Error(where, "has a familiarity that cannot be read", remedy);
+    }
+    if (!(model.familiarity.usual > 0)) throw Error(where, "has a familiarity that is not positive", remedy);
   }
   nn::load_network(model.network, file, where, progress != nullptr);
   return model;

@@ -10,6 +10,7 @@
 #include "dataset/dataset.hpp"
 #include "dataset/image.hpp"
 #include "nn/network.hpp"
+#include "tools/familiarity.hpp"
 
 namespace decid::tools {
 
@@ -19,6 +20,7 @@ struct Model {
   dataset::RowScaling rows;  ///< empty unless image.standardize_rows
   dataset::TargetScaling targets;
   nn::Network<float> network;
+  Familiarity familiarity;
   std::string origin;  ///< how it was trained: a JSON text, for people
 
   /// A fresh network for these images; weights are not initialised. Throws Error if the architecture does not fit the
@@ -31,8 +33,6 @@ struct Model {
   void make_input(std::span<const float> sway_rad, std::span<float> image_values) const;
 
  private:
-  void check_fold() const;
-
   dataset::ImageMaker images_;
 };
 

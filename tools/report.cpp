@@ -10,7 +10,9 @@
 #include <string_view>
 
 #include "base/error.hpp"
+#include "embedded/frf_js.hpp"
 #include "embedded/identify_js.hpp"
+#include "tools/frf.hpp"
 #include "tools/page.hpp"
 
 namespace decid::tools {
@@ -157,9 +159,18 @@ json image_to_json(const Identification& recording) {
           {"channels", std::move(list)}};
 }
 
+json tilt_to_json(const Identification& recording) {
+  if (!recording.tilt) return nullptr;
+  return {{"column", recording.tilt_column},
+          {"delay_s", page_number(recording.tilt->delay_s)},
+          {"correlation", page_number(recording.tilt->correlation)},
+          {"gain", page_number(recording.tilt->gain)}};
+}
+
 json recording_to_json(const Identification& recording) {
   return {{"file", recording.file},
           {"column", recording.column},
+          {"tilt", tilt_to_json(recording)},
           {"protocol", protocol_figures(recording.protocol)},
           {"parameters", parameters_to_json(recording)},
           {"rms_residual_deg", page_number(recording.rms_residual_deg)},
@@ -167,6 +178,7 @@ json recording_to_json(const Identification& recording) {
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg)},
           {"warnings", recording.warnings},
           {"series", series_to_json(recording)},
+          {"frf", recording.frf ? frf_to_json(*recording.frf) : json(nullptr)},
           {"image", image_to_json(recording)}};
 }
 
@@ -175,11 +187,18 @@ json recording_to_json(const Identification& recording) {
 std::string report_html(const ReportModel& model, const std::vector<Identification>& recordings) {
   json data = {{"model", {{"name", model.name}, {"sha256", model.sha256}, {"version", model.version}}},
                {"recordings", json::array()}};
-  for (const Identification& recording : recordings) data["recordings"].push_back(recording_to_json(recording));
+  data["failed"] = json::array();
+  for (const Identification& recording : recordings) {
+    if (recording.error) {
+      data["failed"].push_back(recording.error->what());
+    } else {
+      data["recordings"].push_back(recording_to_json(recording));
+    }
+  }
   return page_html({.title = "Posture control report",
                     .lead = "Seven parameters of the DEC posture-control model, identified from body sway on a tilting "
                             "platform.",
-                    .script = embedded::identify_js()},
+                    .script = std::string(embedded::frf_js()) + std::string(embedded::identify_js())},
                    data);
 }
 

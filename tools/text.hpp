@@ -11,6 +11,9 @@ namespace decid::tools {
 /// printf's formatting into a string.
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
 
+/// Control characters become question marks: one line, whatever a file's name holds.
+std::string one_line(std::string text);
+
 /// "Kp=900,Kd=250,...": all seven, by name ("Kp_pass") or option name ("kp-pass"), in any order. Throws Error.
 sim::Parameters parameters_from_text(const std::string& text, const std::string& where);
 

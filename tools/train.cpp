@@ -25,10 +25,10 @@ using Json = nlohmann::ordered_json;
 
 struct Options {
   CommonOptions common;
-  std::string data, preset = "default", architecture_file, output;
+  std::string data, preset = "best", architecture_file, image_file, output;
   ProtocolOptions protocol;
   bool stream = false, resume = false;
-  int stream_trials = 12800, validation_trials = 1000;
+  int stream_trials = 25600, validation_trials = 1000, patience = 0;
   std::uint64_t seed = 1;
   // Unset: the preset's.
   std::optional<int> epochs, batch;
@@ -41,6 +41,8 @@ TrainingSettings settings_from(const Options& options) {
   settings.preset = preset_named(options.preset);
   Preset& preset = settings.preset;
   if (!options.architecture_file.empty()) preset.architecture = read_file(options.architecture_file, 1 << 20);
+  if (!options.image_file.empty())
+    preset.image = dataset::image_settings_from_json(read_file(options.image_file, 1 << 20), options.image_file);
   preset.epochs = options.epochs.value_or(preset.epochs);
   preset.batch = options.batch.value_or(preset.batch);
   preset.learning_rate = options.learning_rate.value_or(preset.learning_rate);
@@ -49,6 +51,7 @@ TrainingSettings settings_from(const Options& options) {
   preset.schedule = options.schedule.value_or(preset.schedule);
   nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // a wrong one is told before the work, not after
   settings.seed = options.seed;
+  settings.patience = options.patience;
   settings.scaling_trials = options.stream ? 2000 : 0;
   return settings;
 }
@@ -70,6 +73,7 @@ std::string origin_json(const TrainingSettings& settings, const std::string& arc
               {"trials", source.identity()},
               {"training_trials", source.training_trials()},
               {"validation_trials", source.validation_trials()}};
+  if (settings.patience > 0) origin["patience"] = settings.patience;
   return origin.dump();
 }
 
@@ -108,6 +112,7 @@ void train(const Options& options) {
     throw Error("train", "needs trials", "give either --data data.npz or --stream");
   const std::string checkpoint = options.output + ".checkpoint";
   const std::string log_path = options.output + ".log.csv";
+  const std::string best_path = options.output + ".best";  // with patience: the model of the best epoch so far
   refuse_same_file(options.output, {options.data, options.architecture_file});
   // Unwritable places are told before the work, not after.
   for (const std::string& path : {options.output, checkpoint, log_path}) PendingFile probe(path);
@@ -122,7 +127,7 @@ void train(const Options& options) {
   TrainingState state =
       options.resume ? resume_training(checkpoint, origin, *source) : start_training(*source, settings);
   state.model.origin = origin;
-  const Model& model = state.model;
+  Model& model = state.model;
 
   catch_interrupt();
   const Preset& preset = settings.preset;
@@ -150,6 +155,8 @@ void train(const Options& options) {
                    "peak memory %.0f MB",
                    last.epoch, preset.epochs, last.training_mse, last.validation_mse,
                    0.5 * sim::parameter_count * last.validation_mse, trials / seconds, peak_memory_mb()));
+        // First the best, so that a checkpoint never lacks it; a kill in between makes it anew, with the same bits.
+        if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(best_path, to_bytes(model));
         write_file(checkpoint, to_bytes(model, progress_json(state.log)));
         write_file(log_path, log_csv(state.log));
         epoch_start = std::chrono::steady_clock::now();
@@ -158,14 +165,27 @@ void train(const Options& options) {
     throw std::runtime_error(state.log.empty() ? "stopped before the first epoch was done; nothing was written"
                                                : "stopped; the same command with --resume goes on after epoch " +
                                                      std::to_string(state.log.size()) + " (" + checkpoint + ")");
+  const bool early = settings.patience > 0;
+  if (early) {
+    state.model = load_model(best_path);
+    if (state.model.origin != origin)
+      throw Error(best_path, "was made with other settings (" + state.model.origin + ")", "train without --resume");
+  }
+  model.familiarity = learn_familiarity(model, *source, preset.epochs);
   write_file(options.output, to_bytes(model));
-  std::filesystem::remove(checkpoint);
-  const EpochLog& last = state.log.back();
+  for (const std::string& path : {checkpoint, best_path}) std::filesystem::remove(path);
+  const EpochLog& last = early ? state.log.at(static_cast<std::size_t>(best_epoch(state.log)) - 1) : state.log.back();
+  if (early)
+    bar.line(format("%zu epochs done; kept epoch %d, validation MSE %.4f", state.log.size(), last.epoch,
+                    last.validation_mse));
   bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(), log_path.c_str(),
                   nn::weights_sha256(model.network).c_str()));
+  if (!model.familiarity.known())
+    bar.line("too few trials, or another last layer than fc: identify will not know unfamiliar recordings");
   if (options.common.json)
     std::cout << Json{{"model", options.output},
-                      {"epochs", preset.epochs},
+                      {"epochs", state.log.size()},
+                      {"kept_epoch", last.epoch},
                       {"training_mse", last.training_mse},
                       {"validation_mse", last.validation_mse},
                       {"validation_matlab_loss", 0.5 * sim::parameter_count * last.validation_mse},
@@ -195,7 +215,15 @@ void add_train(CLI::App& program) {
   command->add_option("--architecture", options->architecture_file,
                       "A text file with other layers, one a line, e.g. "
                       "conv 32 3x3 stride 2x2 pad 1x1");
+  command->add_option("--image", options->image_file,
+                      "A JSON file with other image settings, as decid info MODEL --json shows them");
   command->add_option("--epochs", options->epochs, "Passes over the training trials")->check(CLI::Range(1, 1'000'000));
+  command
+      ->add_option(
+          "--patience", options->patience,
+          "Stop after so many epochs in a row without a better validation MSE, and keep the best epoch's model; "
+          "default: all epochs, and the last one's model")
+      ->check(CLI::Range(1, 1'000'000));
   command->add_option("--batch", options->batch, "Samples a step")->check(CLI::Range(1, 4096));
   command->add_option("--lr", options->learning_rate, "Learning rate")->check(CLI::Range(1e-12, 1e3));
   command->add_option("--momentum", options->momentum, "Momentum")->check(CLI::Range(0.0, 0.9999));
@@ -208,7 +236,7 @@ void add_train(CLI::App& program) {
   command->add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
   command->add_option("-o,--output", options->output, "Model file to write (.safetensors)")->required();
   add_common_options(*command, options->common, true);
-  command->footer("Example: decid train --data data.npz --preset default -o model.safetensors");
+  command->footer("Example: decid train --data data.npz --preset best -o model.safetensors");
   command->callback([options, command] {
     for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
       if (!options->stream && command->count(name) > 0)

@@ -82,6 +82,11 @@ std::string log_csv(const std::vector<EpochLog>& log) {
   return text;
 }
 
+int best_epoch(const std::vector<EpochLog>& log) {
+  const auto best = std::ranges::min_element(log, {}, &EpochLog::validation_mse);
+  return best == log.end() ? 0 : best->epoch;
+}
+
 TrainingState start_training(const TrialSource& source, const TrainingSettings& settings) {
   TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture), {}};
   const int all = source.training_trials();
@@ -103,7 +108,10 @@ bool run_training(const TrialSource& source, const TrainingSettings& settings, T
   const int done = static_cast<int>(state.log.size());
   Feed feed(source, model, preset.batch, settings.seed, done, preset.epochs);
 
-  for (int epoch = done; epoch < preset.epochs; ++epoch) {
+  const auto patient = [&] {
+    return settings.patience == 0 || static_cast<int>(state.log.size()) - best_epoch(state.log) < settings.patience;
+  };
+  for (int epoch = done; epoch < preset.epochs && patient(); ++epoch) {
     network.plan(std::min(preset.batch, trials), nn::Mode::training);
     EpochLog log;
     log.epoch = epoch + 1;

@@ -16,6 +16,7 @@ struct TrainingSettings {
   Preset preset;  ///< with the command line's changes
   std::uint64_t seed = 1;
   int scaling_trials = 0;  ///< training trials that row and target scaling are taken from; 0: all of the epoch
+  int patience = 0;        ///< stop after so many epochs in a row without a better validation MSE; 0: never
 };
 
 /// One line of the log. MATLAB's regression loss is half the sum over the 7 targets, 3.5 times the MSE.
@@ -27,6 +28,9 @@ struct EpochLog {
 };
 std::string log_csv(const std::vector<EpochLog>& log);
 
+/// The epoch of the least validation MSE, the first of equals; 0 if there is none yet.
+int best_epoch(const std::vector<EpochLog>& log);
+
 /// What a training still has to know when it goes on.
 struct TrainingState {
   Model model;
@@ -36,9 +40,9 @@ struct TrainingState {
 /// A model ready for its first epoch: scaling measured, weights initialised.
 TrainingState start_training(const TrialSource& source, const TrainingSettings& settings);
 
-/// Runs the epochs that are left. after_batch(samples done in this epoch, samples of an epoch) may return false to
-/// stop; then, and only then, the result is false. after_epoch is called with the state as it is worth keeping. Throws
-/// Error if the loss is no longer finite.
+/// Runs the epochs that are left, or fewer if patience ends. after_batch(samples done in this epoch, samples of an
+/// epoch) may return false to stop; then, and only then, the result is false. after_epoch is called with the state as
+/// it is worth keeping. Throws Error if the loss is no longer finite.
 bool run_training(const TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch);
 

@@ -39,6 +39,8 @@ class DatasetSource final : public TrialSource {
   int trials_at_once() const override { return 64; }
   void training(int, std::span<const int> indices, const Take& take) const override { read(training_, indices, take); }
   void validation(std::span<const int> indices, const Take& take) const override { read(validation_, indices, take); }
+  int unseen_trials() const override { return validation_trials(); }
+  void unseen(int, std::span<const int> indices, const Take& take) const override { validation(indices, take); }
 
  private:
   const dataset::Dataset& about() const { return stored_.about(); }
@@ -73,6 +75,10 @@ class StreamSource final : public TrialSource {
              indices, take);
   }
   void validation(std::span<const int> indices, const Take& take) const override { simulate(0, indices, take); }
+  int unseen_trials() const override { return training_; }
+  void unseen(int next_epoch, std::span<const int> indices, const Take& take) const override {
+    training(next_epoch, indices, take);
+  }
 
  private:
   static constexpr int attempts = 1024;

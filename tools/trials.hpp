@@ -28,6 +28,9 @@ class TrialSource {
       std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad)>;
   virtual void training(int epoch, std::span<const int> indices, const Take& take) const = 0;
   virtual void validation(std::span<const int> indices, const Take& take) const = 0;
+  /// Trials that no epoch before `next_epoch` has trained on: the next one's of a stream, else those for validation.
+  virtual int unseen_trials() const = 0;
+  virtual void unseen(int next_epoch, std::span<const int> indices, const Take& take) const = 0;
 };
 
 /// The halves of a data set. Throws Error if one of them is empty.

@@ -18,11 +18,11 @@ void load_windows(const float* sway, int window, int lanes, double* signal) {
 }
 
 template <class V>
-void fold_spectra(int fold, int bins, const double* spectra, double* mean, double* residual) {
+void fold_spectra(int fold, int bins, int used, const double* spectra, double* mean, double* residual) {
   using D = typename V::D;
   const D count = V::set(fold);
   const std::ptrdiff_t apart = std::ptrdiff_t{2} * bins * image_lanes;
-  for (std::ptrdiff_t k = 0; k < bins; ++k) {
+  for (std::ptrdiff_t k = 0; k < used; ++k) {
     for (int lane = 0; lane < image_lanes; lane += V::width) {
       const std::ptrdiff_t at = 2 * k * image_lanes + lane;
       // The sums begin with +0, so no part of the mean is -0: the phase of a real bin is 0 or +pi, never -pi.

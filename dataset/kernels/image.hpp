@@ -13,7 +13,7 @@ inline constexpr int image_lanes = 8;
 /// Where a channel of eight windows goes.
 struct DrawRequest {
   Channel channel;
-  int bins;                ///< of the spectra
+  int bins;                ///< of the spectra, as far as they are shown
   int window;              ///< samples: bin k also stands for row window - k
   int rows, columns;       ///< of the image
   int lanes;               ///< windows that are there, 1 .. image_lanes
@@ -25,8 +25,9 @@ struct DrawRequest {
 struct ImageKernels {
   /// signal[n * image_lanes + l] = sway[l * window + n] for the lanes that are there, 0 for the others.
   void (*load_windows)(const float* sway, int window, int lanes, double* signal);
-  /// mean and residual of `fold` spectra of `bins` values, one behind the other; see ImageSettings::fold.
-  void (*fold_spectra)(int fold, int bins, const double* spectra, double* mean, double* residual);
+  /// mean and residual of the first `used` values of `fold` spectra of `bins`, one behind the other; see
+  /// ImageSettings::fold.
+  void (*fold_spectra)(int fold, int bins, int used, const double* spectra, double* mean, double* residual);
   void (*draw)(const DrawRequest& request);
 };
 

@@ -134,6 +134,22 @@ TEST_CASE("half a spectrum is the upper rows of the whole") {
   }
 }
 
+TEST_CASE("fewer rows are the lowest of all; a window may be a whole cycle") {
+  const std::vector<float> sway = noise(12'100);
+  ImageSettings settings{.window = 6050, .half_spectrum = true, .channels = all_channels, .fold = 2};
+  const ImageMaker whole(settings, 12'100);
+  settings.rows = 256;
+  const ImageMaker lowest(settings, 12'100);
+  CHECK(whole.shape().rows == 3026);
+  CHECK(lowest.shape().rows == 256);
+  CHECK(lowest.shape().columns == 1);
+  const std::vector<float> all = image_of(whole, sway), some = image_of(lowest, sway);
+  for (std::size_t channel = 0; channel < all_channels.size(); ++channel) {
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(channel * 3026);
+    CHECK(std::equal(first, first + 256, some.begin() + static_cast<std::ptrdiff_t>(channel * 256)));
+  }
+}
+
 TEST_CASE("silence: modulus 0, its logarithm at the floor, phase 0") {
   const ImageMaker maker({10, false, all_channels, false}, 10);
   const std::vector<float> image = image_of(maker, std::vector<float>(10, 0.0f));
@@ -163,8 +179,11 @@ TEST_CASE("samples that fill no window are left out") {
 
 TEST_CASE("image sizes and settings out of bounds are refused") {
   check_error([] { ImageMaker({}, 109); }, {"window of 110", "trial of 109"});
-  check_error([] { ImageSettings{.window = 1}.validate(); }, {"window of 1 ", "2 to 4096"});
-  check_error([] { ImageSettings{.window = 4097}.validate(); }, {"window of 4097 ", "2 to 4096"});
+  check_error([] { ImageSettings{.window = 1}.validate(); }, {"window of 1 ", "2 to 131072"});
+  check_error([] { ImageSettings{.window = 131073}.validate(); }, {"window of 131073 ", "2 to 131072"});
+  check_error([] { ImageSettings{.rows = 5}.validate(); }, {"5 rows", "half_spectrum"});
+  check_error([] { ImageSettings{.half_spectrum = true, .rows = 57}.validate(); }, {"57 rows", "window / 2 + 1"});
+  check_error([] { ImageSettings{.half_spectrum = true, .rows = -1}.validate(); }, {"-1 rows"});
   check_error([] { ImageMaker({.window = 0}, 100); }, {"window of 0 "});
   check_error([] { ImageSettings{.channels = {}}.validate(); }, {"0 channels"});
   check_error([] { ImageSettings{.channels = std::vector<Channel>(17)}.validate(); }, {"17 channels"});

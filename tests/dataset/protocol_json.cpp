@@ -319,8 +319,8 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check_error([&] { load_protocol(path.string()); }, {"sample_rate_hz", "is -5"});
 }
 
-TEST_CASE("the examples in protocols/ can be loaded") {
-  const std::string folder = std::string(DECID_SOURCE_DIR) + "/protocols/";
+TEST_CASE("the files in examples/ can be loaded") {
+  const std::string folder = std::string(DECID_SOURCE_DIR) + "/examples/";
   CHECK(to_json(load_protocol(folder + "default.json")) == to_json(sim::default_protocol()));
   CHECK(to_json(load_protocol(folder + "short.json")) == to_json(sim::short_protocol()));
   CHECK(load_protocol(folder + "measured.json").duration_s() == 25.0);

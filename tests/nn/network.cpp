@@ -335,3 +335,43 @@ TEST_CASE("training: a step allocates nothing") {
   CHECK(before > 0);  // the counter counts
 #endif
 }
+
+TEST_CASE("a layer's output in inference is that of a network that ends there") {
+  constexpr int batch = 20;  // sample 17 lies in the second block of lanes
+  Network<float> network(small_shape, small), start(small_shape, "conv 6 3x3 pad 1; batchnorm");
+  network.initialise(4);
+  start.initialise(4);
+  for (Network<float>* n : {&network, &start}) {
+    std::vector<Statistic<float>*> running = n->layers().at(1)->statistics();
+    for (auto* s : running)
+      for (std::size_t i = 0; i < s->value.size(); ++i) s->value[i] = 0.3F + static_cast<float>(i) / 5.0F;
+    n->plan(batch, Mode::inference);
+  }
+  const auto values = static_cast<std::size_t>(small_shape.size());
+  for (int sample = 0; sample < batch; ++sample) {
+    const auto image = hashed_values<float>(static_cast<std::uint32_t>(sample), values);
+    network.input().load(sample, image);
+    start.input().load(sample, image);
+  }
+  start.forward();
+  const auto first = static_cast<std::size_t>(start.output_shape().size());
+  REQUIRE(network.layers().at(0)->dst_shape() == start.output_shape());
+  std::vector<float> seen(first), wanted(first);
+  for (const int sample : {0, 15, 17}) {
+    network.activation(0, sample, seen);
+    start.output().store(sample, wanted);
+    CAPTURE(sample);
+    CHECK(seen == wanted);
+  }
+  network.forward();
+  std::vector<float> output(3), last(3);
+  network.output().store(17, output);
+  network.activation(network.layers().size() - 1, 17, last);
+  CHECK(last == output);
+
+  CHECK_THROWS_AS(network.activation(network.layers().size(), 0, last), decid::Error);
+  CHECK_THROWS_AS(network.activation(0, batch, seen), decid::Error);
+  CHECK_THROWS_AS(network.activation(0, 0, last), decid::Error);
+  network.plan(batch, Mode::training);
+  CHECK_THROWS_AS(network.activation(0, 0, seen), decid::Error);
+}

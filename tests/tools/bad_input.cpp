@@ -66,7 +66,7 @@ TEST_CASE("wrong usage") {
   check_refused("dataset --count 10 --base 20 -o x.npz", {"20", "10"});
   check_refused("dataset --count 99999999999 -o x.npz", {"--count"});
   check_refused("train -o m.safetensors", {"--data", "--stream"});
-  check_refused("train --stream --preset nope -o m.safetensors", {"nope", "default"});
+  check_refused("train --stream --preset nope -o m.safetensors", {"nope", "best"});
   check_refused("train --stream --schedule zigzag -o m.safetensors", {"zigzag", "cosine"});
   check_refused("identify x.csv --truth Kp=1", {"--truth", "7"});
   check_refused("identify x.csv --unit furlong", {"furlong"});
@@ -99,9 +99,21 @@ TEST_CASE("recordings that cannot be used") {
 
 TEST_CASE("recordings of another length or rate are refused with both and a way out") {
   check_recording_refused(recording(6370, 100, wave), {"6370", "12100", "100 Hz", "decid train"});
-  check_recording_refused(recording(6370, 50, wave), {"6370", "50 Hz", "12100", "100 Hz", "decid train"});
-  check_recording_refused(recording(12100, 100, wave), {"12100", "50 Hz", "100 Hz"}, "--rate 50");
+  check_recording_refused(recording(6370, 60, wave), {"6370", "60 Hz", "12100", "100 Hz", "1 is whole", "decid train"});
+  check_recording_refused(recording(12100, 100, wave), {"12100", "200 Hz", "100 Hz"}, "--rate 200");
+  check_recording_refused(recording(12200, 100, wave), {"--begin", "122 s"}, "--begin 130");
   check_recording_refused(recording(20, 100, wave), {"20", "12100"});
+}
+
+TEST_CASE("options of a recording that contradict each other or are none") {
+  const std::string text = recording(12100, 100, wave);
+  check_recording_refused(text, {"--tilt-unit", "--tilt-column"}, "--tilt-unit deg");
+  check_recording_refused(text, {"--invert", "--tilt-column"}, "--invert tilt");
+  check_recording_refused(text, {"--begin", "--tilt-column"}, "--begin 1 --tilt-column 1");
+  check_recording_refused(text, {"no column 'tilt'"}, "--tilt-column tilt");
+  check_recording_refused(text, {"is the sway"}, "--tilt-column com_sway_deg");
+  check_recording_refused(text, {"--detrend"}, "--detrend cubic");
+  check_recording_refused(text, {"--fill-gaps"}, "--fill-gaps -1");
 }
 
 TEST_CASE("a wrong unit is suspected, not refused") {

@@ -30,7 +30,8 @@ std::vector<std::vector<double>> read_csv(const std::string& path, std::string& 
 }  // namespace
 
 TEST_CASE("every command explains itself with an example") {
-  for (const std::string command : {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "compare", "info"}) {
+  for (const std::string command :
+       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "compare", "info", "study"}) {
     const auto result = run_decid(command + " --help");
     CAPTURE(command);
     CHECK(result.code == 0);
@@ -128,6 +129,86 @@ TEST_CASE("several recordings are identified in one call, each as alone") {
   const Json alone = Json::parse(run_decid("identify --json " + folder / "b.csv").out);
   CHECK(both.at("recordings").size() == 2);
   CHECK(both.at("recordings").at(1) == alone.at("recordings").at(0));
+}
+
+TEST_CASE("one bad recording of several costs the others nothing") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  decid::test::write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");
+  const std::string files = folder / "bad.csv" + " " + folder / "a.csv";
+  const auto both =
+      run_decid("identify --json " + files + " -o " + folder / "o.json" + " --report " + folder / "o.html");
+  CHECK(both.code == 2);
+  CHECK(std::count(both.err.begin(), both.err.end(), '\n') == 2);
+  CHECK(both.err.find("line 3, sway: 'x'") != std::string::npos);
+  CHECK(both.err.find("1 of 2 recordings failed") != std::string::npos);
+  const Json recordings = Json::parse(both.out).at("recordings");
+  REQUIRE(recordings.size() == 2);
+  CHECK(recordings[0].at("file") == folder / "bad.csv");
+  CHECK(recordings[0].at("error").get<std::string>().find("line 3, sway: 'x'") != std::string::npos);
+  CHECK_FALSE(recordings[0].contains("parameters"));
+  CHECK(recordings[1] == Json::parse(run_decid("identify --json " + folder / "a.csv").out).at("recordings")[0]);
+  CHECK(read_text(folder / "o.json") == both.out);
+  CHECK(read_text(folder / "o.html").find("line 3, sway: 'x'") != std::string::npos);
+}
+
+TEST_CASE("the frequency response is in the JSON, and a sway that does not follow the tilt is noticed") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --nv 0.3 --theta 0 --seed 3 -o " + folder / "a.csv").code == 0);
+  const Json recording = Json::parse(run_decid("identify --json " + folder / "a.csv").out)["recordings"][0];
+  const Json& frf = recording.at("frf");
+  CHECK(frf.at("cycles") == 2);
+  const std::size_t bands = frf.at("frequency_hz").size();
+  REQUIRE(bands > 12);
+  int coherent = 0;
+  for (const auto& item : frf.items()) {
+    const std::string& key = item.key();
+    const Json& values = item.value();
+    if (!values.is_array()) continue;
+    CAPTURE(key);
+    CHECK(values.size() == bands);
+  }
+  for (std::size_t i = 0; i < bands; ++i) {
+    CHECK(frf["gain_low"][i].get<double>() <= frf["gain"][i].get<double>());
+    CHECK(frf["gain_high"][i].get<double>() > frf["gain"][i].get<double>());
+    CHECK(std::abs(frf["phase_deg"][i].get<double>() - frf["linear_phase_deg"][i].get<double>()) <= 180.001);
+    CHECK(frf["coherence"][i].get<double>() <= 1.0);
+    if (frf["coherence"][i].get<double>() > 0.5) ++coherent;
+  }
+  CHECK(coherent > 3);
+  CHECK(recording["warnings"].dump().find("hardly follows") == std::string::npos);
+
+  // The platform stood still: sway of the vestibular noise alone.
+  decid::test::write_text(folder / "still.json", R"({"sequence": {"amplitude_deg": 1e-6}})");
+  REQUIRE(run_decid("simulate --seed 3 --protocol " + folder / "still.json" + " -o " + folder / "b.csv").code == 0);
+  CHECK(run_decid("identify " + folder / "b.csv").out.find("hardly follows") != std::string::npos);
+}
+
+TEST_CASE("a measured tilt puts a recording that started early in time") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  std::string header, early = "time,tilt_deg,com_sway_deg\n";
+  const auto rows = read_csv(folder / "a.csv", header);
+  char cells[96];
+  for (std::size_t k = 0; k < rows.size() + 500; ++k) {
+    const auto& row = rows[k < 300 ? 0 : std::min(k - 300, rows.size() - 1)];
+    std::snprintf(cells, sizeof cells, "%.2f,%.9f,%.9f\n", 0.01 * static_cast<double>(k), row[2], row[1]);
+    early += cells;
+  }
+  decid::test::write_text(folder / "early.csv", early);
+  const Json plain = Json::parse(run_decid("identify --json " + folder / "a.csv").out)["recordings"][0];
+  const Json timed =
+      Json::parse(run_decid("identify --json --tilt-column tilt_deg " + folder / "early.csv").out)["recordings"][0];
+  CHECK(timed.at("tilt").at("delay_s").get<double>() == doctest::Approx(3.0).epsilon(0.001));
+  CHECK(timed.at("tilt").at("correlation").get<double>() > 0.9999);
+  CHECK(timed.at("tilt").at("gain").get<double>() == doctest::Approx(1.0).epsilon(1e-3));
+  const Json told = Json::parse(run_decid("identify --json --start 3 " + folder / "early.csv").out)["recordings"][0];
+  CHECK(told.at("parameters") == timed.at("parameters"));
+  for (std::size_t p = 0; p < 7; ++p) {  // but for the digits in the file
+    const auto& info = decid::sim::parameter_info[p];
+    CHECK(std::abs(timed["parameters"][p]["value"].get<double>() - plain["parameters"][p]["value"].get<double>()) <
+          1e-3 * (info.high - info.low));
+  }
 }
 
 TEST_CASE("known parameters are shown beside the identified ones") {
@@ -229,6 +310,26 @@ TEST_CASE("an interrupted training goes on, with its own data and settings only"
   CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));
 }
 
+TEST_CASE("patience keeps the model of the best epoch") {
+  const Folder folder;
+  decid::test::write_text(
+      folder / "quick.json",
+      R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  REQUIRE(
+      run_decid("dataset --count 160 --seed 5 --protocol " + folder / "quick.json" + " -o " + folder / "d.npz").code ==
+      0);
+  const std::string train = "train --json --quiet --preset small --schedule constant --data " + folder / "d.npz";
+  const Json best = Json::parse(run_decid(train + " --epochs 200 --patience 2 -o " + folder / "a.safetensors").out);
+  const int kept = best.at("kept_epoch");
+  CHECK(best.at("epochs") == kept + 2);
+  // With a constant rate, a training of so many epochs is the beginning of the longer one.
+  const Json straight =
+      Json::parse(run_decid(train + " --epochs " + std::to_string(kept) + " -o " + folder / "b.safetensors").out);
+  CHECK(best.at("weights_sha256") == straight.at("weights_sha256"));
+  CHECK(best.at("validation_mse") == straight.at("validation_mse"));
+  CHECK(folder.files() == 6);  // no checkpoint, no best model left beside
+}
+
 TEST_CASE("an offset of the sensor is noticed") {
   const Folder folder;
   REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
@@ -238,5 +339,7 @@ TEST_CASE("an offset of the sensor is noticed") {
     shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 1.5) + "\n";
   decid::test::write_text(folder / "b.csv", shifted);
   CHECK(run_decid("identify " + folder / "a.csv").out.find("offset") == std::string::npos);
-  CHECK(run_decid("identify " + folder / "b.csv").out.find("offset") != std::string::npos);
+  CHECK(run_decid("identify " + folder / "b.csv").out.find("--detrend offset") != std::string::npos);
+  CHECK(run_decid("identify --detrend offset " + folder / "b.csv").out.find("warning: the sway's mean") ==
+        std::string::npos);
 }

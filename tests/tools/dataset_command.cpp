@@ -44,6 +44,12 @@ pid_t start(const std::vector<std::string>& arguments, const std::string& err) {
   return child;
 }
 
+/// Its status can still be waited for.
+bool ended(pid_t child) {
+  siginfo_t about{};
+  return ::waitid(P_PID, static_cast<id_t>(child), &about, WEXITED | WNOHANG | WNOWAIT) != 0 || about.si_pid != 0;
+}
+
 }  // namespace
 
 TEST_CASE("killed at any moment, the same command goes on to the same bytes") {
@@ -58,18 +64,25 @@ TEST_CASE("killed at any moment, the same command goes on to the same bytes") {
     for (const std::string& argument : arguments(output)) line += argument + " ";
     return run_decid(line);
   };
-  const auto begin = std::chrono::steady_clock::now();
   REQUIRE(run("whole.npz").code == 0);
-  const auto needed = std::chrono::steady_clock::now() - begin;
   const std::string expected = decid::sha256(read_text(folder / "whole.npz"));
+  const auto size_of = [&](const char* name) {
+    std::error_code missing;
+    const auto size = std::filesystem::file_size(folder / name, missing);
+    return missing ? 0.0 : static_cast<double>(size);
+  };
+  const double whole = size_of("whole.npz");
 
-  // Moments spread over the time that a run needs, in no order (golden ratio); the file in the end is one of several
-  // kills.
+  // Moments by what is written of the rest, in no order (golden ratio), as no two machines are equally fast; the file
+  // in the end is one of several kills.
   int killed = 0, resumed = 0, in_this_file = 0;
   for (int i = 0; i < 10; ++i) {
     const double part = 0.05 + 0.75 * (0.618034 * i - static_cast<int>(0.618034 * i));
+    const double begun = size_of("a.npz.partial");
     const pid_t child = start(arguments("a.npz"), folder / "err");
-    std::this_thread::sleep_for(std::chrono::duration_cast<std::chrono::milliseconds>(part * needed));
+    while (size_of("a.npz.partial") < begun + part * (whole - begun) && !ended(child)) {
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
     ::kill(child, SIGKILL);
     int status = 0;
     REQUIRE(::waitpid(child, &status, 0) == child);
@@ -94,20 +107,20 @@ TEST_CASE("Ctrl-C says where it stopped and how to go on; other options are refu
   const Folder folder;
   write_text(folder / "p.json", quick_protocol);
   const std::string command =
-      "dataset --count 40000 --seed 7 --protocol " + folder / "p.json" + " -o " + folder / "a.npz";
+      "dataset --count 200000 --seed 7 --protocol " + folder / "p.json" + " -o " + folder / "a.npz";
   const std::string interrupted = std::string(DECID_PROGRAM) + " " + command + " 2>" + folder / "err" +
                                   " & child=$!; while ! test -s " + folder / "a.npz.partial" +
-                                  "; do sleep 0.02; done; sleep 0.1; kill -INT $child; wait $child; test $? -eq 1";
+                                  "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
   REQUIRE(std::system(interrupted.c_str()) == 0);
   const std::string said = read_text(folder / "err");
   CAPTURE(said);
   CHECK(said.find("stopped at trial ") != std::string::npos);
-  CHECK(said.find("of 40000; the same command goes on from there") != std::string::npos);
+  CHECK(said.find("of 200000; the same command goes on from there") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(folder / "a.npz"));
   const std::string partial = read_text(folder / "a.npz.partial");
 
   const auto refused =
-      run_decid("dataset --count 40000 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "a.npz");
+      run_decid("dataset --count 200000 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "a.npz");
   CHECK(refused.code == 2);
   CAPTURE(refused.err);
   CHECK(std::count(refused.err.begin(), refused.err.end(), '\n') == 1);

@@ -14,6 +14,7 @@
 #include "dataset/image.hpp"
 #include "sim/simulate.hpp"
 #include "tools/dataset_report.hpp"
+#include "tools/frf.hpp"
 #include "tools/report.hpp"
 
 namespace {
@@ -43,6 +44,7 @@ Identification recording(std::vector<decid::dataset::Channel> channels, int fold
     const int step = k * simulator.protocol().steps_per_sample();
     made.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(step)));
   }
+  decid::tools::add_frequency_response(made);
   made.rms_residual_deg = 0.2874;
   made.variance_accounted_for = 0.631;
   made.peak_to_peak_deg = 2.148;
@@ -65,9 +67,12 @@ std::vector<Identification> several() {
   fallen.parameters[sim::Delay] = 0.262;
   fallen.warnings = {"delay is outside the range the model was trained on; do not rely on it",
                      "the body simulated from the identified parameters fell over after 34.2 s"};
+  decid::tools::add_frequency_response(fallen);
   Identification odd = recording({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2);
   odd.file = "</script><script>document.body.dataset.error='markup'</script>.csv";
-  return {recording({Channel::modulus, Channel::phase}), fallen, odd};
+  Identification failed;
+  failed.error = decid::Error("recordings/<b>subject-06</b>.csv", "line 3, sway: the cell is empty", "give a value");
+  return {recording({Channel::modulus, Channel::phase}), failed, fallen, odd};
 }
 
 std::string dataset_page() {

@@ -20,7 +20,7 @@ namespace sim = decid::sim;
 
 namespace {
 
-const std::string examples = std::string(DECID_SOURCE_DIR) + "/protocols/";
+const std::string examples = std::string(DECID_SOURCE_DIR) + "/examples/";
 
 void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
   const auto result = run_decid(arguments);
@@ -259,7 +259,7 @@ TEST_CASE("a data set and a model carry their protocol, whatever its kind; other
   check_refused("identify " + folder / "trial.csv", {"trial.csv", "2000 samples", "'default'", "12100"});
   check_refused("identify --protocol " + folder / "one.json " + folder / "trial.csv", {"--protocol"});
 
-  check_refused("train --preset default --epochs 1 --data " + folder / "one.npz" + " -o " + folder / "n.safetensors",
+  check_refused("train --preset best --epochs 1 --data " + folder / "one.npz" + " -o " + folder / "n.safetensors",
                 {"one.json", "cycles"});
   check_refused("train --protocol short --data " + folder / "one.npz" + " -o " + folder / "n.safetensors",
                 {"--protocol", "--stream"});

@@ -117,6 +117,28 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   CHECK(nn::weights_sha256(resumed.model.network) + sha256(log_csv(resumed.log)) == straight);
 }
 
+TEST_CASE("patience ends a training that no longer improves, resumed or not") {
+  const auto source = quick_source();
+  TrainingSettings settings = quick_settings();
+  settings.preset.epochs = 200;
+  settings.preset.schedule = "constant";
+  settings.patience = 3;
+  TrainingState state = start_training(*source, settings);
+  const auto run = [&] {
+    return run_training(
+        *source, settings, state, [](int, int) { return true; }, [] {});
+  };
+  CHECK(run());
+  const int epochs = static_cast<int>(state.log.size());
+  CHECK(epochs < 200);
+  CHECK(epochs - best_epoch(state.log) == 3);
+  for (const EpochLog& e : state.log)
+    CHECK(e.validation_mse >= state.log.at(static_cast<std::size_t>(best_epoch(state.log)) - 1).validation_mse);
+  CHECK(run());  // nothing is left
+  CHECK(static_cast<int>(state.log.size()) == epochs);
+  CHECK(best_epoch({}) == 0);
+}
+
 TEST_CASE("a training that diverges says so") {
   const auto source = quick_source();
   TrainingSettings settings = quick_settings();

@@ -291,11 +291,20 @@ function imageFigure(image) {
 
 // ---- the page ------------------------------------------------------------------------------------------------------
 
+const describeTilt = tilt => absent(tilt) ? "" : ` By the tilt measured (\u201c${tilt.column}\u201d) the protocol starts ` +
+  `${fixed(tilt.delay_s, 3)} s after the recording (correlation ${fixed(tilt.correlation, 3)}, gain ${fixed(tilt.gain, 3)}).`;
+
+function failures() {
+  if (report.failed.length === 0) return;
+  document.getElementById("main").append(element("div", { class: "warning", role: "note", "aria-label": "Not identified" },
+    element("strong", {}, "Not identified"), element("ul", {}, ...report.failed.map(text => element("li", {}, text)))));
+}
+
 function section(recording, index) {
   const id = `recording-${index + 1}`;
   const made = element("section", { id, "aria-labelledby": `${id}-title` },
     element("h2", { id: `${id}-title` }, recording.file),
-    element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol)),
+    element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
     warningBox(recording.warnings));
   document.getElementById("main").append(made);
   made.append(element("dl", { class: "figures" },
@@ -323,6 +332,11 @@ function section(recording, index) {
       close.start();
     }
   }
+  const response = frfFigure(recording);
+  if (response) {
+    made.append(response.made);
+    response.start();
+  }
   if (recording.image) made.append(imageFigure(recording.image));
 }
 
@@ -338,6 +352,7 @@ function footer() {
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posture control report`;
 contents();
+failures();
 report.recordings.forEach(section);
 footer();
 finish();

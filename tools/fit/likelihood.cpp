@@ -1,5 +1,5 @@
 // The simulated likelihood: see likelihood.hpp.
-#include "fit/likelihood.hpp"
+#include "tools/fit/likelihood.hpp"
 
 #include <algorithm>
 #include <cmath>

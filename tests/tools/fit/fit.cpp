@@ -1,5 +1,5 @@
 // The fit recovers what a trial was simulated with, and repeats itself.
-#include "fit/fit.hpp"
+#include "tools/fit/fit.hpp"
 
 #include <doctest/doctest.h>
 #include <omp.h>

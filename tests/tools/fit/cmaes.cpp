@@ -1,5 +1,5 @@
 // CMA-ES finds the minima of functions that are known, within bounds too, and repeats itself.
-#include "fit/cmaes.hpp"
+#include "tools/fit/cmaes.hpp"
 
 #include <doctest/doctest.h>
 

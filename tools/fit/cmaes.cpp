@@ -1,5 +1,5 @@
 // CMA-ES: see cmaes.hpp. Names and equations are those of the tutorial's appendix A.
-#include "fit/cmaes.hpp"
+#include "tools/fit/cmaes.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

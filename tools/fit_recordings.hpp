@@ -3,14 +3,14 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "dataset/recording.hpp"
-#include "fit/fit.hpp"
-#include "tools/identification.hpp"
+#include "tools/fit/fit.hpp"
 #include "tools/model.hpp"
+#include "tools/recordings.hpp"
 
 namespace decid::tools {
 
@@ -22,21 +22,28 @@ struct FitRequest {
   fit::Settings settings;
 };
 
+/// What the network says of a trial of its protocol.
+sim::Parameters ask_network(Model& model, std::span<const float> sway_rad);
+
 /// `network`: what the network says of the recording; needed for StartKind::network only. Its search begins closer.
 std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::Parameters& network);
 
 struct Fitted {
-  Identification identification;  ///< its parameters are result.parameters; no image
+  Identification identification;  ///< its parameters are result.parameters; no image. Nothing below if it has an error
   std::string start;              ///< whose search found them: "network", "middle", "random"
   fit::Result result;
   double seconds = 0.0;
 };
 
-/// Reads and fits each recording in `protocol`. model: for the network's start; may be null for the others. Throws
-/// Error for the first recording that cannot be used, and if the model's experiment is not the protocol's.
+/// Called with the number of recordings done; returns false to stop.
+using FitDone = std::function<bool(std::size_t done)>;
+
+/// Reads and fits each recording in `protocol`; one that cannot be used has an `error` and costs the others nothing.
+/// model: for the network's start; may be null for the others. Throws Error if the model's experiment is not the
+/// protocol's, and for too small a budget.
 std::vector<Fitted> fit_recordings(Model* model, const sim::Protocol& protocol,
-                                   const std::vector<std::filesystem::path>& files,
-                                   const dataset::RecordingOptions& options, const FitRequest& request);
+                                   const std::vector<std::filesystem::path>& files, const ReadOptions& options,
+                                   const FitRequest& request, const FitDone& done);
 
 /// What identify prints, and for each recording the fit's own figures: standard errors, cost, simulations, seconds.
 std::string fits_json(const std::string& model, const std::vector<Fitted>& all);

@@ -5,11 +5,10 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
-#include "fit/likelihood.hpp"
+#include "tools/fit/likelihood.hpp"
 
 namespace decid::fit {
 
@@ -28,6 +27,8 @@ struct Settings {
 };
 /// What no fit can do without: a generation of each search and the rounds around the optimum.
 long long least_simulations(std::size_t starts);
+/// Throws Error if the settings allow fewer.
+void check_budget(const Settings& settings, std::size_t starts);
 
 struct Result {
   /// Mean of the parameters given the recording, all values in the ranges being equally likely beforehand: of all

@@ -1,5 +1,5 @@
 // The fit: see fit.hpp.
-#include "fit/fit.hpp"
+#include "tools/fit/fit.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
-#include "fit/cmaes.hpp"
+#include "tools/fit/cmaes.hpp"
 
 namespace decid::fit {
 namespace {
@@ -259,13 +259,17 @@ long long least_simulations(std::size_t starts) {
   return static_cast<long long>(starts) * generation_simulations + rounds_simulations;
 }
 
+void check_budget(const Settings& settings, std::size_t starts) {
+  if (settings.simulations < least_simulations(starts))
+    throw Error(
+        "fit", "a budget of " + std::to_string(settings.simulations) + " simulations",
+        "allow " + std::to_string(least_simulations(starts)) + " or more for " + std::to_string(starts) + " starts");
+}
+
 Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std::span<const Start> starts,
            const Settings& settings) {
   if (starts.empty()) throw Error("fit", "no start", "give one or more");
-  if (settings.simulations < least_simulations(starts.size()))
-    throw Error("fit", "a budget of " + std::to_string(settings.simulations) + " simulations",
-                "allow " + std::to_string(least_simulations(starts.size())) + " or more for " +
-                    std::to_string(starts.size()) + " starts");
+  check_budget(settings, starts.size());
   const Likelihood likelihood(simulator, sway_rad);
   Fit fit(likelihood, settings);
   fit.search(starts);

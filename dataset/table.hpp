@@ -1,0 +1,43 @@
+// A table of recorded signals, whatever kind of file it comes from: named columns of numbers.
+// Private to dataset.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace decid::dataset {
+
+/// What to do with cells that say that there is no value: empty, nan, NA, null, -.
+enum class Missing { refused, kept };
+
+class Table {
+ public:
+  Table() = default;
+  Table(const Table&) = delete;
+  Table& operator=(const Table&) = delete;
+  virtual ~Table() = default;
+
+  int columns() const { return static_cast<int>(names().size()); }
+  /// Values in a column; those of a MAT-file need not be equally long.
+  virtual std::size_t rows(int column) const = 0;
+  /// Names were given by who made the file, and can be relied on.
+  virtual bool has_header() const = 0;
+  virtual const std::vector<std::string>& names() const = 0;
+  /// The numbers of a column. Throws Error with the place of the first cell that is not a finite number; missing ones
+  /// become NaN where they are kept.
+  virtual std::vector<double> numbers(int column, Missing missing = Missing::refused) const = 0;
+  /// Where a row stands in the file, for people: "line 12", "row 11".
+  virtual std::string place_of(std::size_t row) const = 0;
+  /// The sample rate that the file states beside its columns (a MAT-file's variable fs).
+  virtual std::optional<double> rate_hz() const { return {}; }
+};
+
+/// Reads a CSV file (dataset/csv.hpp) or a MAT-file (dataset/mat.hpp): by its name's end, .mat, or its first bytes.
+/// Throws Error if it cannot be read or holds no numbers.
+std::unique_ptr<Table> read_table(const std::filesystem::path& path);
+
+}  // namespace decid::dataset

@@ -1,0 +1,112 @@
+// Frequency responses of an identification: see frf.hpp.
+#include "tools/frf.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "tools/page.hpp"
+#include "tools/text.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int fewest_cycles_to_skip_one = 3;
+
+double phase_near(sim::Complex response, double near_deg) {
+  const double phase = std::arg(response) / sim::rad_per_deg;
+  return phase + 360.0 * std::round((near_deg - phase) / 360.0);
+}
+
+/// The probability that chance alone makes `hits` of n bands or more differ from zero at 5%.
+double chance(int n, int hits) {
+  double term = std::pow(0.95, n), below = 0.0;
+  for (int k = 0; k < hits; ++k) {
+    below += term;
+    term *= 0.05 / 0.95 * (n - k) / (k + 1);
+  }
+  return 1.0 - below;
+}
+
+void warn_without_response(const FrequencyResponses& frf, std::vector<std::string>& warnings) {
+  int known = 0, hits = 0;
+  for (const sim::FrfPoint& point : frf.recorded) {
+    if (std::isnan(point.radius)) continue;
+    ++known;
+    hits += point.radius < std::abs(point.response) ? 1 : 0;
+  }
+  constexpr double likely = 0.01;
+  if (known == 0 || chance(known, hits) < likely) return;
+  warnings.push_back(
+      format("the sway hardly follows the protocol's tilt: in %d of %d frequency bands the response differs from none "
+             "with 95%% "
+             "confidence, which chance alone may bring about; was it this protocol, and in time with the recording?",
+             hits, known));
+}
+
+}  // namespace
+
+void add_frequency_response(Identification& id) {
+  try {
+    const int cycles = id.protocol.cycles();
+    const sim::FrequencyResponse analysis(id.protocol, cycles >= fewest_cycles_to_skip_one ? 1 : 0);
+    FrequencyResponses found;
+    found.cycles = analysis.cycles();
+    if (id.tilt) {
+      const std::vector<float> measured(id.tilt->tilt_rad.begin(), id.tilt->tilt_rad.end());
+      found.recorded = analysis.measure(id.sway_rad, measured);
+    } else {
+      found.recorded = analysis.measure(id.sway_rad, id.tilt_rad);
+    }
+    if (id.fitted_rad.size() == id.sway_rad.size()) found.model = analysis.measure(id.fitted_rad, id.tilt_rad);
+    found.linear = analysis.linear(id.parameters, id.protocol.body);
+    warn_without_response(found, id.warnings);
+    id.frf = std::move(found);
+  } catch (const Error& error) {
+    id.warnings.push_back("no frequency response: " + error.problem());
+  }
+}
+
+Bode bode(const sim::FrfPoint& point, double near_deg) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  const double gain = std::abs(point.response), phase = phase_near(point.response, near_deg);
+  const double swing = point.radius < gain ? std::asin(point.radius / gain) / sim::rad_per_deg : unknown;
+  const double low = std::isnan(point.radius) ? unknown : std::max(0.0, gain - point.radius);
+  return {gain, low, gain + point.radius, phase, phase - swing, phase + swing};
+}
+
+Json frf_to_json(const FrequencyResponses& frf) {
+  Json json{{"cycles", frf.cycles}, {"confidence", 0.95}};
+  const char* const keys[] = {
+      "frequency_hz",   "harmonics", "gain",       "gain_low",        "gain_high",   "phase_deg",       "phase_low_deg",
+      "phase_high_deg", "coherence", "model_gain", "model_phase_deg", "linear_gain", "linear_phase_deg"};
+  for (const char* key : keys) json[key] = Json::array();
+  double linear_deg = 0.0;  // followed from band to band; all other phases are given near it
+  for (std::size_t i = 0; i < frf.recorded.size(); ++i) {
+    const sim::FrfPoint& point = frf.recorded[i];
+    linear_deg = phase_near(frf.linear[i], linear_deg);
+    const Bode shown = bode(point, linear_deg);
+    const bool stands = i < frf.model.size();
+    json["frequency_hz"].push_back(page_number(point.frequency_hz));
+    json["harmonics"].push_back(point.harmonics);
+    json["gain"].push_back(page_number(shown.gain));
+    json["gain_low"].push_back(page_number(shown.gain_low));
+    json["gain_high"].push_back(page_number(shown.gain_high));
+    json["phase_deg"].push_back(page_number(shown.phase_deg));
+    json["phase_low_deg"].push_back(page_number(shown.phase_low_deg));
+    json["phase_high_deg"].push_back(page_number(shown.phase_high_deg));
+    json["coherence"].push_back(page_number(point.coherence));
+    json["model_gain"].push_back(stands ? page_number(std::abs(frf.model[i].response)) : Json(nullptr));
+    json["model_phase_deg"].push_back(stands ? page_number(phase_near(frf.model[i].response, linear_deg))
+                                             : Json(nullptr));
+    json["linear_gain"].push_back(page_number(std::abs(frf.linear[i])));
+    json["linear_phase_deg"].push_back(page_number(linear_deg));
+  }
+  return json;
+}
+
+}  // namespace decid::tools

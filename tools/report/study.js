@@ -1,0 +1,64 @@
+// Fills the page of decid study, after common.js. The figures are the SVG files, drawn by the program: they are put in
+// as they are, and tried as pictures.
+(async () => {
+const main = document.getElementById("main");
+document.title = `${report.model} \u2013 study`;
+
+// ---- tables --------------------------------------------------------------------------------------------------------
+
+const number = text => element("th", { scope: "col", class: "number" }, text);
+const cells = list => list.map(text => element("td", { class: "number" }, text));
+
+function comparison() {
+  return element("div", { class: "scroll" }, element("table", {},
+    element("caption", {}, report.convention),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }), number("MSE, or the figure"),
+      number("MATLAB\u2019s loss"), number("The paper"))),
+    element("tbody", {}, ...report.rows.map(([what, ...values]) =>
+      element("tr", {}, element("th", { scope: "row" }, what), ...cells(values))))));
+}
+
+function distributions(set) {
+  const digits = value => absent(value) ? "n/a" : minus(String(Number(value.toPrecision(5))));
+  return element("div", { class: "scroll" }, element("table", {},
+    element("caption", {}, "Distribution of the trials\u2019 parameters after enrichment, beside the paper\u2019s table. No variable " +
+      "within the paper\u2019s ranges can have its deviations; ours stays within."),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean"), number("Deviation"),
+      number("Paper\u2019s mean"), number("Paper\u2019s deviation"))),
+    element("tbody", {}, ...Object.entries(set.after_enrichment).map(([name, { mean, deviation }]) => element("tr", {},
+      element("th", { scope: "row" }, name),
+      ...cells([mean, deviation, report.paper.mean[name], report.paper.deviation[name]].map(digits)))))));
+}
+
+// ---- figures -------------------------------------------------------------------------------------------------------
+
+async function drawing({ id, title, caption, svg, colours }) {
+  const source = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(svg);
+  const shown = element("img", { src: source, alt: title, class: "drawing" });
+  main.append(element("figure", { id }, element("h3", {}, title), shown,
+    element("figcaption", {}, `${caption} Files: ${id}.svg, ${id}.csv.`)));
+  await shown.decode();
+  const canvas = element("canvas", { width: shown.naturalWidth, height: shown.naturalHeight });
+  canvas.getContext("2d").drawImage(shown, 0, 0);
+  checks.push(() => shown.naturalWidth > 0 && colours.every(colour => hasColour(canvas, colour)));
+}
+
+// ---- the page ------------------------------------------------------------------------------------------------------
+
+const { errors, data_set, training, double_pendulum } = report;
+main.append(element("h2", {}, report.model), element("p", { class: "about" }, describeProtocol(report.protocol)));
+const quoted = errors.validation ?? errors.fresh;
+main.append(element("dl", { class: "figures" },
+  figure(errors.validation ? "Validation MSE" : "MSE on fresh trials", fixed(quoted.mse, 4),
+    `MATLAB\u2019s loss ${fixed(quoted.matlab_loss, 4)}; the paper prints ${report.paper.validation_loss}`),
+  ...(training ? [figure("Epochs", String(training.epochs), `the model of epoch ${training.kept_epoch} was kept`)] : []),
+  ...(double_pendulum ? [figure("Double pendulum, SE", fixed(double_pendulum.squared_error, 2),
+    `the paper prints ${report.paper.double_pendulum_squared_error}`)] : []),
+  ...Object.entries(report.seconds).map(([name, seconds]) => figure(`Time, ${name}`, `${compact(seconds)} s`, ""))));
+if (report.notes.length > 0) main.append(element("div", { class: "warning" }, element("ul", {}, ...report.notes.map(note => element("li", {}, note)))));
+main.append(element("h3", {}, "Beside the paper"), comparison());
+if (data_set) main.append(element("h3", {}, "Parameters of the trials"), distributions(data_set));
+for (const one of report.figures) await drawing(one);
+document.getElementById("footer").append(element("p", {}, "decid ", report.version, ", weights ", element("code", {}, report.weights_sha256), "."));
+finish();
+})();
