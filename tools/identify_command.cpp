@@ -38,10 +38,7 @@ void run_identify(const Options& options) {
     write_file(options.report,
                report_html({model_name(options.model), nn::weights_sha256(model.network), version}, all));
   if (!options.output.empty()) write_file(options.output, json);
-  if (options.common.json)
-    std::cout << json;
-  else if (!options.common.quiet)
-    std::cout << identifications_text(all);
+  std::cout << (options.common.json ? json : identifications_text(all));
   tell_errors("identify", all);
 }
 

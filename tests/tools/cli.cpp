@@ -93,6 +93,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   const auto text = run_decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
   CHECK(text.code == 0);
   CHECK(text.out.find("Kp_pass") != std::string::npos);
+  CHECK(run_decid("identify --quiet " + trial).out == text.out);  // quiet silences messages, not results
   const auto printed = run_decid("identify " + trial + " --json");
   CHECK(printed.err.empty());
   CHECK(printed.out == read_text(folder / "out.json"));
