@@ -3,7 +3,10 @@
 
 #include <cmath>
 
+#include "base/error.hpp"
+#include "base/file.hpp"
 #include "embedded/compare_js.hpp"
+#include "embedded/comparison_js.hpp"
 #include "tools/page.hpp"
 #include "tools/text.hpp"
 
@@ -54,6 +57,7 @@ json comparison_json(const ComparisonFigures& figures) {
   }
   return {{"version", figures.version},
           {"model", figures.model},
+          {"weights_sha256", figures.sha256},
           {"trials_from", figures.trials_from},
           {"protocol", figures.protocol.name},
           {"sensor_noise_deg", {figures.protocol.sensor_noise.low_deg, figures.protocol.sensor_noise.high_deg}},
@@ -64,34 +68,52 @@ json comparison_json(const ComparisonFigures& figures) {
           {"methods", std::move(methods)}};
 }
 
-std::string comparison_text(const ComparisonFigures& figures) {
-  const sim::SensorNoise& noise = figures.protocol.sensor_noise;
-  std::string text = format(
-      "%d trials (%s), protocol '%s', sensor noise %g to %g degrees, %s, %d threads\n\n"
-      "| method | MSE | +- |",
-      figures.trials, figures.trials_from.c_str(), figures.protocol.name.c_str(), noise.low_deg, noise.high_deg,
-      figures.model.c_str(), figures.threads);
+std::string comparison_text(const json& comparison) {
+  const json& noise = comparison.at("sensor_noise_deg");
+  std::string text =
+      format("%d trials (%s), protocol '%s', sensor noise %g to %g degrees, %s, %d threads\n\n| method | MSE | +- |",
+             comparison.at("trials").get<int>(), comparison.at("trials_from").get<std::string>().c_str(),
+             comparison.at("protocol").get<std::string>().c_str(), noise.at(0).get<double>(), noise.at(1).get<double>(),
+             comparison.at("model").get<std::string>().c_str(), comparison.at("threads").get<int>());
   for (const sim::ParameterInfo& info : sim::parameter_info) text += format(" %s |", info.name);
   text += " simulations | seconds |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
-  for (const MethodFigures& method : figures.methods) {
-    text += format("| %s | %.3f | %.3f |", method.name.c_str(), method.mse, method.mse_standard_error);
-    for (const double mse : method.mse_per_parameter) text += format(" %.3f |", mse);
-    text += format(" %.0f | %.2g |\n", method.simulations, method.seconds);
+  for (const json& method : comparison.at("methods")) {
+    text += format("| %s | %.3f | %.3f |", method.at("name").get<std::string>().c_str(), method.at("mse").get<double>(),
+                   method.at("mse_standard_error").get<double>());
+    for (const sim::ParameterInfo& info : sim::parameter_info)
+      text += format(" %.3f |", method.at("mse_per_parameter").at(info.name).get<double>());
+    text += format(" %.0f | %.2g |\n", method.at("simulations").get<double>(), method.at("seconds").get<double>());
   }
   text += "\n";
-  for (const MethodFigures& method : figures.methods)
-    if (method.error_per_standard_error)
-      text += format("%s: errors are %.2f times the standard errors (root mean square)\n", method.name.c_str(),
-                     *method.error_per_standard_error);
+  for (const json& method : comparison.at("methods"))
+    if (!method.at("error_per_standard_error").is_null())
+      text += format("%s: errors are %.2f times the standard errors (root mean square)\n",
+                     method.at("name").get<std::string>().c_str(), method.at("error_per_standard_error").get<double>());
   return text;
+}
+
+json read_comparison(const std::string& file) {
+  const char* advice = "give the JSON file that decid compare -o wrote";
+  json comparison = json::parse(read_file(file), nullptr, false);
+  if (comparison.is_discarded()) throw Error(file, "is not JSON", advice);
+  try {
+    comparison_text(comparison);
+    for (const char* key : {"weights_sha256", "version"}) comparison.at(key).get<std::string>();
+    for (const char* key : {"budget", "starts"}) comparison.at(key).get<long long>();
+    for (const json& method : comparison.at("methods")) method.at("description").get<std::string>();
+  } catch (const json::exception&) {
+    throw Error(file, "is not a comparison of methods", advice);
+  }
+  return comparison;
 }
 
 std::string comparison_html(const ComparisonFigures& figures) {
   json data = comparison_json(figures);
   data["protocol"] = protocol_figures(figures.protocol);
+  const std::string script = std::string(embedded::comparison_js()) + std::string(embedded::compare_js());
   return page_html({.title = "Network and iterative fit",
                     .lead = "Three ways to identify the same simulated trials, whose parameters are known.",
-                    .script = embedded::compare_js()},
+                    .script = script},
                    data);
 }
 

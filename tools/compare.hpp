@@ -29,8 +29,9 @@ struct MethodFigures {
 };
 
 struct ComparisonFigures {
-  std::string version;             ///< decid's
-  std::string model, trials_from;  ///< "built-in model"; "seed 7" or a data set's name
+  std::string version;        ///< decid's
+  std::string model, sha256;  ///< "built-in model"; of its weights
+  std::string trials_from;    ///< "seed 7" or a data set's name
   sim::Protocol protocol;
   int trials = 0;
   int threads = 0;
@@ -43,12 +44,14 @@ struct ComparisonFigures {
 MethodFigures errors_of(std::string name, std::string description, std::span<const sim::Parameters> estimates,
                         std::span<const sim::Parameters> truth, const sim::Parameters& deviation);
 
-/// Keys: version, model, trials_from, protocol, sensor_noise_deg, trials, threads, budget, starts, methods: for each
-/// name, description, mse, mse_standard_error, mse_per_parameter, error_per_standard_error (or null), simulations,
-/// seconds (both a trial).
+/// Keys: version, model, weights_sha256, trials_from, protocol, sensor_noise_deg, trials, threads, budget, starts,
+/// methods: for each name, description, mse, mse_standard_error, mse_per_parameter, error_per_standard_error (or null),
+/// simulations, seconds (both a trial).
 nlohmann::ordered_json comparison_json(const ComparisonFigures& figures);
-/// A table a line a method; as Markdown, so that it can go into a document.
-std::string comparison_text(const ComparisonFigures& figures);
+/// What comparison_json() gave: a table, a line a method; as Markdown, so that it can go into a document.
+std::string comparison_text(const nlohmann::ordered_json& comparison);
+/// The JSON file that `decid compare -o` wrote. Throws Error if it is not one.
+nlohmann::ordered_json read_comparison(const std::string& file);
 /// The page, self-contained.
 std::string comparison_html(const ComparisonFigures& figures);
 

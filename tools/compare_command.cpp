@@ -63,6 +63,7 @@ ComparisonFigures compare(const Options& options) {
   const int trials = data.trials();
   ComparisonFigures figures{.version = version,
                             .model = model_name(options.model),
+                            .sha256 = nn::weights_sha256(model.network),
                             .trials_from = options.data.empty() ? "seed " + std::to_string(options.seed) : options.data,
                             .protocol = data.protocol,
                             .trials = trials,
@@ -125,14 +126,11 @@ void run_compare(const Options& options) {
   for (const std::string& path : {options.output, options.report})
     if (!path.empty()) PendingFile probe(path);
   const ComparisonFigures figures = compare(options);
-  const std::string json =
-      comparison_json(figures).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const nlohmann::ordered_json comparison = comparison_json(figures);
+  const std::string json = comparison.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!options.output.empty()) write_file(options.output, json);
   if (!options.report.empty()) write_file(options.report, comparison_html(figures));
-  if (options.common.json)
-    std::cout << json;
-  else if (!options.common.quiet)
-    std::cout << comparison_text(figures);
+  std::cout << (options.common.json ? json : comparison_text(comparison));
 }
 
 }  // namespace

@@ -74,15 +74,49 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   check_refused("fit " + folder / "t.csv" + " --protocol short --start middle", {"121"});
   check_refused("fit " + folder / "short.csv", {"short.csv"});
   check_refused("fit " + folder / "none.csv", {"none.csv"});
+  check_refused("fit " + folder / "t.csv" + " --begin 2", {"--begin", "1.65%"});
+  check_refused("fit " + folder / "t.csv" + " --begin 1 --tilt-column 3", {"--begin", "--tilt-column"});
+  write_text(folder / "noise.mat", "no MAT-file");
+  check_refused("fit " + folder / "noise.mat", {"noise.mat"});
   check_refused("fit " + folder / "t.csv" + " -o " + folder / "t.csv", {"another name"});
   check_refused("compare --data " + folder / "none.npz", {"none.npz"});
   check_refused("compare --trials 0", {"--trials"});
 }
 
+TEST_CASE("fit: one bad recording of several costs the others nothing, and quiet leaves the figures") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);
+  write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");
+  const std::string command = "fit --quiet " + folder / "bad.csv" + " " + folder / "t.csv" + " -o " + folder / "o.json";
+  const auto result = run_decid(command + small);
+  CAPTURE(result.err);
+  CHECK(result.code == 2);
+  CHECK(result.err.find("bad.csv") != std::string::npos);
+  CHECK(result.err.find("1 of 2 recordings failed") != std::string::npos);
+  CHECK(result.out.find("bad.csv: not fitted") != std::string::npos);
+  CHECK(result.out.find("Kp_pass") != std::string::npos);
+  const Json json = Json::parse(read_text(folder / "o.json"));
+  CHECK(json["recordings"][0].contains("error"));
+  CHECK(json["recordings"][1]["fit"]["simulations"].get<long long>() > 0);
+}
+
+TEST_CASE("fit: a protocol that no model knows, from the middle; known parameters stand beside") {
+  const Folder folder;
+  const std::string truth = "Kp=850,Kd=250,Kp_pass=200,Kd_pass=100,Nv=0.3,theta=0.001,delay=0.1";
+  REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
+  const auto result =
+      run_decid("fit " + folder / "t.csv" + " --json --protocol short --start middle --truth " + truth + small);
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  const Json recording = Json::parse(result.out)["recordings"][0];
+  CHECK(recording["fit"]["start"] == "middle");
+  CHECK(recording["parameters"][0]["true"] == 850);
+}
+
 TEST_CASE("compare: the table, the JSON and the page say the same") {
   const Folder folder;
-  const auto result =
-      run_decid("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" + small);
+  const auto result = run_decid("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" +
+                                " -o " + folder / "c.json" + small);
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
   const Json json = Json::parse(result.out);
@@ -99,6 +133,25 @@ TEST_CASE("compare: the table, the JSON and the page say the same") {
     const std::string name = method["name"];
     CHECK(method["error_per_standard_error"].is_number() == (name == "fit" || name == "fit from network"));
   }
+  CHECK(result.out == read_text(folder / "c.json"));
+  // A study of the same model shows it, of another not.
+  const std::string study = "study --quiet --trials 20 --realisations 1 --sensor-noise 0 -o " + folder / "study";
+  const auto studied = run_decid(study + " --comparison " + folder / "c.json");
+  CAPTURE(studied.err);
+  REQUIRE(studied.code == 0);
+  CHECK(studied.out.find("| fit from network |") != std::string::npos);
+  const Json study_json = Json::parse(read_text(folder / "study/study.json"));
+  CHECK(study_json["comparisons"] == Json::array({json}));
+  CHECK(read_text(folder / "study/report.html").find("fit from network") != std::string::npos);
+  Json other = json;
+  other["weights_sha256"] = "0";
+  write_text(folder / "other.json", other.dump());
+  check_refused(study + " --comparison " + folder / "other.json", {"other.json", "another model"});
+  other.erase("methods");
+  write_text(folder / "other.json", other.dump());
+  check_refused(study + " --comparison " + folder / "other.json", {"other.json", "not a comparison"});
+  write_text(folder / "other.json", "{");
+  check_refused(study + " --comparison " + folder / "other.json", {"other.json", "not JSON"});
   // Whoever looks at the page needs nothing else.
   const std::string page = read_text(folder / "c.html");
   CHECK(page.find("fit from network") != std::string::npos);

@@ -1,7 +1,6 @@
-// Iterative identification: the parameters whose simulated trials are most like a recording. The method that the
-// network is compared with: hundreds of simulations for each recording instead of a training once. Search: CMA-ES from
-// several starts on the simulated likelihood (fit/likelihood.hpp). Then population Monte Carlo around the optimum
-// (Cappe et al., J Comp Graph Stat 13, 2004) for the mean and the standard error of each parameter.
+// Iterative identification: the parameters whose simulated trials are most like a recording. CMA-ES from several starts
+// on the simulated likelihood (likelihood.hpp), then population Monte Carlo around the optimum (Cappe et al., J Comp
+// Graph Stat 13, 2004) for the mean and the standard error of each parameter.
 #pragma once
 
 #include <cstdint>

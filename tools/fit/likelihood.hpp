@@ -1,7 +1,6 @@
-// How likely a recording is under a set of parameters, by simulation: the cost that the fit minimises.
-// The trial's spectrum is compared frequency by frequency with trials simulated with several realisations of the
-// vestibular noise (Whittle, J Roy Stat Soc B 15, 1953, with moments from simulation: synthetic likelihood, Wood,
-// Nature 466, 2010).
+// How likely a recording is under a set of parameters: its spectrum, frequency by frequency, beside those of trials
+// simulated with several realisations of the noise (Whittle, J Roy Stat Soc B 15, 1953, with moments from simulation:
+// synthetic likelihood, Wood, Nature 466, 2010).
 #pragma once
 
 #include <cstdint>
