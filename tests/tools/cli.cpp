@@ -31,7 +31,7 @@ std::vector<std::vector<double>> read_csv(const std::string& path, std::string& 
 
 TEST_CASE("every command explains itself with an example") {
   for (const std::string command :
-       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "info", "study"}) {
+       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "compare", "info", "study"}) {
     const auto result = run_decid(command + " --help");
     CAPTURE(command);
     CHECK(result.code == 0);
@@ -93,6 +93,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   const auto text = run_decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
   CHECK(text.code == 0);
   CHECK(text.out.find("Kp_pass") != std::string::npos);
+  CHECK(run_decid("identify --quiet " + trial).out == text.out);  // quiet silences messages, not results
   const auto printed = run_decid("identify " + trial + " --json");
   CHECK(printed.err.empty());
   CHECK(printed.out == read_text(folder / "out.json"));

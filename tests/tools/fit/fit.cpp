@@ -1,0 +1,68 @@
+// The fit recovers what a trial was simulated with, and repeats itself.
+#include "tools/fit/fit.hpp"
+
+#include <doctest/doctest.h>
+#include <omp.h>
+
+#include "base/error.hpp"
+
+namespace decid::fit {
+namespace {
+
+constexpr long long small_budget = 21'000;
+
+std::vector<float> trial(const sim::Simulator& simulator, const sim::Parameters& parameters) {
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  REQUIRE(simulator.run(parameters, Random(21, Stream::vestibular_noise, 0), sway).valid);
+  return {sway.begin(), sway.end()};
+}
+
+}  // namespace
+
+TEST_CASE("fit: a noise-free trial gives its parameters back") {
+  const sim::Simulator simulator(sim::short_protocol());
+  const sim::Parameters truth = from_unit(std::vector<double>{0.35, 0.6, 0.65, 0.4, 0.0, 0.3, 0.45});
+  const std::vector<float> sway = trial(simulator, truth);
+  const std::vector<Start> starts{middle_start()};
+  const Result result = fit(simulator, sway, starts, {small_budget, 1});
+  CHECK(result.stands);
+  CHECK(result.simulations <= small_budget);
+  CHECK(result.simulations > small_budget / 2);
+  const std::vector<double> expected = to_unit(truth), found = to_unit(result.likeliest);
+  for (const std::size_t p : {sim::Kp, sim::Kd, sim::Kp_pass, sim::Kd_pass, sim::Delay}) {
+    CAPTURE(sim::parameter_info[p].name);
+    CAPTURE(result.cost);
+    CHECK(std::abs(found[p] - expected[p]) < 0.05);
+  }
+  CHECK(found[sim::Nv] < 0.05);
+
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(threads == 1 ? 2 : 1);
+  const Result again = fit(simulator, sway, starts, {least_simulations(1), 1});
+  omp_set_num_threads(threads);
+  const Result same = fit(simulator, sway, starts, {least_simulations(1), 1});
+  CHECK(again.parameters == same.parameters);
+  CHECK(again.standard_error == same.standard_error);
+  CHECK(again.likeliest == same.likeliest);
+  CHECK(again.cost == same.cost);
+  CHECK(again.simulations == least_simulations(1));
+  CHECK(again.cost > result.cost);  // more simulations, a better fit
+}
+
+TEST_CASE("fit: starts") {
+  CHECK(to_unit(middle_start().parameters) == std::vector<double>(7, 0.5));
+  for (const double u : to_unit(random_start(1, 0).parameters)) CHECK((u > 0 && u < 1));
+  CHECK(random_start(1, 0).parameters != random_start(1, 1).parameters);
+  CHECK(random_start(1, 0).parameters != random_start(2, 0).parameters);
+}
+
+TEST_CASE("fit: what it cannot be asked") {
+  const sim::Simulator simulator(sim::default_protocol());
+  const std::vector<float> sway(static_cast<std::size_t>(simulator.samples()));
+  const std::vector<Start> starts{middle_start()};
+  CHECK_THROWS_AS(fit(simulator, sway, {}, {}), Error);
+  CHECK_THROWS_AS(fit(simulator, sway, starts, {least_simulations(1) - 1, 1}), Error);
+  CHECK_THROWS_AS(fit(simulator, std::span(sway).subspan(1), starts, {}), Error);
+}
+
+}  // namespace decid::fit
