@@ -50,6 +50,7 @@ void fit_one(Model* model, const sim::Simulator& simulator, const FitRequest& re
   fitted.start = fitted.result.start == 0 ? name_of(request.start) : "random";
   id.parameters = fitted.result.parameters;
   explain(simulator, id);
+  warn_unless_following(id);
   warn(fitted);
 }
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/simulate.hpp"
+#include "tools/following.hpp"
 #include "tools/frf.hpp"
 #include "tools/text.hpp"
 
@@ -39,7 +40,10 @@ void warn(Identification& id) {
 
 /// Tells recordings that look unlike anything the network was trained on.
 void compare_with_training(const Model& model, const std::vector<Identification*>& all) {
-  if (!model.familiarity.known()) return;
+  if (!model.familiarity.known()) {
+    for (Identification* id : all) warn_unless_following(*id);
+    return;
+  }
   const auto values = static_cast<std::size_t>(model.images().shape().size());
   std::vector<float> images(all.size() * values);
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -48,13 +52,14 @@ void compare_with_training(const Model& model, const std::vector<Identification*
   const std::vector<double> distance = distances(model, static_cast<int>(all.size()), images);
   for (std::size_t i = 0; i < all.size(); ++i) {
     Identification& id = *all[i];
-    id.unfamiliarity = distance[i] / model.familiarity.usual;
+    id.unfamiliarity = unfamiliarity(distance[i], model.familiarity.usual, id.following);
     if (id.unfamiliarity <= 1.0) continue;  // false for NaN
     id.warnings.push_back(
-        format("looks unlike the trials the model was trained on (%.1f times as far from them as 97%% of simulated "
-               "trials are): its parameters mean little; check that the platform played the protocol's stimulus from "
-               "the first sample on, the sign of the sway, the rate and the unit",
-               id.unfamiliarity));
+        format("looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; it "
+               "has %.2f of the response to the tilt that the identified controller would have): its parameters mean "
+               "little; check that the platform played the protocol's stimulus from the first sample on, the sign of "
+               "the sway, the rate and the unit",
+               id.unfamiliarity, id.following));
   }
 }
 
@@ -106,6 +111,7 @@ Json recording_json(const Identification& id) {
                   {{"rms_residual_deg", number_or_null(id.rms_residual_deg)},
                    {"variance_accounted_for", number_or_null(id.variance_accounted_for)}}},
                  {"peak_to_peak_deg", id.peak_to_peak_deg},
+                 {"following", number_or_null(id.following)},
                  {"unfamiliarity", number_or_null(id.unfamiliarity)}};
   if (id.tilt) {
     recording["tilt"] = {{"column", id.tilt_column},

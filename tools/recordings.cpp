@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/following.hpp"
 #include "tools/frf.hpp"
 #include "tools/text.hpp"
 
@@ -28,13 +29,12 @@ Fit compare(std::span<const float> sway, std::span<const float> fitted) {
   return {std::sqrt(residual / static_cast<double>(sway.size())) / sim::rad_per_deg, 1 - residual / variance};
 }
 
-/// A trial of these parameters, as far as it stands. What the network says may lie a little outside of what can be
-/// simulated at all.
-std::vector<float> resimulate(const sim::Simulator& simulator, sim::Parameters parameters, std::uint64_t realisation) {
-  for (double& p : parameters) p = std::max(p, 0.0);
-  parameters[sim::Delay] = std::min(parameters[sim::Delay], sim::longest_delay_s);
+/// A trial of these parameters, as far as it stands.
+std::vector<float> resimulate(const sim::Simulator& simulator, const sim::Parameters& parameters,
+                              std::uint64_t realisation) {
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome = simulator.run(parameters, Random(0, Stream::vestibular_noise, realisation), sway);
+  const sim::Outcome outcome =
+      simulator.run(simulable(parameters), Random(0, Stream::vestibular_noise, realisation), sway);
   const auto stands = static_cast<std::size_t>(outcome.end_s * simulator.protocol().sample_rate_hz);
   if (!outcome.valid) sway.resize(std::min(stands, sway.size()));
   return {sway.begin(), sway.end()};
@@ -118,6 +118,20 @@ std::vector<Identification> read_recordings(const sim::Simulator& simulator,
 void explain(const sim::Simulator& simulator, Identification& id) {
   compare_with_recording(simulator, id);
   add_frequency_response(id);
+  try {
+    id.following = Following(simulator).measure(id.parameters, id.sway_rad);
+  } catch (const Error&) {  // a length that no transform is planned for: it stays unknown
+  }
+}
+
+void warn_unless_following(Identification& id) {
+  constexpr double least = 0.3;
+  if (id.following >= least || std::isnan(id.following)) return;
+  id.warnings.push_back(
+      format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller would "
+             "have (8%% of valid simulated trials have less than %g, where noise drowns it); was it this protocol, and "
+             "in time with the recording?",
+             id.following, least));
 }
 
 }  // namespace decid::tools

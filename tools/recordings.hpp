@@ -28,9 +28,11 @@ std::vector<Identification> read_recordings(const sim::Simulator& simulator,
                                             const std::vector<std::filesystem::path>& files,
                                             const ReadOptions& options);
 
-/// How well id.parameters explain the recording: the noise-free trial, its residual, the frequency responses, and a
-/// warning if they explain less than noise accounts for.
+/// How well id.parameters explain the recording: the noise-free trial, its residual, the frequency responses, whether
+/// it follows the tilt, and a warning if they explain less than noise accounts for.
 void explain(const sim::Simulator& simulator, Identification& id);
+/// A warning if an explained recording does not follow the tilt, for whoever has nothing better to judge it by.
+void warn_unless_following(Identification& id);
 
 double mean(std::span<const float> values);
 
