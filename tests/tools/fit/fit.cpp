@@ -4,6 +4,9 @@
 #include <doctest/doctest.h>
 #include <omp.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/error.hpp"
 
 namespace decid::fit {
@@ -47,6 +50,29 @@ TEST_CASE("fit: a noise-free trial gives its parameters back") {
   CHECK(again.cost == same.cost);
   CHECK(again.simulations == least_simulations(1));
   CHECK(again.cost > result.cost);  // more simulations, a better fit
+}
+
+TEST_CASE("fit: what is known beforehand holds the estimate, and widens its errors") {
+  const sim::Simulator simulator(sim::short_protocol());
+  const std::vector<float> sway =
+      trial(simulator, from_unit(std::vector<double>{0.35, 0.6, 0.65, 0.4, 0.5, 0.3, 0.45}));
+  Start start{from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5}), 0.08, 0.0};
+  const Settings settings{least_simulations(1), 1};
+  const auto farthest = [&] {
+    const Result result = fit(simulator, sway, std::vector{start}, settings);
+    const std::vector<double> found = to_unit(result.parameters), known = to_unit(start.parameters);
+    double distance = 0;
+    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+      distance = std::max(distance, std::abs(found[p] - known[p]));
+      CHECK(result.standard_error[p] <= 0.2887 * (sim::parameter_info[p].high - sim::parameter_info[p].low));
+    }
+    return distance;
+  };
+  const double free = farthest();
+  start.prior = 0.01;
+  const double held = farthest();
+  CHECK(held < 0.04);  // four deviations
+  CHECK(free > 2 * held);
 }
 
 TEST_CASE("fit: starts") {
