@@ -187,8 +187,8 @@ class Fit {
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const auto d = static_cast<Eigen::Index>(p);
       const double range = sim::parameter_info[p].high - sim::parameter_info[p].low;
-      const double deviation = std::sqrt(about.covariance(d, d)) * (priors_.empty() ? 1 : counted_twice);
-      result.standard_error[p] = range * std::min(deviation, widest);
+      const double deviation = std::sqrt(about.covariance(d, d));
+      result.standard_error[p] = range * (priors_.empty() ? deviation : std::min(counted_twice * deviation, widest));
     }
   }
 
