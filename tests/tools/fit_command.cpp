@@ -69,12 +69,13 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   check_refused("fit " + folder / "t.csv" + " --start there", {"there", "middle"});
   check_refused("fit " + folder / "t.csv" + " --simulations 100", {"100 simulations", "allow"});
   check_refused("fit " + folder / "t.csv" + " --starts 0", {"--starts"});
-  check_refused("fit " + folder / "t.csv" + " --rate 50", {"50"});
+  check_refused("fit " + folder / "t.csv" + " --rate 200", {"60.5 s", "121 s"});
   check_refused("fit " + folder / "t.csv" + " --protocol short", {"--start network"});
-  check_refused("fit " + folder / "t.csv" + " --protocol short --start middle", {"121"});
+  REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "s.csv").code == 0);
+  check_refused("fit " + folder / "s.csv", {"63.7 s", "121 s"});
   check_refused("fit " + folder / "short.csv", {"short.csv"});
   check_refused("fit " + folder / "none.csv", {"none.csv"});
-  check_refused("fit " + folder / "t.csv" + " --begin 2", {"--begin", "1.65%"});
+  check_refused("fit " + folder / "t.csv" + " --begin 2", {"119 s of them"});
   check_refused("fit " + folder / "t.csv" + " --begin 1 --tilt-column 3", {"--begin", "--tilt-column"});
   write_text(folder / "noise.mat", "no MAT-file");
   check_refused("fit " + folder / "noise.mat", {"noise.mat"});

@@ -28,7 +28,10 @@ constexpr double settled = 0.002;    // a search whose longest axis is below thi
 constexpr double least_weight = 12;  // effective samples below which the weights of a round are tempered
 constexpr long long rounds_simulations = 1LL * rounds * round_points * round_realisations;
 constexpr long long generation_simulations = 1LL * population * realisations;
+constexpr double counted_twice = 2.5;  // errors beside the deviations of draws where a prior has read the recording too
 constexpr std::uint64_t rounds_item = 1'000'000;  // random numbers of the rounds, apart from those of the searches
+
+constexpr double widest = 0.28867513459481287;  // deviation of what may be anywhere in its range: 1 / sqrt(12)
 
 struct Point {
   Vector unit;
@@ -124,6 +127,7 @@ class Fit {
     for (const Start& start : starts) {
       std::vector<double> unit = to_unit(start.parameters);
       for (double& u : unit) u = std::clamp(u, 0.0, 1.0);
+      if (start.prior > 0) priors_.emplace_back(vector_of(unit), start.prior);
       searches.emplace_back(unit, start.spread, population, settings_.seed, searches.size());
     }
     std::vector<bool> ended(searches.size(), false);
@@ -183,7 +187,8 @@ class Fit {
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const auto d = static_cast<Eigen::Index>(p);
       const double range = sim::parameter_info[p].high - sim::parameter_info[p].low;
-      result.standard_error[p] = range * std::sqrt(about.covariance(d, d));
+      const double deviation = std::sqrt(about.covariance(d, d));
+      result.standard_error[p] = range * (priors_.empty() ? deviation : std::min(counted_twice * deviation, widest));
     }
   }
 
@@ -197,7 +202,7 @@ class Fit {
     result.simulations += static_cast<long long>(candidates.size()) * each;
     std::vector<double> values;
     for (std::size_t i = 0; i < costs.size(); ++i) {
-      values.push_back(costs[i].value);
+      values.push_back(costs[i].value + prior_energy(points[i]));
       const bool stands = costs[i].sensor_noise_deg > 0;
       if (each == realisations && stands && (!result.stands || costs[i].value < result.cost)) {
         result.stands = true;
@@ -207,6 +212,14 @@ class Fit {
       }
     }
     return values;
+  }
+
+  /// Minus the logarithm of what is known beforehand, up to a constant.
+  double prior_energy(const Vector& unit) const {
+    double energy = 0;
+    for (const auto& [centre, deviation] : priors_)
+      energy += 0.5 * (unit - centre).squaredNorm() / (deviation * deviation);
+    return energy;
   }
 
   /// Of the points that the searches met: those nearest to the best one's cost.
@@ -223,6 +236,7 @@ class Fit {
   const Likelihood& likelihood_;
   Settings settings_;
   std::vector<Point> met_;
+  std::vector<std::pair<Vector, double>> priors_;  // centre and deviation
   double found_ = std::numeric_limits<double>::infinity();
 };
 

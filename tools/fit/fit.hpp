@@ -14,6 +14,10 @@ namespace decid::fit {
 struct Start {
   sim::Parameters parameters;  ///< SI units; taken to the nearest in the ranges
   double spread = 0.3;         ///< first standard deviation of the search, as part of each parameter's range
+  /// Standard deviation, likewise, of a normal distribution about `parameters` that all searches and the estimate take
+  /// as known beforehand; 0: nothing is. It is taken to come from the same recording: standard errors are widened for
+  /// what is counted twice.
+  double prior = 0.0;
 };
 
 /// The middle of all ranges; a uniform draw from them.
