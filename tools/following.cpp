@@ -85,7 +85,7 @@ double Following::measure(const sim::Parameters& parameters, std::span<const flo
 }
 
 double unfamiliarity(double distance, double usual, double following) {
-  constexpr double weight = 0.25, most = 1.2, border = 1.1;
+  constexpr double weight = 0.4, most = 1.0, border = 1.17;
   const double missing = std::isnan(following) ? most : std::clamp(1 - following, 0.0, most);
   return (distance / usual + weight * missing) / border;
 }

@@ -21,7 +21,7 @@ class Following {
 
   /// With Y the recording's spectrum, S the response's and N the noise's power at each line up to 2.5 Hz:
   ///   sum Re(Y conj S) / N  over  sum |S|^2 / N.
-  /// 1: the response is there as expected; 0: it is not; below: it is reversed. Of 600 valid trials of the default
+  /// 1: the response is there as expected; 0: it is not; below: it is reversed. Of 900 valid trials of the default
   /// protocol with 0.02 degrees of sensor noise, identified by the built-in model, 8% are below 0.3, as
   /// vestibular noise drowns the response; of the same started two or ten seconds late, 95%. NaN if the controller
   /// falls in most of its trials. sway_rad: the protocol's samples.
@@ -37,7 +37,7 @@ class Following {
 
 /// How little a recording is like what a model was trained on; above 1 its parameters are not to be trusted. Of the
 /// distance of its features (familiarity.hpp) over what is usual, and of how little it follows the tilt: either alone
-/// misses every sixth recording with a wrong start. Both figures were chosen on the same 600 trials.
+/// misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
 double unfamiliarity(double distance, double usual, double following);
 
 }  // namespace decid::tools

@@ -44,7 +44,7 @@ namespace {
 std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int count) {
   sim::Protocol noisy = protocol;
   noisy.sensor_noise = {.low_deg = 0.02, .high_deg = 0.02};
-  const dataset::Dataset data = dataset::generate({.protocol = noisy, .count = count, .seed = 801});
+  const dataset::Dataset data = dataset::generate({.protocol = noisy, .count = count, .seed = 823});
   std::vector<std::vector<float>> all;
   for (int i = 0; i < count; ++i) all.emplace_back(data.trial(i).begin(), data.trial(i).end());
   return all;
