@@ -79,16 +79,15 @@ inline double fma_burst_neon(int rounds) {
 }
 #endif
 
-/// One burst with the instructions of a set of kernels; 0 operations if there is no peak to compare with.
-inline double fma_burst([[maybe_unused]] const std::string& isa, [[maybe_unused]] int rounds) {
+/// One burst with the instructions of a set of kernels; for the reference those that every processor has.
+inline double fma_burst([[maybe_unused]] const std::string& isa, int rounds) {
 #if defined(__x86_64__)
   if (isa == "avx512") return fma_burst_avx512(rounds);
   if (isa == "avx2") return fma_burst_avx2(rounds);
-  if (isa == "baseline") return fma_burst_baseline(rounds);
+  return fma_burst_baseline(rounds);
 #elif defined(__aarch64__)
-  if (isa == "neon") return fma_burst_neon(rounds);
+  return fma_burst_neon(rounds);
 #endif
-  return 0;
 }
 
 /// The tenth percentile: as good as the best, except that the best is at times a jump of a virtual machine's clock.
