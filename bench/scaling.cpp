@@ -72,7 +72,7 @@ void training_batch(benchmark::State& state, int batch, int threads) {
 /// As many channels in as out, forward, 32 samples.
 void convolution_channels(benchmark::State& state, int channels, int) {
   measure(state, 1, [channels]() -> std::function<void()> {
-    const auto conv = std::make_shared<bench::ConvRun>(bench::same("", channels, channels, 27, 3, 1));
+    const auto conv = std::make_shared<bench::ConvRun>(bench::same("", channels, channels, 27, 3, 1).shape);
     return [conv] { conv->run_batch(nn::kernels<float>(), bench::Direction::forward); };
   });
 }
