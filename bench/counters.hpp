@@ -15,10 +15,10 @@ inline void count_flops(benchmark::State& state, double peak, double flops, doub
 }
 
 /// Of memory read and written.
-inline void count_bytes(benchmark::State& state, const Triad& triad, double bytes, double seconds) {
+inline void count_bytes(benchmark::State& state, const Bandwidth& bandwidth, double bytes, double seconds) {
   state.counters["GB/s"] = bytes / seconds * 1e-9;
-  state.counters["triad"] = triad.best();
-  state.counters["%triad"] = 100 * bytes / seconds * 1e-9 / triad.best();
+  state.counters["bandwidth"] = bandwidth.best();
+  state.counters["%bandwidth"] = 100 * bytes / seconds * 1e-9 / bandwidth.best();
 }
 
 }  // namespace decid::bench

@@ -1,5 +1,5 @@
 // What the machine itself can do, measured beside each kernel in the same run: the peak of fused multiply-adds and the
-// memory bandwidth of a triad (McCalpin's STREAM: a = b + k c, 12 bytes a value). Single thread, CPU time.
+// bandwidth of memory. Single thread, CPU time.
 #pragma once
 
 #include <algorithm>
@@ -115,11 +115,12 @@ class FmaPeak {
   std::vector<double> nanoseconds_a_flop_;
 };
 
-/// Best of the triads so far over arrays far larger than a cache, in large pages as tensors are, GB/s.
-class Triad {
+/// Best of the sweeps y = y + k x so far over arrays far larger than a cache, in large pages as tensors are, GB/s. Each
+/// value moves 12 bytes and no more: y is read anyway, where a triad's target is read unasked and not counted.
+class Bandwidth {
  public:
-  Triad() {
-    for (nn::AlignedBuffer<float>* buffer : {&a_, &b_, &c_}) {
+  Bandwidth() {
+    for (nn::AlignedBuffer<float>* buffer : {&x_, &y_}) {
       buffer->reserve(values);
       std::fill_n(buffer->data(), values, 1.0F);
     }
@@ -128,18 +129,18 @@ class Triad {
     // Four floats at a time: the compiler is told to vectorise nothing on its own, and one at a time memory waits.
     using Four [[gnu::vector_size(16), gnu::may_alias]] = float;
     const Four k = {3, 3, 3, 3};
-    auto* const a = reinterpret_cast<Four*>(a_.data());
-    const auto *const b = reinterpret_cast<const Four*>(b_.data()), *const c = reinterpret_cast<const Four*>(c_.data());
+    const auto* const x = reinterpret_cast<const Four*>(x_.data());
+    auto* const y = reinterpret_cast<Four*>(y_.data());
     const double start = cpu_seconds();
-    for (std::size_t i = 0; i < values / 4; ++i) a[i] = b[i] + k * c[i];
-    asm volatile("" : : "r"(a) : "memory");
+    for (std::size_t i = 0; i < values / 4; ++i) y[i] = y[i] + k * x[i];
+    asm volatile("" : : "r"(y) : "memory");
     nanoseconds_a_byte_.push_back((cpu_seconds() - start) / (12.0 * values) * 1e9);
   }
   double best() const { return 1 / best_of(nanoseconds_a_byte_); }
 
  private:
   static constexpr std::size_t values = 24U << 20U;  // 96 MB each
-  nn::AlignedBuffer<float> a_, b_, c_;
+  nn::AlignedBuffer<float> x_, y_;
   std::vector<double> nanoseconds_a_byte_;
 };
 

@@ -1,6 +1,7 @@
 // Speed of the engine's kernels on one thread: convolutions in GFLOP/s and % of the machine's multiply-add peak, the
-// others in GB/s and % of its triad, each kernel also as the plain definition. Batches of 32 samples, channels in the
-// groups that layers pass, so that data comes from where it would in training. Figures are the best of the repetitions.
+// others in GB/s and % of its bandwidth, each kernel also as the plain definition. Batches of 32 samples, channels in
+// the groups that layers pass, so that data comes from where it would in training. Figures are the best of the
+// repetitions.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -41,7 +42,7 @@ void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction dir
 void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
   const Shape shape{64, 110, 110};
   const Batch x(shape, 1), dy(shape, 1), pooled({64, 55, 55}, 1);
-  Triad triad;
+  Bandwidth bandwidth;
   const auto run = [&](const Kernels<float>& k, int channels) {
     for (int b = 0; b < blocks; ++b)
       for (int c = 0; c < channels; ++c) kernel.run(k, x, dy, pooled, b, c);
@@ -52,12 +53,12 @@ void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
   const double reference = bytes(4) / seconds_of([&] { run(reference_kernels<float>(), 4); }) * 1e-9;
   std::vector<double> times;
   for (auto _ : state) {
-    triad.measure();
+    bandwidth.measure();
     const double seconds = seconds_of([&] { run(kernels_of(isa), shape.channels); });
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  count_bytes(state, triad, bytes(shape.channels), best_of(times));
+  count_bytes(state, bandwidth, bytes(shape.channels), best_of(times));
   state.counters["reference"] = reference;
 }
 

@@ -95,12 +95,12 @@ json page_data(const std::vector<Result>& results) {
       const auto [place, fresh] = places.emplace(name, benchmarks.size());
       if (fresh)
         benchmarks.push_back({{"name", name},
-                              {"of", entry.contains("%triad") ? "triad" : "peak"},
+                              {"of", entry.contains("%bandwidth") ? "bandwidth" : "peak"},
                               {"percent", std::vector<json>(results.size())},
                               {"seconds", std::vector<json>(results.size())}});
       json& benchmark = benchmarks[place->second];
       benchmark["seconds"][run] = decid::tools::page_number(seconds_of(entry, result.name));
-      for (const char* key : {"%peak", "%triad"})
+      for (const char* key : {"%peak", "%bandwidth"})
         if (entry.contains(key)) benchmark["percent"][run] = entry[key];
     }
   }

@@ -50,17 +50,18 @@ function figuresTable() {
 
 // ---- charts --------------------------------------------------------------------------------------------------------
 
-function chart(main, title, caption, height, colour, settings) {
+// Something of it must be drawn in one of `inks`.
+function chart(main, title, caption, height, inks, settings) {
   const canvas = element("canvas", { role: "img", "aria-label": `${title}. ${caption}` });
   main.append(element("figure", {}, element("h3", {}, title),
     element("div", { class: "chart", style: `height: ${height}px` }, canvas), element("figcaption", {}, caption)));
   new Chart(canvas, { ...settings, options: { animation: false, responsive: true, maintainAspectRatio: false, ...settings.options } });
-  checks.push(() => hasColour(canvas, colour));
+  checks.push(() => inks.some(ink => hasColour(canvas, ink)));
 }
 
 // One bar a row, with its name on the left.
 function bars(main, title, caption, unit, rows, colourOf) {
-  chart(main, title, caption, 60 + 18 * rows.length, colourOf(rows[0], 0), {
+  chart(main, title, caption, 60 + 18 * rows.length, [colourOf(rows[0])], {
     type: "bar",
     data: { labels: rows.map(({ label }) => label),
       datasets: [{ data: rows.map(({ value }) => value), backgroundColor: rows.map(colourOf), barPercentage: 0.9 }] },
@@ -78,11 +79,12 @@ function machineBars(main) {
 
 // Percentages of the peak travel between machines; times do not.
 function trends(main) {
-  const kinds = [...new Set(benchmarks.map(({ name }) => kindOf(name)))];
-  for (const kind of kinds) {
-    const lines = benchmarks.filter(({ name, percent }) => kindOf(name) === kind && percent.some(value => !absent(value)));
-    if (lines.length === 0) continue;
-    chart(main, `Trend: ${kind}`, "% of the machine's peak or bandwidth, from run to run.", 260 + 10 * lines.length, colours[0], {
+  const drawn = benchmarks.filter(({ percent }) => percent.some(value => !absent(value)));
+  const alone = ({ name }) => drawn.filter(other => kindOf(other.name) === kindOf(name)).length === 1;
+  const titleOf = benchmark => alone(benchmark) ? "others" : kindOf(benchmark.name);
+  for (const kind of new Set(drawn.map(titleOf))) {
+    const lines = drawn.filter(benchmark => titleOf(benchmark) === kind);
+    chart(main, `Trend: ${kind}`, "% of the machine's peak or bandwidth, from run to run.", 260 + 10 * lines.length, colours.slice(0, 4), {
       type: "line",
       data: { labels: runs.map(({ name }) => name), datasets: lines.map(({ name, percent }, at) => ({
         label: plain(name), data: percent, borderColor: colours[at % colours.length], backgroundColor: colours[at % colours.length],

@@ -152,12 +152,12 @@ void bench_noise(benchmark::State& state, Isa isa) {
 /// The sensor's noise of a trial, beside what memory could take of it.
 void bench_normals(benchmark::State& state, Isa isa) {
   std::vector<double> values(12100);
-  bench::Triad triad;
+  bench::Bandwidth bandwidth;
   const double seconds =
-      best_seconds(state, triad, [&] { Random(1, Stream::sensor_noise, 0).fill_normal(values, 1, isa); });
+      best_seconds(state, bandwidth, [&] { Random(1, Stream::sensor_noise, 0).fill_normal(values, 1, isa); });
   state.counters["us/trial"] = seconds * 1e6;
   state.counters["ns/number"] = seconds / static_cast<double>(values.size()) * 1e9;
-  bench::count_bytes(state, triad, 8.0 * static_cast<double>(values.size()), seconds);
+  bench::count_bytes(state, bandwidth, 8.0 * static_cast<double>(values.size()), seconds);
 }
 
 /// All windows of a trial, in double; FFTW does them in float, which is half the memory and half the work.

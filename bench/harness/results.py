@@ -28,10 +28,10 @@ def join(measured, **context):
 
 def of_machine(entry):
     """What part of the machine's peak a benchmark reaches, and of which: (52.1, "%peak")."""
-    for key in ("%peak", "%triad"):
+    for key in ("%peak", "%bandwidth"):
         if key in entry:
             return entry[key], key
-    raise ValueError(f"{entry['name']}: is not put beside the machine: no %peak or %triad")
+    raise ValueError(f"{entry['name']}: is not put beside the machine: no %peak or %bandwidth")
 
 
 def threads_of(benchmarks):

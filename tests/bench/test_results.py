@@ -40,7 +40,7 @@ class File(unittest.TestCase):
 
     def test_every_benchmark_stands_beside_the_machine(self):
         self.assertEqual(results.of_machine(entry("a", **{"%peak": 50})), (50, "%peak"))
-        self.assertEqual(results.of_machine(entry("a", **{"%triad": 70})), (70, "%triad"))
+        self.assertEqual(results.of_machine(entry("a", **{"%bandwidth": 70})), (70, "%bandwidth"))
         with self.assertRaises(ValueError):
             results.of_machine(entry("a"))
 
