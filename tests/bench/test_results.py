@@ -68,6 +68,7 @@ class Scaling(unittest.TestCase):
         one, two = list(scaling.rows(measured))
         self.assertEqual(one, "| work 1 to 4 | 1 | 1 to 4 | 1.00 | 10 to 10 | 0.00 | 1.00 |")
         self.assertEqual(two, "| work 1 to 4 | 2 | 0.5 to 2 | 1.00 | 10 to 40 | 1.00 | 2.00 |")
+        self.assertTrue(list(scaling.rows({("work", 2): measured["work", 2]}))[0].endswith("| - |"))
 
 
 class Files(unittest.TestCase):
@@ -130,7 +131,7 @@ class CommandLine(unittest.TestCase):
     def test_wrong_usage_is_exit_code_2(self):
         self.assertIn("--min-time", self.refused("bench", "--min-time", "0"))
         self.assertIn("--filter", self.refused("bench", "--filter", "["))
-        self.assertIn("takes neither", self.refused("bench", "--scaling", "--filter", "x"))
+        self.assertIn("takes no --peers", self.refused("bench", "--scaling", "--peers", "x"))
         self.assertIn("is no folder", self.refused("bench", "-o", "/no/such/folder/x.json"))
         self.assertIn("No such file", self.refused("bench", "--peers", "/no/such.json"))
         self.assertIn("holds no benchmarks", self.refused("bench", "--build", "/no/such/build"))
