@@ -12,13 +12,15 @@ ISAS = ("reference", "baseline", "avx2", "avx512", "neon")
 
 
 def build(source, folder):
-    """A release build of `source` with its benchmarks; the log is beside the folder."""
+    """A release build of the benchmark programs of `source`, as many of them as it has; the log is beside the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     log = folder.with_name(folder.name + ".log")
     try:
         told = run(["cmake", "-S", source, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DDECID_BENCHMARKS=ON",
                     "-DDECID_TESTS=OFF"])
-        told += run(["cmake", "--build", folder, "-j", os.cpu_count()])
+        known = set(re.findall(r"\w+", run(["cmake", "--build", folder, "--target", "help"])))
+        programs = [name for name in (*SUITES, "bench_scaling") if name in known]
+        told += run(["cmake", "--build", folder, "-j", os.cpu_count(), "--target", *programs])
         log.write_text(told, encoding="utf-8")
     except Failed as error:
         log.write_text(str(error) + "\n", encoding="utf-8")
