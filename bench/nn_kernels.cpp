@@ -1,6 +1,7 @@
 // Speed of the engine's kernels on one thread: convolutions in GFLOP/s and % of the machine's multiply-add peak, the
-// others in GB/s beside its triad, each kernel also as the plain definition. Batches of 32 samples, channels in the
-// groups that layers pass, so that data comes from where it would in training. Figures are the best of the repetitions.
+// others in GB/s and % of its bandwidth, each kernel also as the plain definition. Batches of 32 samples, channels in
+// the groups that layers pass, so that data comes from where it would in training. Figures are the best of the
+// repetitions.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -9,7 +10,8 @@
 #include <vector>
 
 #include "bench/convolutions.hpp"
-#include "bench/machine.hpp"
+#include "bench/counters.hpp"
+#include "bench/planes.hpp"
 #include "nn/kernels/kernels.hpp"
 
 namespace {
@@ -32,92 +34,15 @@ void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction dir
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  const double rate = flops / best_of(times) * 1e-9;
-  state.counters["GFLOP/s"] = rate;
-  state.counters["peak"] = peak.best();
-  state.counters["%peak"] = 100 * rate / peak.best();
+  count_flops(state, peak.best(), flops, best_of(times));
   state.counters["reference"] = reference;
 }
-
-/// A kernel bound by memory: what it does to one channel of a block, and the bytes it moves a value of src.
-struct PlaneKernel {
-  const char* name;
-  double bytes;
-  void (*run)(const Kernels<float>&, const Batch& x, const Batch& dy, const Batch& pooled, int block, int channel);
-};
-
-PoolShape pool_of_one(const Batch& x) {
-  const Shape s = x.tensor.shape();
-  return {1, s.rows, s.columns, s.rows / 2, s.columns / 2, 2, 2, 2, 2};
-}
-
-template <class V>
-V from(V view, int channel) {
-  view.data += channel * view.channel;
-  return view;
-}
-
-constexpr PlaneKernel plane_kernels[] = {
-    {"batchnorm_sums", 4,
-     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch&, int b, int c) {
-       double sums[2 * lanes] = {};
-       k.batchnorm_sums(x.const_plane(b, c), 0.1F, sums);
-       benchmark::DoNotOptimize(sums);
-     }},
-    {"activation_forward", 8,
-     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
-       k.activation_forward({1.1F, 0.1F, true, Pooling::none}, {}, x.const_plane(b, c), dy.plane(b, c));
-     }},
-    {"activation_forward_max_2x2", 5,
-     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch& p, int b, int c) {
-       k.activation_forward({1.1F, 0.1F, true, Pooling::max}, pool_of_one(x), x.const_plane(b, c), p.plane(b, c));
-     }},
-    {"activation_backward_max_2x2", 9,
-     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch& p, int b, int c) {
-       k.activation_backward({1.1F, 0.1F, true, Pooling::max}, pool_of_one(x), x.const_plane(b, c), p.const_plane(b, c),
-                             dy.plane(b, c));
-     }},
-    {"batchnorm_backward_sums", 8,
-     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
-       double sums[2 * lanes] = {};
-       k.batchnorm_backward_sums(x.const_plane(b, c), dy.const_plane(b, c), 0.1F, sums);
-       benchmark::DoNotOptimize(sums);
-     }},
-    {"batchnorm_backward_apply", 12,
-     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
-       k.batchnorm_backward_apply(x.const_plane(b, c), dy.const_plane(b, c), 0.99F, 1e-3F, 1e-4F, dy.plane(b, c));
-     }},
-    {"relu_forward", 8,
-     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch&, int b, int c) {
-       k.relu_forward(x.plane(b, c));
-     }},
-    {"relu_backward", 12,
-     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
-       k.relu_backward(x.const_plane(b, c), dy.plane(b, c));
-     }},
-    {"average_pool_forward_2x2", 5,
-     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch& p, int b, int c) {
-       k.average_pool_forward(pool_of_one(x), from(x.const_block(b), c), from(p.block(b), c));
-     }},
-    {"average_pool_backward_2x2", 5,
-     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch& p, int b, int c) {
-       k.average_pool_backward(pool_of_one(x), from(p.const_block(b), c), from(x.block(b), c));
-     }},
-    {"max_pool_forward_2x2", 5,
-     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch& p, int b, int c) {
-       k.max_pool_forward(pool_of_one(x), from(x.const_block(b), c), from(p.block(b), c));
-     }},
-    {"max_pool_backward_2x2", 9,
-     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch& p, int b, int c) {
-       k.max_pool_backward(pool_of_one(x), from(x.const_block(b), c), from(p.const_block(b), c), from(dy.block(b), c));
-     }},
-};
 
 /// 64 channels of 110 x 110, 198 MB with both blocks: from memory, as after the first convolution of a large network.
 void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
   const Shape shape{64, 110, 110};
   const Batch x(shape, 1), dy(shape, 1), pooled({64, 55, 55}, 1);
-  Triad triad;
+  Bandwidth bandwidth;
   const auto run = [&](const Kernels<float>& k, int channels) {
     for (int b = 0; b < blocks; ++b)
       for (int c = 0; c < channels; ++c) kernel.run(k, x, dy, pooled, b, c);
@@ -128,13 +53,12 @@ void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
   const double reference = bytes(4) / seconds_of([&] { run(reference_kernels<float>(), 4); }) * 1e-9;
   std::vector<double> times;
   for (auto _ : state) {
-    triad.measure();
+    bandwidth.measure();
     const double seconds = seconds_of([&] { run(kernels_of(isa), shape.channels); });
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  state.counters["GB/s"] = bytes(shape.channels) / best_of(times) * 1e-9;
-  state.counters["triad"] = triad.best();
+  count_bytes(state, bandwidth, bytes(shape.channels), best_of(times));
   state.counters["reference"] = reference;
 }
 
@@ -166,8 +90,7 @@ void bench_dense(benchmark::State& state, int direction, Isa isa) {
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  state.counters["GFLOP/s"] = flops * blocks / best_of(times) * 1e-9;
-  state.counters["peak"] = peak.best();
+  count_flops(state, peak.best(), flops * blocks, best_of(times));
   state.counters["reference"] = reference;
 }
 

@@ -17,7 +17,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bench/machine.hpp"
+#include "bench/counters.hpp"
 #include "bench/networks.hpp"
 #include "nn/single.hpp"
 
@@ -80,12 +80,10 @@ void measure(benchmark::State& state, int threads, int samples, double flops, co
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  const double best = best_of(times), rate = flops * samples / best * 1e-9;
+  const double best = best_of(times);
   state.counters["samples/s"] = samples / best;
   state.counters["ms"] = best * 1e3;
-  state.counters["GFLOP/s"] = rate;
-  state.counters["peak"] = peak.best();
-  state.counters["%peak"] = 100 * rate / peak.best();
+  count_flops(state, peak.best(), flops * samples, best);
   state.counters["allocations"] = static_cast<double>(allocated);
 }
 

@@ -1,20 +1,21 @@
 // Speed of what makes a training image, on one thread: trials, their vestibular noise, windows' FFTs, whole images,
-// for each instruction set, each beside what it is measured against in the same run: trials beside the plain loop, FFTs
-// beside how many multiplications and additions a second one core can do one at a time, and beside FFTW.
+// for each instruction set, each beside what it is measured against in the same run: the machine's peak (of fused
+// multiply-adds in double, or of memory), trials also beside the plain loop, FFTs beside FFTW.
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
 #include <cmath>
 #include <functional>
 #include <span>
-#include <utility>
 #include <vector>
 
-#include "bench/machine.hpp"
+#include "bench/counters.hpp"
 #include "bench/plain_trial.hpp"
+#include "bench/trials.hpp"
 #include "dataset/image.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
+#include "tools/presets.hpp"
 
 #if defined(DECID_FFTW)
 #include <fftw3.h>
@@ -27,41 +28,10 @@ namespace {
 using namespace decid;
 using bench::best_of;
 using bench::cpu_seconds;
-
-#if defined(__aarch64__)
-#define DECID_FLOAT_REGISTER "+w"
-#else
-#define DECID_FLOAT_REGISTER "+x"
-#endif
-
-/// `chains` independent chains of x = x a + b, not fused, as double: seconds an operation.
-template <int chains>
-class Scalar {
- public:
-  void measure() {
-    constexpr int rounds = 20000;
-    double a = 0.999, b = 0.001;
-    asm volatile("" : DECID_FLOAT_REGISTER(a), DECID_FLOAT_REGISTER(b));
-    const double start = cpu_seconds();
-    const auto step = [&](double& x) {
-      x = x * a + b;
-      asm volatile("" : DECID_FLOAT_REGISTER(x));
-    };
-    bench::run_chains(rounds, 1.0, step, std::make_index_sequence<chains>());
-    times_.push_back((cpu_seconds() - start) / (2.0 * chains * rounds));
-  }
-  double best() const { return best_of(times_); }
-
- private:
-  std::vector<double> times_;
-};
-
-struct Machine {
-  Scalar<12> throughput;  // 4 a cycle x 3 cycles
-  void measure() { throughput.measure(); }
-};
+using bench::FmaPeak;
 
 /// Seconds of the best run; the machine is measured now and then in between.
+template <class Machine>
 double best_seconds(benchmark::State& state, Machine& machine, const std::function<void()>& run) {
   constexpr std::size_t machine_every = 64;
   std::vector<double> times;
@@ -76,22 +46,22 @@ double best_seconds(benchmark::State& state, Machine& machine, const std::functi
   return best_of(times);
 }
 
+/// Operations of a real FFT as FFTW counts them.
+double fft_flops(double length) {
+  return 2.5 * length * std::log2(length);
+}
+
+/// Of operations in double, of which a register holds half as many as of the peak's floats.
+void count_flops(benchmark::State& state, const FmaPeak& peak, double flops, double seconds) {
+  bench::count_flops(state, peak.best() / 2, flops, seconds);
+}
+
 /// Trials of the data set's distribution, 160 at once: ten for each lane. Beside the plain loop, one after the other,
-/// with noise of its own for each as well; and beside what 24 multiplications and additions a step would take, 12 of
-/// them fused, if nothing else did.
+/// with noise of its own for each as well. Operations are those of the steps alone.
 void bench_trials(benchmark::State& state, Isa isa, bool noise) {
   constexpr int count = 160;
   const sim::Simulator simulator(sim::default_protocol(), isa);
-  const auto trial_of = [&](int index) {
-    const auto item = static_cast<std::uint64_t>(index);
-    const Random random(1, Stream::base_parameters, item);
-    sim::Parameters parameters{};
-    for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-      parameters[i] = random.uniform(i, sim::parameter_info[i].low, sim::parameter_info[i].high);
-    }
-    if (!noise) parameters[sim::Nv] = 0;
-    return sim::Trial{parameters, Random(1, Stream::vestibular_noise, item)};
-  };
+  const auto trial_of = [noise](int index) { return bench::trial_of(index, noise); };
   const sim::VestibularNoiseMaker maker(simulator.protocol());
   const auto samples = static_cast<std::size_t>(simulator.samples());
   std::vector<double> noise_rate(samples + 1), sway_rad(samples);
@@ -112,6 +82,7 @@ void bench_trials(benchmark::State& state, Isa isa, bool noise) {
     ++plain_index;
   };
   omp_set_num_threads(1);
+  FmaPeak peak(name(isa));
   double simulated_s = 0.0;
   std::vector<double> times;
   const auto run = [&] {
@@ -123,6 +94,7 @@ void bench_trials(benchmark::State& state, Isa isa, bool noise) {
   };
   run();
   for (auto _ : state) {
+    peak.measure();
     run();
     for (int i = 0; i < 4; ++i) run_plain();
     state.SetIterationTime(times.back());
@@ -132,6 +104,7 @@ void bench_trials(benchmark::State& state, Isa isa, bool noise) {
   state.counters["trials/s"] = 1 / seconds;
   state.counters["us/trial"] = seconds * 1e6;
   state.counters["ns/step"] = seconds / (trial_s * sim::steps_per_second) * 1e9;
+  count_flops(state, peak, bench::flops_per_step * trial_s * sim::steps_per_second, seconds);
   state.counters["plain us"] = best_of(plain_times) * 1e6;
   state.counters["x plain"] = best_of(plain_times) / seconds;
 }
@@ -160,18 +133,8 @@ class FftwWindows {
 };
 #endif
 
-/// Operations of a real FFT as FFTW counts them.
-double fft_flops(double length) {
-  return 2.5 * length * std::log2(length);
-}
-
-void count_flops(benchmark::State& state, const Machine& machine, double flops, double seconds) {
-  state.counters["GFLOP/s"] = flops / seconds * 1e-9;
-  state.counters["peak"] = 1e-9 / machine.throughput.best();
-  state.counters["%peak"] = 100 * flops * machine.throughput.best() / seconds;
-}
-
-/// The noise of a trial: 242 normals, an inverse FFT of 12,100 samples. Of eight trials at once.
+/// The noise of a trial: 242 normals, an inverse FFT of 12,100 samples, whose operations count. Of eight trials at
+/// once.
 void bench_noise(benchmark::State& state, Isa isa) {
   const sim::Protocol protocol = sim::default_protocol();
   const sim::VestibularNoiseMaker maker(protocol);
@@ -179,20 +142,22 @@ void bench_noise(benchmark::State& state, Isa isa) {
   std::vector<Random> random;
   for (std::uint64_t i = 0; i < nv.size(); ++i) random.emplace_back(1, Stream::vestibular_noise, i);
   std::vector<double> rates((static_cast<std::size_t>(protocol.samples()) + 1) * nv.size());
-  Machine machine;
+  FmaPeak peak(name(isa));
   const double seconds =
-      best_seconds(state, machine, [&] { maker.velocity_lanes(nv, random, rates, isa); }) / sim::fft_lanes;
+      best_seconds(state, peak, [&] { maker.velocity_lanes(nv, random, rates, isa); }) / sim::fft_lanes;
   state.counters["us/trial"] = seconds * 1e6;
+  count_flops(state, peak, fft_flops(protocol.samples()), seconds);
 }
 
-/// The sensor's noise of a trial.
+/// The sensor's noise of a trial, beside what memory could take of it.
 void bench_normals(benchmark::State& state, Isa isa) {
   std::vector<double> values(12100);
-  Machine machine;
+  bench::Bandwidth bandwidth;
   const double seconds =
-      best_seconds(state, machine, [&] { Random(1, Stream::sensor_noise, 0).fill_normal(values, 1, isa); });
+      best_seconds(state, bandwidth, [&] { Random(1, Stream::sensor_noise, 0).fill_normal(values, 1, isa); });
   state.counters["us/trial"] = seconds * 1e6;
   state.counters["ns/number"] = seconds / static_cast<double>(values.size()) * 1e9;
+  bench::count_bytes(state, bandwidth, 8.0 * static_cast<double>(values.size()), seconds);
 }
 
 /// All windows of a trial, in double; FFTW does them in float, which is half the memory and half the work.
@@ -205,19 +170,19 @@ void bench_fft(benchmark::State& state, int length, Isa isa) {
   std::vector<double> in(blocks * in_size), out(blocks * out_size);
   std::vector<double> work(2 * static_cast<std::size_t>(fft.work_length()) * lanes);
   for (std::size_t i = 0; i < in.size(); ++i) in[i] = 0.01 * static_cast<double>(i * 7919 % 100);
-  Machine machine;
+  FmaPeak peak(name(isa));
 #if defined(DECID_FFTW)
   FftwWindows fftw(windows, length);
 #endif
   std::vector<double> peer_times;
-  const double seconds = best_seconds(state, machine, [&] {
+  const double seconds = best_seconds(state, peak, [&] {
     for (std::size_t i = 0; i < blocks; ++i) {
       fft.forward_lanes(std::span(in).subspan(i * in_size, in_size), std::span(out).subspan(i * out_size, out_size),
                         work, isa);
     }
   });
   state.counters["us"] = seconds * 1e6;
-  count_flops(state, machine, windows * fft_flops(length), seconds);
+  count_flops(state, peak, windows * fft_flops(length), seconds);
 #if defined(DECID_FFTW)
   for (int i = 0; i < 200; ++i) {
     const double start = cpu_seconds();
@@ -229,17 +194,19 @@ void bench_fft(benchmark::State& state, int length, Isa isa) {
 #endif
 }
 
-/// The image of a trial. Beside its FFTs (fft/110x110): real_imaginary adds copies, the others their functions.
+/// The image of a trial. Beside its FFTs (fft/110x110), whose operations count: real_imaginary adds copies, the others
+/// their functions.
 void bench_image(benchmark::State& state, const dataset::ImageSettings& settings, Isa isa) {
   constexpr int samples = 12100;
   const dataset::ImageMaker maker(settings, samples);
   std::vector<float> sway_rad(samples), image(static_cast<std::size_t>(maker.shape().size()));
   for (std::size_t i = 0; i < sway_rad.size(); ++i) sway_rad[i] = 1e-4F * static_cast<float>(i * 7919 % 100);
-  Machine machine;
-  const double seconds = best_seconds(state, machine, [&] { maker.make(sway_rad, image, isa); });
+  FmaPeak peak(name(isa));
+  const double seconds = best_seconds(state, peak, [&] { maker.make(sway_rad, image, isa); });
   state.counters["us"] = seconds * 1e6;
   state.counters["images/s"] = 1 / seconds;
   state.counters["ns/value"] = seconds / maker.shape().size() * 1e9;
+  count_flops(state, peak, samples / settings.window * fft_flops(settings.window), seconds);
 }
 
 }  // namespace
@@ -249,12 +216,8 @@ int main(int argc, char** argv) {
   const auto add = [](const std::string& what, Isa isa, auto run, auto... arguments) {
     benchmark::RegisterBenchmark((name(isa) + ("/" + what)).c_str(), run, arguments...)->UseManualTime();
   };
-  const dataset::ImageSettings paper{.channels = {Channel::modulus, Channel::phase}};
+  const dataset::ImageSettings paper = tools::preset_named("paper").image;
   const dataset::ImageSettings copies{.channels = {Channel::real, Channel::imaginary}};
-  const dataset::ImageSettings folded{
-      .half_spectrum = true,
-      .channels = {Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus, Channel::log_residual},
-      .fold = 2};
   for (const Isa isa : available_isas()) {
     add("trials", isa, bench_trials, isa, true);
     add("trials_without_noise", isa, bench_trials, isa, false);
@@ -264,7 +227,7 @@ int main(int argc, char** argv) {
     add("fft/110x100", isa, bench_fft, 100, isa);
     add("image/modulus_phase", isa, bench_image, paper, isa);
     add("image/real_imaginary", isa, bench_image, copies, isa);
-    add("image/folded", isa, bench_image, folded, isa);
+    add("image/best", isa, bench_image, tools::preset_named("best").image, isa);
   }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;

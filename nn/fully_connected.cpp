@@ -67,7 +67,7 @@ class FullyConnected final : public Layer<T> {
   std::vector<Parameter<T>*> parameters() override { return {&weight_, &bias_}; }
 
  private:
-  static constexpr int output_group = 32;
+  static constexpr int output_group = 64;
   Parameter<T> weight_, bias_;
   AlignedBuffer<T> weight_parts_, bias_parts_;  // gradients of each block of samples
   AlignedBuffer<T> dense_;                      // outputs, where dst has a halo

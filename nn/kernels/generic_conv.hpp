@@ -179,8 +179,20 @@ void correlate_block(const Correlation& s, const TapBlock& block, int first, int
       });
 }
 
+/// The same with rows and columns of dst exchanged if there is only one column, so that tiles have columns to share
+/// weights: the order of taps stays.
+inline Correlation along_rows(Correlation s) {
+  if (s.columns > 1) return s;
+  s.columns = s.rows;
+  s.rows = 1;
+  s.src_column = s.src_row;
+  s.dst_column = s.dst_row;
+  return s;
+}
+
 template <class V>
-void correlate(const Correlation& s, int first_channel, int last_channel) {
+void correlate(const Correlation& wanted, int first_channel, int last_channel) {
+  const Correlation s = along_rows(wanted);
   const int taps = s.channels * s.tap_rows * s.tap_columns;
   TapBlock block;
   for (int first = first_channel; first < last_channel; first += group_channels) {

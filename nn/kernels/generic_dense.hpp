@@ -54,10 +54,10 @@ void fully_connected_forward(Shape src_shape, View<const float> src, const float
                                             bias + first, dst + first * lanes, last - first);
 }
 
-/// J values of one row, each a chain over the outputs.
+/// Neighbouring values of src, J of them, each a chain over the outputs; where they go.
 template <class V, int J>
-[[gnu::always_inline]] inline void dense_backward_values(int outputs, std::ptrdiff_t size, const float* diff_dst,
-                                                         const float* weight, float* diff_src) {
+void dense_backward_values(int outputs, std::ptrdiff_t size, const float* diff_dst, const float* weight,
+                           float* const* diff_src) {
   typename V::Float acc[J][parts<V>];
   for (int j = 0; j < J; ++j)
     for (int p = 0; p < parts<V>; ++p) acc[j][p] = V::broadcast(0);
@@ -67,7 +67,7 @@ template <class V, int J>
       for (int p = 0; p < parts<V>; ++p) acc[j][p] = V::fma(w, V::load(diff_dst + o * lanes + p * V::width), acc[j][p]);
     }
   for (int j = 0; j < J; ++j)
-    for (int p = 0; p < parts<V>; ++p) V::store(diff_src + j * lanes + p * V::width, acc[j][p]);
+    for (int p = 0; p < parts<V>; ++p) V::store(diff_src[j] + p * V::width, acc[j][p]);
 }
 
 template <class V>
@@ -75,50 +75,94 @@ void fully_connected_backward_src(Shape src_shape, int outputs, const float* dif
                                   View<float> diff_src, int first, int last) {
   constexpr int tile = larger(1, 8 / parts<V>);
   const std::ptrdiff_t size = src_shape.size();
-  for_each_row(src_shape, diff_src, first, last, [&](std::ptrdiff_t k, float* dx) {
-    int j = 0;
-    for (; j + tile <= src_shape.columns; j += tile)
-      dense_backward_values<V, tile>(outputs, size, diff_dst, weight + k + j, dx + j * lanes);
-    for (; j < src_shape.columns; ++j)
-      dense_backward_values<V, 1>(outputs, size, diff_dst, weight + k + j, dx + j * lanes);
+  float* place[tile];
+  int count = 0;
+  weight += static_cast<std::ptrdiff_t>(first) * src_shape.rows * src_shape.columns;
+  for_each_row(src_shape, diff_src, first, last, [&](std::ptrdiff_t, float* dx) {
+    for (int j = 0; j < src_shape.columns; ++j) {
+      place[count++] = dx + j * lanes;
+      if (count < tile) continue;
+      dense_backward_values<V, tile>(outputs, size, diff_dst, weight, place);
+      weight += tile;
+      count = 0;
+    }
   });
+  for (int j = 0; j < count; ++j) dense_backward_values<V, 1>(outputs, size, diff_dst, weight + j, place + j);
 }
 
-/// Values of src that a weight gradient takes at a time.
-constexpr int dense_values = 8;
+/// Values of src that a weight gradient takes at a time: with 16 samples 8 KB, read from the first-level cache for each
+/// output.
+constexpr int dense_values = 128;
 
-/// diff_weight of one output and `count` values side by side.
-template <class V>
-[[gnu::always_inline]] inline void dense_gradient(const float* x, const float* dy, int count, int valid,
-                                                  float* result) {
-  if constexpr (V::width >= 8)
-    if (count == dense_values && valid == lanes) {
-      const Oct factor[2] = {load_oct<V>(dy), load_oct<V>(dy + 8)};
-      lane_trees_of_eight<V>([&](int k, int half) { return load_oct<V>(x + k * lanes + 8 * half) * factor[half]; },
-                             result);
-      return;
+/// Those values with samples apart: value k of sample l at [l * dense_values + k].
+struct DenseChunk {
+  alignas(64) float at[lanes * dense_values];
+};
+
+/// Values k, ..., k + 3 of all samples from four places; samples from `valid` on count as 0.
+inline void transpose_four(const float* const place[4], int valid, float* at) {
+  for (int l = 0; l < lanes; l += 4) {
+    const Quad a = load_quad(place[0] + l), b = load_quad(place[1] + l), c = load_quad(place[2] + l),
+               d = load_quad(place[3] + l);
+    const Quad ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+    const Quad cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5), cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+    const Quad sample[4] = {
+        __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5), __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7),
+        __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5), __builtin_shufflevector(ab_high, cd_high, 2, 3, 6, 7)};
+    for (int s = 0; s < 4; ++s) {
+      const Quad value = l + s < valid ? sample[s] : Quad{};
+      __builtin_memcpy(at + (l + s) * dense_values, &value, sizeof value);
     }
-  alignas(64) float product[dense_values * lanes];
-  for (int k = 0; k < count; ++k)
-    for (int p = 0; p < lanes; p += V::width)
-      V::store(product + k * lanes + p, V::mul(V::load(x + k * lanes + p), V::load(dy + p)));
-  lane_trees<V>(product, count, valid, result);
+  }
+}
+
+/// The lane tree of x[l] * dy[l] for V::width values at once: with samples apart its additions are those of whole
+/// registers. From sample L on, S samples apart.
+template <class V, int L, int S>
+[[gnu::always_inline]] inline typename V::Float dense_tree(const float* x, const float* dy) {
+  if constexpr (S == lanes)
+    return V::mul(V::load(x + L * dense_values), V::broadcast(dy[L]));
+  else
+    return V::add(dense_tree<V, L, 2 * S>(x, dy), dense_tree<V, L + S, 2 * S>(x, dy));
+}
+
+/// diff_weight of one output for `count` values of a chunk.
+template <class V>
+void dense_gradient(const DenseChunk& chunk, const float* dy, int count, float* diff_weight) {
+  int k = 0;
+  for (; k + V::width <= count; k += V::width) V::store(diff_weight + k, dense_tree<V, 0, 1>(chunk.at + k, dy));
+  if (k == count) return;
+  float tail[V::width];
+  V::store(tail, dense_tree<V, 0, 1>(chunk.at + k, dy));
+  for (int t = 0; k + t < count; ++t) diff_weight[k + t] = tail[t];
 }
 
 template <class V>
 void fully_connected_backward_weight(Shape src_shape, View<const float> src, const float* diff_dst, int valid,
                                      float* diff_weight, float* diff_bias, int first, int last) {
   const std::ptrdiff_t size = src_shape.size();
-  for_each_row(src_shape, src, 0, src_shape.channels, [&](std::ptrdiff_t k, const float* x) {
+  DenseChunk chunk;
+  const float* place[dense_values] = {};
+  std::ptrdiff_t begin = 0;
+  int count = 0;
+  const auto take_chunk = [&] {
+    for (int k = count; k % 4 != 0; ++k) place[k] = place[count - 1];  // any; what comes of it is not stored
+    for (int k = 0; k < count; k += 4) transpose_four(place + k, valid, chunk.at + k);
     for (int o = first; o < last; ++o) {
-      const float* const dy = diff_dst + o * lanes;
-      float* const weight = diff_weight + o * size + k;
-      int j = 0;
-      for (; j + dense_values <= src_shape.columns; j += dense_values)
-        dense_gradient<V>(x + j * lanes, dy, dense_values, valid, weight + j);
-      if (j < src_shape.columns) dense_gradient<V>(x + j * lanes, dy, src_shape.columns - j, valid, weight + j);
+      float dy[lanes];
+      for (int l = 0; l < lanes; ++l) dy[l] = l < valid ? diff_dst[o * lanes + l] : 0;
+      dense_gradient<V>(chunk, dy, count, diff_weight + o * size + begin);
+    }
+    begin += count;
+    count = 0;
+  };
+  for_each_row(src_shape, src, 0, src_shape.channels, [&](std::ptrdiff_t, const float* x) {
+    for (int j = 0; j < src_shape.columns; ++j) {
+      place[count++] = x + j * lanes;
+      if (count == dense_values) take_chunk();
     }
   });
+  if (count > 0) take_chunk();
   for (int o = first; o < last; ++o) {
     float sum[lanes];
     for (int l = 0; l < lanes; ++l) sum[l] = diff_dst[o * lanes + l];

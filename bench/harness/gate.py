@@ -1,0 +1,76 @@
+"""Instruction counts against their limits. Counted under callgrind, they are the same in every run and on every machine
+with AVX2: valgrind shows programs one fixed processor, so neither caches nor the C library's choices differ."""
+import os
+import subprocess
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from harness.project import Failed, run
+
+TOLERANCE = 0.02  # what another patch level of compiler or library may cost
+
+
+def count(program, name):
+    """Instructions inside guarded_work of one piece of work."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "callgrind.out"
+        command = ["valgrind", "--tool=callgrind", "--toggle-collect=guarded_work", f"--callgrind-out-file={out}",
+                   str(program), name]
+        # An environment of its own: its size moves the stack.
+        environment = {"PATH": os.environ["PATH"], "TMPDIR": "/tmp", "LC_ALL": "C", "OMP_NUM_THREADS": "1",
+                       "DECID_ISA": "avx2"}
+        try:
+            done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, env=environment,
+                                  check=False)
+        except FileNotFoundError as error:
+            raise Failed("valgrind is missing: run tools/setup --check") from error
+        if done.returncode != 0:
+            raise Failed(f"{name}: exit code {done.returncode}: " + "\n".join(done.stderr.strip().splitlines()[-5:]))
+        return summary(out.read_text(encoding="utf-8"), name)
+
+
+def summary(text, name):
+    """The total of a file of callgrind's."""
+    for line in text.splitlines():
+        if line.startswith(("summary:", "totals:")):
+            instructions = int(line.split()[1])
+            if instructions > 0:
+                return instructions
+    raise Failed(f"{name}: callgrind counted nothing: is guarded_work still in the program?")
+
+
+def names_of(program):
+    return run([program]).split()
+
+
+def count_all(program, names):
+    """{name: instructions}; as many at a time as there are processors, which changes no count."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return dict(zip(names, pool.map(lambda name: count(program, name), names)))
+
+
+class Verdict:
+    """What became of each name: (name, limit, instructions), either None where there is none."""
+
+    def __init__(self, limits, counts, tolerance=TOLERANCE):
+        both = {name: counts[name] / limits[name] for name in counts if name in limits}
+        self.rows = [(name, limits.get(name), counts.get(name)) for name in sorted({*limits, *counts})]
+        self.slower = [name for name, ratio in both.items() if ratio > 1 + tolerance]
+        self.faster = [name for name, ratio in both.items() if ratio < 1 - tolerance]
+        self.unknown = sorted(set(counts) - set(limits))
+        self.gone = sorted(set(limits) - set(counts))
+
+    @property
+    def red(self):
+        return bool(self.slower or self.unknown or self.gone)
+
+
+def table(rows):
+    """Old, new and ratio of each row."""
+    width = max((len(name) for name, _, _ in rows), default=0)
+    lines = [f"{'':{width}} {'limit':>12} {'now':>12}  now / limit"]
+    for name, limit, now in rows:
+        ratio = f"{now / limit:12.4f}" if limit and now else f"{'-':>12}"
+        lines.append(f"{name:{width}} {limit or '-':>12} {now or '-':>12} {ratio}")
+    return "\n".join(lines)

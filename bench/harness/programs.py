@@ -1,0 +1,66 @@
+"""The benchmark programs: builds them in a folder of their own, lists what they measure, and measures one at a time."""
+import json
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.project import Failed, run
+
+SUITES = ("bench_sim", "bench_nn_kernels", "bench_nn_network", "bench_identify")
+ISAS = ("reference", "baseline", "avx2", "avx512", "neon")
+
+
+def build(source, folder):
+    """A release build of the benchmark programs of `source`, as many of them as it has; the log is beside the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    log = folder.with_name(folder.name + ".log")
+    try:
+        told = run(["cmake", "-S", source, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DDECID_BENCHMARKS=ON",
+                    "-DDECID_TESTS=OFF"])
+        known = set(re.findall(r"\w+", run(["cmake", "--build", folder, "--target", "help"])))
+        programs = [name for name in (*SUITES, "bench_scaling") if name in known]
+        told += run(["cmake", "--build", folder, "-j", os.cpu_count(), "--target", *programs])
+        log.write_text(told, encoding="utf-8")
+    except Failed as error:
+        log.write_text(str(error) + "\n", encoding="utf-8")
+        raise Failed(f"{source}: does not build; see {log}") from error
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    program: str
+    name: str
+
+
+class Programs:
+    """Those of one build folder, with one instruction set."""
+
+    def __init__(self, folder, isa=None, suites=SUITES):
+        self.folder = Path(folder) / "bench"
+        self.listed = [Benchmark(suite, name) for suite in suites if (self.folder / suite).exists()
+                       for name in run([self.folder / suite, "--benchmark_list_tests=true"]).split()]
+        if not self.listed:
+            raise Failed(f"{self.folder}: holds no benchmarks; is it a build with -DDECID_BENCHMARKS=ON?")
+        present = [name for name in ISAS if any(b.name.startswith(name + "/") for b in self.listed)]
+        self.isa = isa or os.environ.get("DECID_ISA") or (present[-1] if present else "")
+        if present and self.isa not in present:
+            raise Failed(f"instruction set '{self.isa}': not among {', '.join(present)}")
+
+    def choose(self, pattern):
+        """Those of the instruction set, or of none, whose names the regular expression finds."""
+        others = tuple(name + "/" for name in ISAS if name != self.isa)
+        return [b for b in self.listed if not b.name.startswith(others) and (pattern is None or pattern.search(b.name))]
+
+    def measure(self, benchmark, seconds):
+        """What Google Benchmark tells of one benchmark, run for so many seconds, threads kept on their cores: its
+        context, and its entry."""
+        escaped = re.sub(r"([.+*?^$(){}|\[\]\\])", r"\\\1", benchmark.name)
+        told = run([self.folder / benchmark.program, f"--benchmark_filter=^{escaped}$", "--benchmark_format=json",
+                    f"--benchmark_min_time={seconds:g}"],
+                   {"DECID_ISA": self.isa, "OMP_PROC_BIND": "true", "OMP_PLACES": "cores"})
+        result = json.loads(told)
+        entry = result["benchmarks"][0]
+        if entry.get("error_occurred"):
+            raise Failed(f"{benchmark.name}: {entry['error_message']}")
+        return result["context"], entry

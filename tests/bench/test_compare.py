@@ -1,0 +1,141 @@
+"""Statistics of tools/bench-compare, against figures worked out by hand or by simulation, and its refusals."""
+import json
+import random
+import subprocess
+import sys
+import tempfile
+import unittest
+from math import comb
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bench"))
+import made_up  # noqa: E402
+from harness.paired import change, exponent, rank  # noqa: E402
+
+
+class Interval(unittest.TestCase):
+    def test_ranks_are_those_of_the_binomial_distribution(self):
+        # Table of order-statistic intervals of the median at 95%: Conover, table A3 (sign test), two-sided.
+        self.assertEqual([rank(n) for n in (5, 6, 8, 9, 11, 12, 15, 20, 25)], [0, 1, 1, 2, 2, 3, 4, 6, 8])
+
+    def test_the_next_rank_would_cover_too_little(self):
+        for pairs in range(9, 60):
+            k = rank(pairs)
+            cover = lambda r: 1 - 2 * sum(comb(pairs, i) for i in range(r)) / 2**pairs
+            self.assertGreaterEqual(cover(k), 0.95)
+            self.assertLess(cover(k + 1), 0.95)
+
+    def test_it_holds_the_median_as_often_as_it_says(self):
+        draw = random.Random(1)
+        trials, held = 4000, 0
+        for _ in range(trials):
+            old = [1.0] * 9
+            new = [2 * draw.lognormvariate(0, 0.3) * (3 if draw.random() < 0.2 else 1 / 3 if draw.random() < 0.25 else 1)
+                   for _ in range(9)]
+            found = change("x", old, new, 0.0)
+            held += found.low <= 2 <= found.high
+        # 96.1% by the binomial distribution; four standard errors below.
+        self.assertGreater(held / trials, 0.961 - 4 * (0.961 * 0.039 / trials)**0.5)
+
+    def test_ratios_are_of_pairs(self):
+        # The machine slows down tenfold half way: pairs do not see it.
+        old = [1, 1, 1, 1, 10, 10, 10, 10, 10]
+        found = change("x", old, [1.2 * t for t in old], 0.03)
+        self.assertAlmostEqual(found.ratio, 1.2)
+        self.assertTrue(found.slower)
+
+
+class Verdict(unittest.TestCase):
+    def test_slower_needs_the_interval_and_the_minimum(self):
+        steady = [1.0] * 9
+        self.assertTrue(change("x", steady, [1.05] * 9, 0.03).slower)
+        self.assertFalse(change("x", steady, [1.02] * 9, 0.03).slower)
+        noisy = [0.9, 0.95, 0.98, 1.06, 1.07, 1.08, 1.1, 1.2, 1.3]
+        self.assertGreater(change("x", steady, noisy, 0.03).ratio, 1.03)
+        self.assertFalse(change("x", steady, noisy, 0.03).slower)
+
+    def test_faster_is_the_mirror_image(self):
+        found = change("x", [1.05] * 9, [1.0] * 9, 0.03)
+        self.assertTrue(found.faster)
+        self.assertFalse(found.slower)
+        self.assertEqual(change("x", [1.02] * 9, [1.0] * 9, 0.03).verdict, "-")
+
+    def test_too_few_pairs_are_refused(self):
+        with self.assertRaises(ValueError):
+            change("x", [1.0] * 8, [1.0] * 8, 0.03)
+        with self.assertRaises(ValueError):
+            change("x", [1.0] * 9, [1.0] * 10, 0.03)
+
+
+class Exponent(unittest.TestCase):
+    def test_a_power_is_found_again(self):
+        self.assertAlmostEqual(exponent([16, 32, 64], [5 * s**1.75 for s in (16, 32, 64)]), 1.75)
+
+    def test_one_size_tells_nothing(self):
+        for sizes, values in (([4, 4], [1, 2]), ([1, 2], [0, 1]), ([1, 2, 3], [1, 2])):
+            with self.assertRaises(ValueError):
+                exponent(sizes, values)
+
+
+class Programs(unittest.TestCase):
+    """tools/bench-compare on two made-up builds."""
+
+    def compare(self, old, new, *words):
+        with tempfile.TemporaryDirectory() as folder:
+            log = Path(folder) / "log"
+            builds = [made_up.build(Path(folder) / side, times, log) for side, times in (("old", old), ("new", new))]
+            done = subprocess.run([ROOT / "tools/bench-compare", "--builds", *builds, "--isa", "avx2", "--json",
+                                   Path(folder) / "out.json", *words], capture_output=True, text=True, check=False)
+            runs = [line.split() for line in log.read_text().splitlines()] if log.exists() else []
+            written = Path(folder) / "out.json"
+            return done, runs, json.loads(written.read_text()) if written.exists() else None
+
+    def test_a_slow_down_is_exit_code_1_and_runs_take_turns(self):
+        done, runs, result = self.compare([100, 90, 110], [110, 99, 121], "--filter", "conv2d")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("1 slower, 0 faster by 3% or more, of 1", done.stdout)
+        self.assertEqual([side for side, _, _ in runs], ["old", "new"] * 9)
+        self.assertEqual({(isa, name) for _, isa, name in runs}, {("avx2", "avx2/conv2d/one/forward/manual_time")})
+        self.assertEqual(result["changes"][0]["verdict"], "slower")
+        self.assertAlmostEqual(result["changes"][0]["ratio"], 1.1)
+
+    def test_noise_a_gain_and_a_change_below_the_minimum_are_exit_code_0(self):
+        for old, new, words, said in (([100, 90, 110], [100, 90, 110], (), "0 slower, 0 faster"),
+                                      ([100], [80, 120, 101], (), "0 slower, 0 faster"),
+                                      ([100], [90], (), "0 slower, 1 faster"),
+                                      ([100], [110], ("--minimum", "12"), "0 slower, 0 faster")):
+            done, runs, _ = self.compare(old, new, "--filter", "plane", *words)
+            self.assertEqual(done.returncode, 0, done.stderr + done.stdout)
+            self.assertIn(said, done.stdout)
+            self.assertEqual(len(runs), 18)
+
+    def test_nothing_in_common_is_exit_code_2(self):
+        done, _, result = self.compare([1], [1], "--filter", "no such benchmark")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no benchmark that both", done.stderr)
+        self.assertIsNone(result)
+
+
+class CommandLine(unittest.TestCase):
+    def refused(self, *words):
+        done = subprocess.run([ROOT / "tools/bench-compare", *words], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        return done.stderr
+
+    def test_wrong_usage_is_exit_code_2(self):
+        self.assertIn("give REF or --builds", self.refused())
+        self.assertIn("holds no benchmarks", self.refused("--builds", "/no/such", "/build"))
+        self.assertIn("--pairs: 9 or more", self.refused("HEAD", "--pairs", "8"))
+        self.assertIn("--minimum", self.refused("HEAD", "--minimum", "-1"))
+        self.assertIn("--min-time", self.refused("HEAD", "--min-time", "0"))
+        self.assertIn("no-such-commit: is no commit here", self.refused("no-such-commit"))
+        self.assertIn("--filter", self.refused("HEAD", "--filter", "("))
+
+    def test_help_has_an_example(self):
+        done = subprocess.run([ROOT / "tools/bench-compare", "--help"], capture_output=True, text=True, check=True)
+        self.assertIn("tools/bench-compare HEAD~1", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
