@@ -42,5 +42,6 @@ void add_evaluate(CLI::App& program);
 void add_identify(CLI::App& program);
 void add_study(CLI::App& program);
 void add_info(CLI::App& program);
+void add_export(CLI::App& program);
 
 }  // namespace decid::tools
