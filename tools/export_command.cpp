@@ -9,6 +9,7 @@
 #include "base/file.hpp"
 #include "nn/single.hpp"
 #include "tools/command.hpp"
+#include "tools/firmware_quantise.hpp"
 #include "tools/firmware_text.hpp"
 #include "tools/text.hpp"
 #include "tools/version.hpp"
@@ -48,12 +49,16 @@ std::string name_of(const std::string& model) {
   return name;
 }
 
-TestVector test_vector(const Model& model) {
+/// What the program itself makes of the self-test's sway, with the network that identify has.
+TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   TestVector test;
   std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
   model.make_input(test_sway(model.protocol.samples()), image);
   test.outputs.resize(sim::parameter_count);
-  nn::SingleNetwork(model.network).run(image, test.outputs);
+  if (plan.options.int8)
+    test.outputs = run_plan(plan, image);
+  else
+    nn::SingleNetwork(model.network).run(image, test.outputs);
   for (const double value : model.targets.unscale(test.outputs)) test.parameters.push_back(static_cast<float>(value));
   return test;
 }
@@ -62,13 +67,14 @@ void export_model(const Options& options) {
   const std::string name = options.name.empty() ? name_of(options.model) : options.name;
   check_firmware_name(name);
   Model model = model_or_built_in(options.model);
-  const FirmwarePlan plan = plan_firmware(model, options.firmware);
-  const TestVector test = test_vector(model);
+  FirmwarePlan plan = plan_firmware(model, options.firmware);
+  if (options.firmware.int8) quantise(plan, model);
+  const TestVector test = test_vector(model, plan);
   const std::string hash = nn::weights_sha256(model.network);
-  const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s%s.", version,
-                                    options.model.empty() ? "its built-in model"
-                                                          : fs::path(options.model).filename().string().c_str(),
-                                    hash.c_str(), options.firmware.int8 ? ", in 8-bit integers" : "");
+  const std::string origin =
+      format("Made by decid %s from %s, weights SHA-256\n   %s%s.", version,
+             options.model.empty() ? "its built-in model" : fs::path(options.model).filename().string().c_str(),
+             hash.c_str(), options.firmware.int8 ? ", in 8-bit integers" : "");
   write_files(options.output, name, firmware_files(model, plan, test, name, origin));
   if (options.common.json) {
     std::cout << Json{{"files", {name + ".h", name + ".c"}},
@@ -80,9 +86,10 @@ void export_model(const Options& options) {
                      .dump(2)
               << '\n';
   } else if (!options.common.quiet) {
-    std::cout << format("%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena; all feature maps whole: %lld\n",
-                        name.c_str(), name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes,
-                        plan.whole_map_bytes());
+    std::cout << format(
+        "%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena; all feature maps whole: %lld\n",
+        name.c_str(), name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes,
+        plan.whole_map_bytes());
   }
 }
 
@@ -92,7 +99,8 @@ void add_export_c(CLI::App& parent) {
   command->add_option("model", options->model, "Model file; default: the built-in model");
   command->add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
       ->required();
-  command->add_option("--name", options->name, "What the files and functions are called; default: the model file's name");
+  command->add_option("--name", options->name,
+                      "What the files and functions are called; default: the model file's name");
   command->add_flag("--incremental", options->firmware.incremental,
                     "With functions that take samples as they arrive and spread the work");
   command->add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");

@@ -127,9 +127,7 @@ void plan_memory(FirmwarePlan& plan, const Model& model) {
   }
   long long patch = 0;
   for (const FirmwareLayer& layer : plan.layers) {
-    if (layer.kind == Kind::all) continue;
-    const long long windows = layer.pools() ? plan.maps[static_cast<std::size_t>(layer.dst)].shape.channels : 1;
-    patch = std::max(patch, windows * layer.taps);
+    if (layer.kind != Kind::all) patch = std::max<long long>(patch, layer.taps);
   }
   arena.patch = aligned(arena.maps + values * value_bytes);
   const long long network_end = aligned(arena.patch + patch * value_bytes);

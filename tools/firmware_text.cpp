@@ -34,8 +34,7 @@ std::string element(double value) {
   return literal(value);
 }
 template <class T>
-  requires std::is_integral_v<T>
-std::string element(T value) {
+requires std::is_integral_v<T> std::string element(T value) {
   return std::is_same_v<T, std::uint32_t> ? format("0x%08xU", static_cast<unsigned>(value))
                                           : std::to_string(static_cast<long long>(value));
 }
@@ -56,12 +55,10 @@ std::string settings(const Model& model, const FirmwarePlan& plan) {
   const auto radix = [&](int r) { return std::ranges::count(plan.radices, r) > 0; };
   const bool log_modulus = has(Channel::log_modulus), residual = has(Channel::log_residual);
   const bool asinh = has(Channel::asinh_real) || has(Channel::asinh_imaginary);
-  const bool modulus =
-      has(Channel::modulus) || log_modulus || has(Channel::cos_phase) || has(Channel::sin_phase);
+  const bool modulus = has(Channel::modulus) || log_modulus || has(Channel::cos_phase) || has(Channel::sin_phase);
   std::string text;
   text += define("WINDOW", image.window) + define("SIGNAL_LENGTH", transform_length(model)) +
-          define("PASSES", static_cast<long long>(plan.radices.size())) +
-          define("LARGEST_RADIX", plan.largest_radix());
+          define("PASSES", static_cast<long long>(plan.radices.size())) + define("LARGEST_RADIX", plan.largest_radix());
   for (const int r : {2, 3, 4, 5}) text += define("USES_RADIX_" + std::to_string(r), radix(r));
   text += define("FIRST_SAMPLE", image.first_sample) + define("FOLD", image.fold) +
           define("IMAGE_CHANNELS", shape.channels) + define("IMAGE_ROWS", shape.rows) +
@@ -213,7 +210,8 @@ std::string with_name(std::string text, const std::string& name) {
   for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   for (std::size_t at = text.find(token); at != std::string::npos; at = text.find(token, at)) {
     const std::size_t after = at + token.size();
-    const bool small = after + 1 < text.size() && text[after] == '_' && text[after + 1] >= 'a' && text[after + 1] <= 'z';
+    const bool small =
+        after + 1 < text.size() && text[after] == '_' && text[after + 1] >= 'a' && text[after + 1] <= 'z';
     text.replace(at, token.size(), small ? name : upper);
     at += name.size();
   }
@@ -251,13 +249,14 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
   header = replaced(header, "@INCREMENTAL@",
                     plan.options.incremental ? std::string(embedded::firmware_incremental()) : std::string());
 
-  std::string source = "/* " + origin + format(R"(
+  std::string source = "/* " + origin +
+                       format(R"(
    Plain C99, or C++. No library at all (compilers may call memcpy and memset, and what divides where the processor does
    not), no memory but the arena and the stack, no state. All numbers are IEEE 754; gcc outside of -std=c99 needs
    -ffp-contract=off, no compiler may have -ffast-math. The self-test tells if the bits are right.
    Weights %lld bytes, arena %lld bytes; all feature maps as a whole would be %lld. */
 )",
-                                                    plan.weight_bytes(), plan.arena.bytes, plan.whole_map_bytes());
+                              plan.weight_bytes(), plan.arena.bytes, plan.whole_map_bytes());
   source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
   source += settings(model, plan) + "\n";
   source += embedded::firmware_arithmetic();

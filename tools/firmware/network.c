@@ -25,9 +25,10 @@ static activation to_activation(float value, const quantisation_scale *to) {
 #endif
 }
 
-/* The inputs of one output position in the order of the sums: channel, row, column; zeros outside. */
-static void gather(const network_layer *layer, const network_map *src, const activation *data, int32_t line,
-                   int32_t position, activation *patch) {
+/* The inputs of one output position, in `channels` channels from data on, in the order of the sums: channel, row,
+   column; zeros outside. */
+static void gather(const network_layer *layer, const network_map *src, const activation *data, int32_t channels,
+                   int32_t line, int32_t position, activation *patch) {
   const int32_t first_line = (line * layer->stride_lines) - layer->pad_lines;
   const int32_t first_position = (position * layer->stride_positions) - layer->pad_positions;
 #if STREAM_ROWS
@@ -41,7 +42,7 @@ static void gather(const network_layer *layer, const network_map *src, const act
   int32_t channel;
   int32_t y;
   int32_t x;
-  for (channel = 0; channel < src->channels; ++channel) {
+  for (channel = 0; channel < channels; ++channel) {
     const activation *const plane = &data[channel * src->channel_stride];
     for (y = 0; y < kernel_rows; ++y) {
       for (x = 0; x < kernel_columns; ++x) {
@@ -156,32 +157,26 @@ static void convolve(const network_layer *layer, const network_map *dst, const a
 }
 
 #if USES_POOLS
-/* patch holds the windows of all channels, one behind the other. */
-static void pool(const network_layer *layer, const network_map *dst, const activation *patch, activation *to,
-                 float *outputs) {
-  int32_t channel;
+/* One channel's window. */
+static accumulator pool(const network_layer *layer, const activation *x) {
+  accumulator sum = 0;
   int32_t t;
-  for (channel = 0; channel < dst->channels; ++channel) {
-    const activation *const x = &patch[channel * layer->taps];
-    accumulator sum;
-    if (layer->kind == LAYER_MAX_POOL) {
-      sum = x[0];
-      for (t = 1; t < layer->taps; ++t) {
-        if (x[t] > sum) {
-          sum = x[t];
-        }
+  if (layer->kind == LAYER_MAX_POOL) {
+    sum = x[0];
+    for (t = 1; t < layer->taps; ++t) {
+      if (x[t] > sum) {
+        sum = x[t];
       }
-    } else {
-      sum = 0;
-      for (t = 0; t < layer->taps; ++t) {
-        sum += x[t];
-      }
-#if !QUANTISED
-      sum = sum * layer->average;
-#endif
     }
-    put_output(layer, dst, to, outputs, channel, sum);
+  } else {
+    for (t = 0; t < layer->taps; ++t) {
+      sum += x[t];
+    }
+#if !QUANTISED
+    sum = sum * layer->average;
+#endif
   }
+  return sum;
 }
 #endif
 
@@ -192,21 +187,29 @@ static void make_line(const network_layer *layer, int32_t line, activation *memo
   const network_map *const dst = &network_maps[layer->dst];
   const activation *const data = &memory[src->offset];
   int32_t position;
+#if USES_POOLS
+  int32_t channel;
+#endif
   for (position = 0; position < dst->positions; ++position) {
-    const activation *x = data;
     activation *const to =
         &memory[dst->offset + ((line % dst->capacity) * dst->line_stride) + (position * dst->position_stride)];
-    if (layer->kind != LAYER_ALL) {
-      gather(layer, src, data, line, position, patch);
-      x = patch;
-    }
+    switch (layer->kind) {
+      case LAYER_CONVOLUTION:
+        gather(layer, src, data, src->channels, line, position, patch);
+        convolve(layer, dst, patch, to, outputs);
+        break;
+      case LAYER_ALL:
+        convolve(layer, dst, data, to, outputs);
+        break;
+      default:
 #if USES_POOLS
-    if ((layer->kind == LAYER_MAX_POOL) || (layer->kind == LAYER_AVERAGE_POOL)) {
-      pool(layer, dst, x, to, outputs);
-      continue;
-    }
+        for (channel = 0; channel < dst->channels; ++channel) {
+          gather(layer, src, &data[channel * src->channel_stride], 1, line, position, patch);
+          put_output(layer, dst, to, outputs, channel, pool(layer, patch));
+        }
 #endif
-    convolve(layer, dst, x, to, outputs);
+        break;
+    }
   }
 }
 
