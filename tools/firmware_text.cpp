@@ -39,10 +39,6 @@ requires std::is_integral_v<T> std::string element(T value) {
                                           : std::to_string(static_cast<long long>(value));
 }
 
-std::string define(const std::string& name, long long value) {
-  return "#define " + name + " " + std::to_string(value) + "\n";
-}
-
 int transform_length(const Model& model) {
   return model.image.window % 2 == 0 ? model.image.window / 2 : model.image.window;
 }
@@ -166,12 +162,15 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   return text;
 }
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const std::size_t at = text.find(what);
-  return text.replace(at, what.size(), by);
+}  // namespace
+
+std::string define(const std::string& name, long long value) {
+  return "#define " + name + " " + std::to_string(value) + "\n";
 }
 
-}  // namespace
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  return text.replace(text.find(what), what.size(), by);
+}
 
 std::string literal(float value) {
   std::string text = format("%.9g", static_cast<double>(value));

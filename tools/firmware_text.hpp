@@ -30,6 +30,9 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
 
 /// `text` with DECID_FW replaced: by `name` before names in lower case, by NAME elsewhere.
 std::string with_name(std::string text, const std::string& name);
+/// `text` with its first `what`, which is there, replaced.
+std::string replaced(std::string text, const std::string& what, const std::string& by);
+std::string define(const std::string& name, long long value);
 /// A C literal with these very bits.
 std::string literal(float value);
 std::string literal(double value);
