@@ -31,9 +31,11 @@ static work_state *state_of(void *arena) {
 static complex_value *signal_of(void *arena) {
   return (complex_value *)(void *)&((unsigned char *)arena)[SIGNAL_OFFSET];
 }
+#if PASSES > 0
 static complex_value *scratch_of(void *arena) {
   return (complex_value *)(void *)&((unsigned char *)arena)[SCRATCH_OFFSET];
 }
+#endif
 #if FOLD > 1
 static complex_value *spectra_of(void *arena) {
   return (complex_value *)(void *)&((unsigned char *)arena)[SPECTRA_OFFSET];

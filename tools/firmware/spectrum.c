@@ -212,6 +212,7 @@ static void run_butterfly(complex_value *signal, int32_t pass, int32_t number, c
 
 /* Where bin k is after the last pass. */
 static int32_t place_of(int32_t k) {
+#if PASSES > 0
   int32_t place = 0;
   int32_t rest = k;
   int32_t pass;
@@ -220,6 +221,9 @@ static int32_t place_of(int32_t k) {
     rest /= pass_radix[pass];
   }
   return place;
+#else
+  return k;
+#endif
 }
 
 /* Bin k, 0 .. WINDOW / 2, of the real signal's spectrum. */
