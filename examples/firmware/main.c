@@ -1,5 +1,7 @@
 /* Identifies the trials of sway.bin (float32, rad) twice, as a whole and as samples arrive, writes the parameters to
-   results.bin and tells what it cost. A product reads its sensor where this reads a file. */
+   results.bin, lets the controller run with them, and tells what it all cost. A product reads its sensor where this
+   reads a file, and drives its ankle where this drops the torque. */
+#include "balance.h"
 #include "posture.h"
 #include "semihosting.h"
 
@@ -15,6 +17,7 @@ extern uint32_t stack_low[], stack_top[];
 
 static posture_arena arena;
 static float sway[POSTURE_SAMPLES];
+static balance_state controller;
 static uint32_t last_tick;
 
 static void print_number(const char *before, uint32_t value, const char *after) {
@@ -115,6 +118,33 @@ static int identify_as_samples_arrive(float *parameters, cost *spent) {
   return (result >= 0) ? posture_result(parameters, &arena) : result;
 }
 
+/* The controller's own test, then steps with the parameters that were identified. */
+static int run_controller(const float *identified) {
+  balance_parameters parameters;
+  double largest = 0.0;
+  int32_t step;
+  int result = balance_self_test(&controller);
+  print_number("controller_self_test_error ", (uint32_t)-result, "\n");
+  if (result != BALANCE_OK) {
+    return result;
+  }
+  parameters.kp = (double)identified[POSTURE_KP];
+  parameters.kd = (double)identified[POSTURE_KD];
+  parameters.kp_pass = (double)identified[POSTURE_KP_PASS];
+  parameters.kd_pass = (double)identified[POSTURE_KD_PASS];
+  parameters.theta = (double)identified[POSTURE_THETA];
+  parameters.delay = (double)identified[POSTURE_DELAY];
+  result = balance_begin(&controller, &parameters);
+  (void)instructions();
+  for (step = 0; (step < 1000) && (result == BALANCE_OK); ++step) {
+    const double torque = balance_step(&controller, 0.001, 0.002, 0.0, 0.0);
+    largest = (torque > largest) ? torque : largest;
+  }
+  print_number("controller_instructions_a_step ", instructions() / 1000U, "\n");
+  print_number("controller_state_bytes ", (uint32_t)sizeof controller, "\n");
+  return (largest > 0.0) ? -104 : result; /* it holds against the sway */
+}
+
 static int run(int32_t in, int32_t out) {
   float whole[POSTURE_PARAMETERS];
   float parts[POSTURE_PARAMETERS];
@@ -157,7 +187,7 @@ static int run(int32_t in, int32_t out) {
   print_number("instructions_parts ", spent.all, "\n");
   print_number("instructions_largest_part ", spent.largest_unit, "\n");
   print_number("instructions_after_last_sample ", spent.after_last_sample, "\n");
-  return result;
+  return (result == POSTURE_OK) ? run_controller(whole) : result;
 }
 
 int main(void) {

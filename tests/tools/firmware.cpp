@@ -27,12 +27,18 @@ bool can_fuse() {
 #endif
 }
 
+struct Compiler {
+  std::string program, compile, link;
+};
+
 /// Compilers and their ways; the first one is always there.
-std::vector<std::string> compilers() {
-  std::vector<std::string> all{std::string(DECID_C_COMPILER) + " -std=c99 -O2"};
-  const auto add = [&](const std::string& program, const std::string& options) {
-    if (test::have(program)) all.push_back(program + " " + options);
+std::vector<Compiler> compilers() {
+  std::vector<Compiler> all{{DECID_C_COMPILER, "-std=c99 -O2", ""}};
+  const auto add = [&](const std::string& program, const std::string& compile, const std::string& link = {}) {
+    if (test::have(program)) all.push_back({program, compile, link});
   };
+  const std::string sanitizers = "-fsanitize=address,undefined -fno-sanitize-recover=all";
+  add("gcc", "-std=c99 -O1 " + sanitizers, sanitizers);
   add("gcc", "-std=c99 -O0");
   add("g++", "-x c++ -std=c++17 -O2");
   add("clang-14", "-std=c99 -O2");
@@ -72,16 +78,17 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
     expected = as_bytes(all);
   }
   const bool incremental = options.find("--incremental") != std::string::npos;
-  std::vector<std::string> ways = compilers();
+  std::vector<Compiler> ways = compilers();
   ways.resize(std::min(ways.size(), most_compilers));
-  for (const std::string& compiler : ways) {
-    CAPTURE(compiler);
+  for (const auto& [program, compile, link] : ways) {
+    CAPTURE(compile);
+    const std::string compiler = program + " " + compile;
     const std::string c = folder / "c";
     REQUIRE(shell(compiler + warnings + "-I " + c + " -c " + c + "/model.c -o " + folder / "model.o") == 0);
     REQUIRE(shell(compiler + (incremental ? " -DINCREMENTAL" : "") + " -I " + c + " -c " + harness + " -o " +
                   folder / "harness.o") == 0);
-    const std::string linker = compiler.substr(0, compiler.find(' '));
-    REQUIRE(shell(linker + " " + folder / "harness.o" + " " + folder / "model.o" + " -o " + folder / "harness") == 0);
+    REQUIRE(shell(program + " " + link + " " + folder / "harness.o" + " " + folder / "model.o" + " -o " +
+                  folder / "harness") == 0);
     REQUIRE(shell(folder / "harness" + " " + folder / "sway.bin" + " " + folder / "images.bin" + " " +
                   folder / "results.bin") == 0);
     CHECK(test::read_text(folder / "results.bin") == expected);

@@ -4,6 +4,7 @@
 
 #include "tests/tools/firmware_models.hpp"
 #include "tools/firmware_quantise.hpp"
+#include "tools/text.hpp"
 
 namespace decid::tools {
 namespace {
@@ -29,28 +30,58 @@ std::string run_example(const Folder& folder, const std::string& options, const 
   return test::read_text(folder / "out/costs.txt");
 }
 
+/// The row of the README's table, and the controller's.
+std::string row(const std::string& what, const std::string& costs) {
+  const auto kilo = [&](const std::string& name) {
+    return format("%.1f", 1e-3 * static_cast<double>(cost(costs, name)));
+  };
+  const auto mega = [&](const std::string& name) {
+    return format("%.2f", 1e-6 * static_cast<double>(cost(costs, "instructions_" + name)));
+  };
+  return "| " + what + " | " + kilo("code_bytes") + " | " + kilo("constant_bytes") + " | " + kilo("arena_bytes") +
+         " | " + kilo("stack_bytes") + " | " + mega("whole") + " | " + mega("after_last_sample") + " | " +
+         mega("largest_part") + " |";
+}
+std::string controller_row(const std::string& what, const std::string& costs) {
+  const auto text = [&](const std::string& name) { return std::to_string(cost(costs, "controller_" + name)); };
+  return "| " + what + " | " + text("code_bytes") + " | " + text("constant_bytes") + " | " + text("state_bytes") +
+         " | " + text("instructions_a_step") + " |";
+}
+/// Sizes and counts are those of Debian 12's compiler: what is written down is what comes out.
+void check_written(const char* file, const std::string& line) {
+  CAPTURE(line);
+  const std::string text = test::read_text(std::string(DECID_SOURCE_DIR "/") + file);
+  CHECK(text.find(line) != std::string::npos);
+}
+
 void check_costs(const std::string& costs, int trials) {
   MESSAGE(costs);
   CHECK(cost(costs, "counter_check") == 200000);
   CHECK(cost(costs, "self_test_error") == 0);
   CHECK(cost(costs, "error") == 0);
+  CHECK(cost(costs, "controller_self_test_error") == 0);
   CHECK(cost(costs, "trials") == trials);
   CHECK(cost(costs, "arena_bytes") < 128 * 1024);
   CHECK(cost(costs, "stack_bytes") < 2048);
   CHECK(cost(costs, "instructions_largest_part") * 20 < cost(costs, "instructions_whole"));
 }
 
-void check_cpu(const std::string& cpu) {
+void check_cpu(const std::string& cpu, const std::string& name) {
   Model model = load_model(test::firmware_model);
   {
     const Folder folder;
     const dataset::Dataset data = test::noisy_trials(model, 20, 77);
-    check_costs(run_example(folder, "--cpu " + cpu, data), 20);
+    const std::string costs = run_example(folder, "--cpu " + cpu, data);
+    check_costs(costs, 20);
+    check_written("README.md", row(name + ", float", costs));
+    check_written("docs/firmware.md", controller_row(name, costs));
     CHECK(test::read_text(folder / "out/results.bin") == test::identified_bytes(model, data));
   }
   const Folder folder;
   const dataset::Dataset data = test::noisy_trials(model, 2, 78);
-  check_costs(run_example(folder, "--int8 --cpu " + cpu, data), 2);
+  const std::string costs = run_example(folder, "--int8 --cpu " + cpu, data);
+  check_costs(costs, 2);
+  check_written("README.md", row(name + ", 8 bits", costs));
   FirmwarePlan plan = plan_firmware(model, {.int8 = true});
   quantise(plan, model);
   std::vector<float> expected;
@@ -65,10 +96,10 @@ void check_cpu(const std::string& cpu) {
 }  // namespace
 
 TEST_CASE("Cortex-M4F under QEMU: the bits of identify") {
-  check_cpu("m4");
+  check_cpu("m4", "Cortex-M4F");
 }
 TEST_CASE("Cortex-M7 under QEMU: the bits of identify") {
-  check_cpu("m7");
+  check_cpu("m7", "Cortex-M7");
 }
 
 }  // namespace decid::tools
