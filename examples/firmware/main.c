@@ -9,7 +9,7 @@
 #define UNITS_A_FEED 8
 
 /* SysTick counts the board's 25 MHz; QEMU with -icount shift=0 gives every instruction 1 ns: 40 of them a tick. */
-#define SYSTICK ((volatile uint32_t *)0xe000e010U)
+#define SYSTICK ((volatile uint32_t*)0xe000e010U)
 #define INSTRUCTIONS_A_TICK 40U
 #define STACK_PATTERN 0x5a5a5a5aU
 
@@ -20,7 +20,7 @@ static float sway[POSTURE_SAMPLES];
 static balance_state controller;
 static uint32_t last_tick;
 
-static void print_number(const char *before, uint32_t value, const char *after) {
+static void print_number(const char* before, uint32_t value, const char* after) {
   char digits[12];
   uint32_t rest = value;
   int32_t i = 11;
@@ -51,8 +51,8 @@ static uint32_t instructions(void) {
 }
 
 static void paint_stack(void) {
-  uint32_t *here;
-  uint32_t *p;
+  uint32_t* here;
+  uint32_t* p;
   __asm__ volatile("mov %0, sp" : "=r"(here));
   for (p = stack_low; p < (here - 16); ++p) {
     *p = STACK_PATTERN;
@@ -60,7 +60,7 @@ static void paint_stack(void) {
 }
 
 static uint32_t stack_used(void) {
-  const uint32_t *p = stack_low;
+  const uint32_t* p = stack_low;
   while (*p == STACK_PATTERN) {
     ++p;
   }
@@ -83,7 +83,7 @@ static uint32_t larger(uint32_t a, uint32_t b) {
   return (a > b) ? a : b;
 }
 
-static int identify_as_samples_arrive(float *parameters, cost *spent) {
+static int identify_as_samples_arrive(float* parameters, cost* spent) {
   int32_t fed;
   int32_t unit;
   int result = posture_begin(&arena);
@@ -119,7 +119,7 @@ static int identify_as_samples_arrive(float *parameters, cost *spent) {
 }
 
 /* The controller's own test, then steps with the parameters that were identified. */
-static int run_controller(const float *identified) {
+static int run_controller(const float* identified) {
   balance_parameters parameters;
   double largest = 0.0;
   int32_t step;
@@ -174,7 +174,7 @@ static int run(int32_t in, int32_t out) {
       result = identify_as_samples_arrive(parts, &spent);
     }
     for (i = 0; (i < POSTURE_PARAMETERS) && (result == POSTURE_OK); ++i) {
-      if (((const uint32_t *)(const void *)whole)[i] != ((const uint32_t *)(const void *)parts)[i]) {
+      if (((const uint32_t*)(const void*)whole)[i] != ((const uint32_t*)(const void*)parts)[i]) {
         result = -101; /* must be the same bits */
       }
     }

@@ -11,14 +11,14 @@ enum {
   SYS_EXIT_EXTENDED = 0x20
 };
 
-static int32_t call(int32_t operation, const void *argument) {
+static int32_t call(int32_t operation, const void* argument) {
   register int32_t r0 __asm__("r0") = operation;
-  register const void *r1 __asm__("r1") = argument;
+  register const void* r1 __asm__("r1") = argument;
   __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
   return r0;
 }
 
-int32_t host_open(const char *name, int32_t to_write) {
+int32_t host_open(const char* name, int32_t to_write) {
   uint32_t block[3];
   uint32_t length = 0U;
   while (name[length] != '\0') {
@@ -38,11 +38,11 @@ static int32_t transfer(int32_t operation, int32_t file, uintptr_t at, uint32_t 
   return call(operation, block);
 }
 
-int32_t host_read(int32_t file, void *to, uint32_t bytes) {
+int32_t host_read(int32_t file, void* to, uint32_t bytes) {
   return transfer(SYS_READ, file, (uintptr_t)to, bytes);
 }
 
-int32_t host_write(int32_t file, const void *from, uint32_t bytes) {
+int32_t host_write(int32_t file, const void* from, uint32_t bytes) {
   return transfer(SYS_WRITE, file, (uintptr_t)from, bytes);
 }
 
@@ -54,7 +54,7 @@ void host_close(int32_t file) {
   (void)call(SYS_CLOSE, &file);
 }
 
-void host_print(const char *text) {
+void host_print(const char* text) {
   (void)call(SYS_WRITE0, text);
 }
 

@@ -1,4 +1,4 @@
-/* From reset to main on a Cortex-M with an FPU, and what compilers call without being asked. */
+/* From reset to main on a Cortex-M, and what compilers call without being asked. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -7,9 +7,9 @@ int main(void);
 void reset(void);
 void fault(void);
 
-void *memcpy(void *to, const void *from, size_t bytes) {
-  unsigned char *const t = to;
-  const unsigned char *const f = from;
+void* memcpy(void* to, const void* from, size_t bytes) {
+  unsigned char* const t = to;
+  const unsigned char* const f = from;
   size_t i;
   for (i = 0; i < bytes; ++i) {
     t[i] = f[i];
@@ -17,8 +17,8 @@ void *memcpy(void *to, const void *from, size_t bytes) {
   return to;
 }
 
-void *memset(void *to, int value, size_t bytes) {
-  unsigned char *const t = to;
+void* memset(void* to, int value, size_t bytes) {
+  unsigned char* const t = to;
   size_t i;
   for (i = 0; i < bytes; ++i) {
     t[i] = (unsigned char)value;
@@ -32,10 +32,10 @@ void fault(void) {
 }
 
 void reset(void) {
-  volatile uint32_t *const cpacr = (volatile uint32_t *)0xe000ed88U;
-  uint32_t *to = data_start;
-  const uint32_t *from = data_source;
-  *cpacr |= 0xf00000U; /* the FPU: full access */
+  volatile uint32_t* const cpacr = (volatile uint32_t*)0xe000ed88U;
+  uint32_t* to = data_start;
+  const uint32_t* from = data_source;
+  *cpacr |= 0xf00000U; /* the FPU, if there is one: full access */
   __asm__ volatile("dsb\n\tisb");
   while (to < data_end) {
     *to++ = *from++;
@@ -49,7 +49,7 @@ void reset(void) {
 
 typedef void (*handler)(void);
 typedef union {
-  uint32_t *stack;
+  uint32_t* stack;
   handler code;
 } vector;
 

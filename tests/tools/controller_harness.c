@@ -11,7 +11,7 @@
 static int failures = 0;
 #define REQUIRE(condition) require((condition), #condition, __LINE__)
 
-static void require(int holds, const char *what, int line) {
+static void require(int holds, const char* what, int line) {
   if (!holds) {
     ++failures;
     printf("line %d: %s does not hold\n", line, what);
@@ -55,7 +55,7 @@ static void check_torque(void) {
                (controller_identified.kp_pass * 0.01 + controller_identified.kd_pass * 0.02)) < 1e-9);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
   FILE *in, *out;
   double head[10], sway = 0.0, rate = 0.0, noise;
   double *stimulus, *noise_rate;
@@ -68,8 +68,8 @@ int main(int argc, char **argv) {
   samples = (size_t)head[7];
   intervals = (size_t)head[9];
   steps = (int)(head[8] / head[9]);
-  stimulus = (double *)malloc(samples * intervals * 2 * sizeof(double));
-  noise_rate = (double *)malloc((samples + 1) * sizeof(double));
+  stimulus = (double*)malloc(samples * intervals * 2 * sizeof(double));
+  noise_rate = (double*)malloc((samples + 1) * sizeof(double));
   if (stimulus == NULL || noise_rate == NULL) return 2;
   if (fread(stimulus, sizeof(double), samples * intervals * 2, in) != samples * intervals * 2) return 2;
   if (fread(noise_rate, sizeof(double), samples + 1, in) != samples + 1) return 2;
@@ -83,7 +83,7 @@ int main(int argc, char **argv) {
     const double slope = (next_noise - noise) * (1.0 / head[8]);
     if (fwrite(&sway, sizeof sway, 1, out) != 1) return 2;
     for (interval = 0; interval < intervals; ++interval) {
-      const double *const now = &stimulus[2 * (sample * intervals + interval)];
+      const double* const now = &stimulus[2 * (sample * intervals + interval)];
       const double passive = head[0] * head[5], damping = head[0] * head[6];
       double drive = fma(passive, now[0], damping * now[1]);
       const double drive_slope = passive * (now[1] * 0.001);

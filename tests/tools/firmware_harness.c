@@ -1,5 +1,6 @@
 /* Runs an exported model, called model, on the host: identifies the trials of a file in every way there is, demands the
-   same bits of all, and tries every error. Compiled as C99 and as C++. Usage: harness sway.bin images.bin results.bin */
+   same bits of all, and tries every error. Compiled as C99 and as C++. Usage: harness sway.bin images.bin results.bin
+ */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,7 +14,7 @@ static float image[MODEL_IMAGE_CHANNELS * MODEL_IMAGE_ROWS * MODEL_IMAGE_COLUMNS
 static int failures = 0;
 #define REQUIRE(condition) require((condition), #condition, __LINE__)
 
-static void require(int holds, const char *what, int line) {
+static void require(int holds, const char* what, int line) {
   if (!holds) {
     ++failures;
     printf("line %d: %s does not hold\n", line, what);
@@ -22,7 +23,7 @@ static void require(int holds, const char *what, int line) {
 
 #ifdef INCREMENTAL
 /* Feeds `samples` at a time and works `units` each time. */
-static int as_they_arrive(float *parameters, int samples, int units) {
+static int as_they_arrive(float* parameters, int samples, int units) {
   int fed = 0, result = model_begin(&arena);
   while (fed < MODEL_SAMPLES && result >= 0) {
     const int count = (MODEL_SAMPLES - fed < samples) ? MODEL_SAMPLES - fed : samples;
@@ -45,7 +46,7 @@ static void check_incremental_errors(void) {
   REQUIRE(model_work(&arena) == MODEL_ERROR_STATE);
   REQUIRE(model_result(parameters, &arena) == MODEL_ERROR_STATE);
   REQUIRE(model_begin(NULL) == MODEL_ERROR_NULL);
-  REQUIRE(model_begin((unsigned char *)&arena + 1) == MODEL_ERROR_ALIGNMENT);
+  REQUIRE(model_begin((unsigned char*)&arena + 1) == MODEL_ERROR_ALIGNMENT);
   REQUIRE(model_begin(&arena) == MODEL_OK);
   REQUIRE(model_feed(NULL, 1, &arena) == MODEL_ERROR_NULL);
   REQUIRE(model_feed(sway, -1, &arena) == MODEL_ERROR_COUNT);
@@ -67,7 +68,7 @@ static void check_errors(void) {
   REQUIRE(model_identify(NULL, parameters, &arena) == MODEL_ERROR_NULL);
   REQUIRE(model_identify(sway, NULL, &arena) == MODEL_ERROR_NULL);
   REQUIRE(model_identify(sway, parameters, NULL) == MODEL_ERROR_NULL);
-  REQUIRE(model_identify(sway, parameters, (unsigned char *)&arena + 4) == MODEL_ERROR_ALIGNMENT);
+  REQUIRE(model_identify(sway, parameters, (unsigned char*)&arena + 4) == MODEL_ERROR_ALIGNMENT);
   sway[MODEL_SAMPLES / 2] = (float)NAN;
   REQUIRE(model_identify(sway, parameters, &arena) == MODEL_ERROR_NOT_FINITE);
   sway[MODEL_SAMPLES / 2] = -(float)INFINITY;
@@ -76,16 +77,16 @@ static void check_errors(void) {
   REQUIRE(model_identify_image(NULL, parameters, &arena) == MODEL_ERROR_NULL);
   REQUIRE(model_identify_image(image, NULL, &arena) == MODEL_ERROR_NULL);
   REQUIRE(model_identify_image(image, parameters, NULL) == MODEL_ERROR_NULL);
-  REQUIRE(model_identify_image(image, parameters, (unsigned char *)&arena + 2) == MODEL_ERROR_ALIGNMENT);
+  REQUIRE(model_identify_image(image, parameters, (unsigned char*)&arena + 2) == MODEL_ERROR_ALIGNMENT);
   image[3] = (float)NAN;
   REQUIRE(model_identify_image(image, parameters, &arena) == MODEL_ERROR_NOT_FINITE);
   image[3] = pixel;
   REQUIRE(parameters[0] == 1 && parameters[6] == 7); /* untouched by all that */
   REQUIRE(model_self_test(NULL) == MODEL_ERROR_NULL);
-  REQUIRE(model_self_test((unsigned char *)&arena + 1) == MODEL_ERROR_ALIGNMENT);
+  REQUIRE(model_self_test((unsigned char*)&arena + 1) == MODEL_ERROR_ALIGNMENT);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
   FILE *sways, *images, *results;
   if (argc != 4) return 2;
   sways = fopen(argv[1], "rb");

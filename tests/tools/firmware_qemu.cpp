@@ -1,5 +1,5 @@
-// An exported model on emulated processors: examples/firmware built for Cortex-M4F and M7, run under QEMU on trials,
-// bits compared with identify's. What it costs is printed; the README has it as a table.
+// An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F and M7, run under QEMU on
+// trials, bits compared with identify's. What it costs is printed; the README has it as a table.
 #include <sstream>
 
 #include "tests/tools/firmware_models.hpp"
@@ -66,13 +66,13 @@ void check_costs(const std::string& costs, int trials) {
   CHECK(cost(costs, "instructions_largest_part") * 20 < cost(costs, "instructions_whole"));
 }
 
-void check_cpu(const std::string& cpu, const std::string& name) {
+void check_cpu(const std::string& cpu, const std::string& name, int trials) {
   Model model = load_model(test::firmware_model);
   {
     const Folder folder;
-    const dataset::Dataset data = test::noisy_trials(model, 20, 77);
+    const dataset::Dataset data = test::noisy_trials(model, trials, 77);
     const std::string costs = run_example(folder, "--cpu " + cpu, data);
-    check_costs(costs, 20);
+    check_costs(costs, trials);
     check_written("README.md", row(name + ", float", costs));
     check_written("docs/firmware.md", controller_row(name, costs));
     CHECK(test::read_text(folder / "out/results.bin") == test::identified_bytes(model, data));
@@ -95,11 +95,14 @@ void check_cpu(const std::string& cpu, const std::string& name) {
 
 }  // namespace
 
+TEST_CASE("Cortex-M3 under QEMU, without an FPU: the bits of identify") {
+  check_cpu("m3", "Cortex-M3", 2);
+}
 TEST_CASE("Cortex-M4F under QEMU: the bits of identify") {
-  check_cpu("m4", "Cortex-M4F");
+  check_cpu("m4", "Cortex-M4F", 20);
 }
 TEST_CASE("Cortex-M7 under QEMU: the bits of identify") {
-  check_cpu("m7", "Cortex-M7");
+  check_cpu("m7", "Cortex-M7", 20);
 }
 
 }  // namespace decid::tools

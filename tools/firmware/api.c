@@ -25,30 +25,30 @@ typedef struct {
 /* The arena is at least as large as this; sizes are checked where the tables are made and here. */
 typedef char arena_holds_the_state[(sizeof(work_state) <= (size_t)STATE_BYTES) ? 1 : -1];
 
-static work_state *state_of(void *arena) {
-  return (work_state *)arena;
+static work_state* state_of(void* arena) {
+  return (work_state*)arena;
 }
-static complex_value *signal_of(void *arena) {
-  return (complex_value *)(void *)&((unsigned char *)arena)[SIGNAL_OFFSET];
+static complex_value* signal_of(void* arena) {
+  return (complex_value*)(void*)&((unsigned char*)arena)[SIGNAL_OFFSET];
 }
 #if PASSES > 0
-static complex_value *scratch_of(void *arena) {
-  return (complex_value *)(void *)&((unsigned char *)arena)[SCRATCH_OFFSET];
+static complex_value* scratch_of(void* arena) {
+  return (complex_value*)(void*)&((unsigned char*)arena)[SCRATCH_OFFSET];
 }
 #endif
 #if FOLD > 1
-static complex_value *spectra_of(void *arena) {
-  return (complex_value *)(void *)&((unsigned char *)arena)[SPECTRA_OFFSET];
+static complex_value* spectra_of(void* arena) {
+  return (complex_value*)(void*)&((unsigned char*)arena)[SPECTRA_OFFSET];
 }
 #endif
-static activation *maps_of(void *arena) {
-  return (activation *)(void *)&((unsigned char *)arena)[MAPS_OFFSET];
+static activation* maps_of(void* arena) {
+  return (activation*)(void*)&((unsigned char*)arena)[MAPS_OFFSET];
 }
-static activation *patch_of(void *arena) {
-  return (activation *)(void *)&((unsigned char *)arena)[PATCH_OFFSET];
+static activation* patch_of(void* arena) {
+  return (activation*)(void*)&((unsigned char*)arena)[PATCH_OFFSET];
 }
 
-static int32_t check_arena(const void *arena) {
+static int32_t check_arena(const void* arena) {
   int32_t result = DECID_FW_OK;
   if (arena == NULL) {
     result = DECID_FW_ERROR_NULL;
@@ -60,8 +60,8 @@ static int32_t check_arena(const void *arena) {
   return result;
 }
 
-static void start(void *arena) {
-  work_state *const state = state_of(arena);
+static void start(void* arena) {
+  work_state* const state = state_of(arena);
   int32_t i;
   state->magic = MAGIC;
   state->phase = PHASE_WAITING;
@@ -102,9 +102,9 @@ static float test_sample(int32_t k) {
 }
 
 /* Samples of the window that is waited for; sway NULL: the self-test's. Bad samples change nothing. */
-static int32_t load_window(void *arena, const float *sway, int32_t first) {
-  work_state *const state = state_of(arena);
-  complex_value *const signal = signal_of(arena);
+static int32_t load_window(void* arena, const float* sway, int32_t first) {
+  work_state* const state = state_of(arena);
+  complex_value* const signal = signal_of(arena);
   int32_t n;
   for (n = 0; n < WINDOW; ++n) {
     const float value = (sway == NULL) ? test_sample(first + n) : sway[n];
@@ -128,13 +128,13 @@ static int32_t load_window(void *arena, const float *sway, int32_t first) {
   return DECID_FW_OK;
 }
 
-static void next_window(work_state *state) {
+static void next_window(work_state* state) {
   state->next = 0;
   ++state->window;
   state->phase = PHASE_WAITING;
 }
 
-static void transform_unit(work_state *state, void *arena) {
+static void transform_unit(work_state* state, void* arena) {
 #if PASSES > 0
   const int32_t radix = pass_radix[state->pass];
   const int32_t all = SIGNAL_LENGTH / radix;
@@ -157,12 +157,12 @@ static void transform_unit(work_state *state, void *arena) {
 }
 
 #if FOLD > 1
-static complex_value *kept_bins(void *arena, int32_t cycle, int32_t column) {
+static complex_value* kept_bins(void* arena, int32_t cycle, int32_t column) {
   return &spectra_of(arena)[((cycle * KEPT_COLUMNS) + (column % KEPT_COLUMNS)) * SHOWN_BINS];
 }
 
-static void keep_unit(work_state *state, void *arena) {
-  complex_value *const kept = kept_bins(arena, cycle_of(state->window), column_of(state->window));
+static void keep_unit(work_state* state, void* arena) {
+  complex_value* const kept = kept_bins(arena, cycle_of(state->window), column_of(state->window));
   int32_t left = UNIT_KEPT_BINS;
   while ((left > 0) && (state->next < SHOWN_BINS)) {
     kept[state->next] = spectrum_bin(signal_of(arena), state->next);
@@ -175,17 +175,17 @@ static void keep_unit(work_state *state, void *arena) {
 }
 #endif
 
-static void draw_unit(work_state *state, void *arena) {
+static void draw_unit(work_state* state, void* arena) {
   const int32_t column = column_of(state->window);
   int32_t left = UNIT_DRAWN_BINS;
   while ((left > 0) && (state->next < SHOWN_BINS)) {
 #if FOLD > 1
-    const complex_value *const earlier = &kept_bins(arena, 0, column)[state->next];
+    const complex_value* const earlier = &kept_bins(arena, 0, column)[state->next];
 #else
-    const complex_value *const earlier = NULL;
+    const complex_value* const earlier = NULL;
 #endif
-    draw_bin(&maps_of(arena)[network_maps[0].offset], signal_of(arena), earlier, KEPT_COLUMNS * SHOWN_BINS,
-             state->next, column);
+    draw_bin(&maps_of(arena)[network_maps[0].offset], signal_of(arena), earlier, KEPT_COLUMNS * SHOWN_BINS, state->next,
+             column);
     ++state->next;
     --left;
   }
@@ -204,8 +204,8 @@ static void draw_unit(work_state *state, void *arena) {
 }
 
 /* One unit of work; 0 if there is none that can be done now. */
-static int32_t work_unit(void *arena) {
-  work_state *const state = state_of(arena);
+static int32_t work_unit(void* arena) {
+  work_state* const state = state_of(arena);
   int32_t worked = 1;
   switch (state->phase) {
     case PHASE_TRANSFORM:
@@ -236,14 +236,14 @@ static int32_t work_unit(void *arena) {
   return worked;
 }
 
-static void finish_window(void *arena) {
+static void finish_window(void* arena) {
   while (work_unit(arena) != 0) {
     /* on */
   }
 }
 
-static int32_t take_result(void *arena, float *parameters) {
-  const work_state *const state = state_of(arena);
+static int32_t take_result(void* arena, float* parameters) {
+  const work_state* const state = state_of(arena);
   int32_t i;
   if (state->phase != PHASE_DONE) {
     return DECID_FW_ERROR_STATE;
@@ -254,7 +254,7 @@ static int32_t take_result(void *arena, float *parameters) {
   return DECID_FW_OK;
 }
 
-static int32_t run_trial(void *arena, const float *sway) {
+static int32_t run_trial(void* arena, const float* sway) {
   int32_t result = DECID_FW_OK;
   int32_t window;
   start(arena);
@@ -266,7 +266,7 @@ static int32_t run_trial(void *arena, const float *sway) {
   return result;
 }
 
-int DECID_FW_identify(const float *sway_rad, float *parameters, void *arena) {
+int DECID_FW_identify(const float* sway_rad, float* parameters, void* arena) {
   int32_t result = check_arena(arena);
   if ((sway_rad == NULL) || (parameters == NULL)) {
     result = DECID_FW_ERROR_NULL;
@@ -280,8 +280,8 @@ int DECID_FW_identify(const float *sway_rad, float *parameters, void *arena) {
   return (int)result;
 }
 
-int DECID_FW_identify_image(const float *image, float *parameters, void *arena) {
-  activation *pixels;
+int DECID_FW_identify_image(const float* image, float* parameters, void* arena) {
+  activation* pixels;
   int32_t result = check_arena(arena);
   int32_t column;
   int32_t row;
@@ -319,11 +319,11 @@ int DECID_FW_identify_image(const float *image, float *parameters, void *arena) 
 }
 
 #if INCREMENTAL
-static float *samples_of(void *arena) {
-  return (float *)(void *)&((unsigned char *)arena)[SAMPLES_OFFSET];
+static float* samples_of(void* arena) {
+  return (float*)(void*)&((unsigned char*)arena)[SAMPLES_OFFSET];
 }
 
-static int32_t check_begun(void *arena) {
+static int32_t check_begun(void* arena) {
   int32_t result = check_arena(arena);
   if ((result == DECID_FW_OK) && (state_of(arena)->magic != MAGIC)) {
     result = DECID_FW_ERROR_STATE;
@@ -331,7 +331,7 @@ static int32_t check_begun(void *arena) {
   return result;
 }
 
-int DECID_FW_begin(void *arena) {
+int DECID_FW_begin(void* arena) {
   const int32_t result = check_arena(arena);
   if (result == DECID_FW_OK) {
     start(arena);
@@ -339,7 +339,7 @@ int DECID_FW_begin(void *arena) {
   return (int)result;
 }
 
-int DECID_FW_feed(const float *sway_rad, int count, void *arena) {
+int DECID_FW_feed(const float* sway_rad, int count, void* arena) {
   int32_t result = check_begun(arena);
   int32_t i;
   if (sway_rad == NULL) {
@@ -357,7 +357,7 @@ int DECID_FW_feed(const float *sway_rad, int count, void *arena) {
     }
   }
   for (i = 0; (result == DECID_FW_OK) && (i < (int32_t)count); ++i) {
-    work_state *const state = state_of(arena);
+    work_state* const state = state_of(arena);
     const int32_t k = state->fed - FIRST_SAMPLE;
     ++state->fed;
     if ((k >= 0) && (k < (IMAGE_COLUMNS * FOLD * WINDOW))) {
@@ -371,7 +371,7 @@ int DECID_FW_feed(const float *sway_rad, int count, void *arena) {
   return (int)result;
 }
 
-int DECID_FW_work(void *arena) {
+int DECID_FW_work(void* arena) {
   int32_t result = check_begun(arena);
   if (result == DECID_FW_OK) {
     result = (work_unit(arena) != 0) ? DECID_FW_MORE : DECID_FW_OK;
@@ -379,7 +379,7 @@ int DECID_FW_work(void *arena) {
   return (int)result;
 }
 
-int DECID_FW_result(float *parameters, void *arena) {
+int DECID_FW_result(float* parameters, void* arena) {
   int32_t result = check_begun(arena);
   if (parameters == NULL) {
     result = DECID_FW_ERROR_NULL;
@@ -400,7 +400,7 @@ static uint32_t float_bits(float value) {
   return u.bits;
 }
 
-int DECID_FW_self_test(void *arena) {
+int DECID_FW_self_test(void* arena) {
   float parameters[7];
   int32_t i;
   int32_t result = check_arena(arena);

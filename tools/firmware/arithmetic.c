@@ -75,14 +75,14 @@ typedef struct {
 } wide_number;
 
 /* The significand of a finite double and the power of two that it counts. */
-static uint64_t significand_of(uint64_t bits, int32_t *exponent) {
+static uint64_t significand_of(uint64_t bits, int32_t* exponent) {
   const int32_t field = (int32_t)((bits >> 52) & 0x7ffU);
   const uint64_t fraction = bits & 0x000fffffffffffffU;
   *exponent = ((field == 0) ? 1 : field) - 1075;
   return (field == 0) ? fraction : (fraction | 0x0010000000000000U);
 }
 
-static void shift_left(wide_number *x, int32_t by) {
+static void shift_left(wide_number* x, int32_t by) {
   if (by >= 64) {
     x->high = x->low << (by - 64);
     x->low = 0U;
@@ -96,7 +96,7 @@ static void shift_left(wide_number *x, int32_t by) {
 }
 
 /* What falls out at the right end is kept as a last bit of 1. */
-static void shift_right_sticky(wide_number *x, int32_t by) {
+static void shift_right_sticky(wide_number* x, int32_t by) {
   uint64_t lost = 0U;
   if (by >= 128) {
     lost = x->high | x->low;
@@ -122,7 +122,7 @@ static void shift_right_sticky(wide_number *x, int32_t by) {
   x->exponent += by;
 }
 
-static int32_t leading_zeros(const wide_number *x) {
+static int32_t leading_zeros(const wide_number* x) {
   int32_t count = 0;
   uint64_t part = x->high;
   if (part == 0U) {

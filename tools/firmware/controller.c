@@ -2,7 +2,8 @@
    The DEC controller of decid's simulator, operation by operation (sim/kernels/pendulums.hpp, where the equations are).
    With c = step / inertia, e half the difference between the tilt as estimated and the tilt, q = e' and nu the
    vestibular noise:
-     q = (nu' - clamp(f' + nu', -theta, theta)) / 2,   u = 2 c Kp (a + e) + 2 c Kd (a' + q),   torque = -u(t - delay) / c */
+     q = (nu' - clamp(f' + nu', -theta, theta)) / 2,   u = 2 c Kp (a + e) + 2 c Kd (a' + q),   torque = -u(t - delay) /
+   c */
 
 static double clamped(double x, double low, double high) {
   const double below = (x < high) ? x : high;
@@ -14,16 +15,16 @@ static double rounded(double x) {
   return (double)(int32_t)(x + 0.5);
 }
 
-int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters) {
-  const DECID_FW_parameters *const p = (parameters != NULL) ? parameters : &DECID_FW_identified;
+int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters) {
+  const DECID_FW_parameters* const p = (parameters != NULL) ? parameters : &DECID_FW_identified;
   double steps;
   int32_t i;
   if (state == NULL) {
     return DECID_FW_ERROR_NULL;
   }
-  if (!((p->kp >= 0.0) && (p->kp <= LARGEST_GAIN) && (p->kd >= 0.0) && (p->kd <= LARGEST_GAIN) &&
-        (p->kp_pass >= 0.0) && (p->kp_pass <= LARGEST_GAIN) && (p->kd_pass >= 0.0) && (p->kd_pass <= LARGEST_GAIN) &&
-        (p->theta >= 0.0) && (p->theta <= LARGEST_GAIN) && (p->delay >= 0.0) && (p->delay <= DECID_FW_LONGEST_DELAY_S))) {
+  if (!((p->kp >= 0.0) && (p->kp <= LARGEST_GAIN) && (p->kd >= 0.0) && (p->kd <= LARGEST_GAIN) && (p->kp_pass >= 0.0) &&
+        (p->kp_pass <= LARGEST_GAIN) && (p->kd_pass >= 0.0) && (p->kd_pass <= LARGEST_GAIN) && (p->theta >= 0.0) &&
+        (p->theta <= LARGEST_GAIN) && (p->delay >= 0.0) && (p->delay <= DECID_FW_LONGEST_DELAY_S))) {
     return DECID_FW_ERROR_RANGE;
   }
   state->kp = 2.0 * STEP_OVER_INERTIA * p->kp;
@@ -48,7 +49,7 @@ int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters)
   return DECID_FW_OK;
 }
 
-double DECID_FW_step_scaled(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate,
+double DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rate, double support_rate,
                             double vestibular_rate) {
   const double noise = 0.5 * vestibular_rate;
   const double heard = (0.5 * support_rate) + noise;
@@ -77,16 +78,17 @@ double DECID_FW_step_scaled(DECID_FW_state *state, double sway_rad, double sway_
   return active;
 }
 
-double DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate,
+double DECID_FW_step(DECID_FW_state* state, double sway_rad, double sway_rate, double support_rate,
                      double vestibular_rate) {
   return -(DECID_FW_step_scaled(state, sway_rad, sway_rate, support_rate, vestibular_rate) / STEP_OVER_INERTIA);
 }
 
-double DECID_FW_passive(const DECID_FW_state *state, double ankle_rad, double ankle_rate) {
+double DECID_FW_passive(const DECID_FW_state* state, double ankle_rad, double ankle_rate) {
   return -(((state->passive * ankle_rad) + (state->damping * ankle_rate)) / STEP_OVER_INERTIA);
 }
 
-/* ---- A simulated body, for the self-test ---------------------------------------------------------------------------- */
+/* ---- A simulated body, for the self-test ----------------------------------------------------------------------------
+ */
 
 static uint64_t hash_of(uint64_t before, double value) {
   union {
@@ -97,7 +99,7 @@ static uint64_t hash_of(uint64_t before, double value) {
   return (before ^ u.bits) * 1099511628211U;
 }
 
-int DECID_FW_self_test(DECID_FW_state *state) {
+int DECID_FW_self_test(DECID_FW_state* state) {
   double sway = 0.0;
   double rate = 0.0;
   uint64_t hash = 14695981039346656037U;

@@ -82,8 +82,8 @@ static int32_t is_odd(int32_t channel) {
 }
 
 /* Puts a value where the network reads it. */
-static void put_pixel(activation *image, int32_t channel, int32_t row, int32_t column, float value) {
-  const network_map *const map = &network_maps[0];
+static void put_pixel(activation* image, int32_t channel, int32_t row, int32_t column, float value) {
+  const network_map* const map = &network_maps[0];
 #if STREAM_ROWS
   image[(row * map->line_stride) + (channel * map->channel_stride) + (column * map->position_stride)] =
       to_activation(value, &map->quantisation);
@@ -93,7 +93,7 @@ static void put_pixel(activation *image, int32_t channel, int32_t row, int32_t c
 #endif
 }
 
-static void draw_pixel(activation *image, int32_t channel, int32_t row, int32_t column, double value) {
+static void draw_pixel(activation* image, int32_t channel, int32_t row, int32_t column, double value) {
   float scaled = (float)value;
 #if STANDARDIZES_ROWS
   const int32_t of_row = (channel * IMAGE_ROWS) + row;
@@ -103,7 +103,7 @@ static void draw_pixel(activation *image, int32_t channel, int32_t row, int32_t 
 }
 
 /* Draws bin k of a column in every channel. earlier: that bin in the cycles before the last, `apart` values apart. */
-static void draw_bin(activation *image, const complex_value *signal, const complex_value *earlier, int32_t apart,
+static void draw_bin(activation* image, const complex_value* signal, const complex_value* earlier, int32_t apart,
                      int32_t k, int32_t column) {
   const complex_value last = spectrum_bin(signal, k);
   complex_value mean = {0.0, 0.0};

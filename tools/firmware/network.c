@@ -4,7 +4,7 @@
    The order of every sum is that of decid's nn/kernels/kernels.hpp. */
 
 #if QUANTISED
-static int32_t to_integer(float value, const quantisation_scale *to) {
+static int32_t to_integer(float value, const quantisation_scale* to) {
   float steps = (value * to->steps_per_unit) + (float)to->zero;
   if (!(steps > -128.0F)) {
     steps = -128.0F;
@@ -16,7 +16,7 @@ static int32_t to_integer(float value, const quantisation_scale *to) {
 }
 #endif
 
-static activation to_activation(float value, const quantisation_scale *to) {
+static activation to_activation(float value, const quantisation_scale* to) {
 #if QUANTISED
   return (activation)to_integer(value, to);
 #else
@@ -27,8 +27,8 @@ static activation to_activation(float value, const quantisation_scale *to) {
 
 /* The inputs of one output position, in `channels` channels from data on, in the order of the sums: channel, row,
    column; zeros outside. */
-static void gather(const network_layer *layer, const network_map *src, const activation *data, int32_t channels,
-                   int32_t line, int32_t position, activation *patch) {
+static void gather(const network_layer* layer, const network_map* src, const activation* data, int32_t channels,
+                   int32_t line, int32_t position, activation* patch) {
   const int32_t first_line = (line * layer->stride_lines) - layer->pad_lines;
   const int32_t first_position = (position * layer->stride_positions) - layer->pad_positions;
 #if STREAM_ROWS
@@ -38,12 +38,12 @@ static void gather(const network_layer *layer, const network_map *src, const act
   const int32_t kernel_rows = layer->kernel_positions;
   const int32_t kernel_columns = layer->kernel_lines;
 #endif
-  activation *to = patch;
+  activation* to = patch;
   int32_t channel;
   int32_t y;
   int32_t x;
   for (channel = 0; channel < channels; ++channel) {
-    const activation *const plane = &data[channel * src->channel_stride];
+    const activation* const plane = &data[channel * src->channel_stride];
     for (y = 0; y < kernel_rows; ++y) {
       for (x = 0; x < kernel_columns; ++x) {
 #if STREAM_ROWS
@@ -65,11 +65,11 @@ static void gather(const network_layer *layer, const network_map *src, const act
 }
 
 /* Four outputs' sums over the same inputs, each one chain in order. */
-static void sum_products(const weight_value *const weight[4], const activation *x, int32_t taps, accumulator sum[4]) {
-  const weight_value *const w0 = weight[0];
-  const weight_value *const w1 = weight[1];
-  const weight_value *const w2 = weight[2];
-  const weight_value *const w3 = weight[3];
+static void sum_products(const weight_value* const weight[4], const activation* x, int32_t taps, accumulator sum[4]) {
+  const weight_value* const w0 = weight[0];
+  const weight_value* const w1 = weight[1];
+  const weight_value* const w2 = weight[2];
+  const weight_value* const w3 = weight[3];
   accumulator s0 = sum[0];
   accumulator s1 = sum[1];
   accumulator s2 = sum[2];
@@ -97,7 +97,7 @@ static void sum_products(const weight_value *const weight[4], const activation *
 }
 
 /* What happens to every output of a layer: BatchNorm where it is not part of the weights, ReLU. */
-static float finish(const network_layer *layer, int32_t channel, float value) {
+static float finish(const network_layer* layer, int32_t channel, float value) {
   float y = value;
   if (layer->affine_scale != NULL) {
     y = fma_float(y, layer->affine_scale[channel], layer->affine_shift[channel]);
@@ -113,7 +113,7 @@ static float finish(const network_layer *layer, int32_t channel, float value) {
 }
 
 /* Value of an accumulator in the units of the layer's input. */
-static float from_accumulator(const network_layer *layer, int32_t channel, accumulator sum) {
+static float from_accumulator(const network_layer* layer, int32_t channel, accumulator sum) {
 #if QUANTISED
   return fma_float((float)sum, layer->scale[channel], layer->bias[channel]);
 #else
@@ -123,7 +123,7 @@ static float from_accumulator(const network_layer *layer, int32_t channel, accum
 #endif
 }
 
-static void put_output(const network_layer *layer, const network_map *dst, activation *to, float *outputs,
+static void put_output(const network_layer* layer, const network_map* dst, activation* to, float* outputs,
                        int32_t channel, accumulator sum) {
   const float y = finish(layer, channel, from_accumulator(layer, channel, sum));
   if (layer->last != 0U) {
@@ -133,12 +133,12 @@ static void put_output(const network_layer *layer, const network_map *dst, activ
   }
 }
 
-static void convolve(const network_layer *layer, const network_map *dst, const activation *x, activation *to,
-                     float *outputs) {
+static void convolve(const network_layer* layer, const network_map* dst, const activation* x, activation* to,
+                     float* outputs) {
   int32_t first;
   int32_t i;
   for (first = 0; first < dst->channels; first += 4) {
-    const weight_value *weight[4];
+    const weight_value* weight[4];
     accumulator sum[4];
     for (i = 0; i < 4; ++i) {
       const int32_t channel = ((first + i) < dst->channels) ? (first + i) : (dst->channels - 1);
@@ -158,7 +158,7 @@ static void convolve(const network_layer *layer, const network_map *dst, const a
 
 #if USES_POOLS
 /* One channel's window. */
-static accumulator pool(const network_layer *layer, const activation *x) {
+static accumulator pool(const network_layer* layer, const activation* x) {
   accumulator sum = 0;
   int32_t t;
   if (layer->kind == LAYER_MAX_POOL) {
@@ -181,17 +181,16 @@ static accumulator pool(const network_layer *layer, const activation *x) {
 #endif
 
 /* The next output line of a layer; memory: the maps, at their offsets. */
-static void make_line(const network_layer *layer, int32_t line, activation *memory, activation *patch,
-                      float *outputs) {
-  const network_map *const src = &network_maps[layer->src];
-  const network_map *const dst = &network_maps[layer->dst];
-  const activation *const data = &memory[src->offset];
+static void make_line(const network_layer* layer, int32_t line, activation* memory, activation* patch, float* outputs) {
+  const network_map* const src = &network_maps[layer->src];
+  const network_map* const dst = &network_maps[layer->dst];
+  const activation* const data = &memory[src->offset];
   int32_t position;
 #if USES_POOLS
   int32_t channel;
 #endif
   for (position = 0; position < dst->positions; ++position) {
-    activation *const to =
+    activation* const to =
         &memory[dst->offset + ((line % dst->capacity) * dst->line_stride) + (position * dst->position_stride)];
     switch (layer->kind) {
       case LAYER_CONVOLUTION:
@@ -215,12 +214,12 @@ static void make_line(const network_layer *layer, int32_t line, activation *memo
 
 /* Makes one line, of the deepest layer that can make one. ready: lines of each map that were made. Returns 0 if no
    layer can. */
-static int32_t advance_network(int32_t *ready, activation *memory, activation *patch, float *outputs) {
+static int32_t advance_network(int32_t* ready, activation* memory, activation* patch, float* outputs) {
   int32_t i;
   for (i = LAYERS - 1; i >= 0; --i) {
-    const network_layer *const layer = &network_layers[i];
-    const network_map *const src = &network_maps[layer->src];
-    const network_map *const dst = &network_maps[layer->dst];
+    const network_layer* const layer = &network_layers[i];
+    const network_map* const src = &network_maps[layer->src];
+    const network_map* const dst = &network_maps[layer->dst];
     const int32_t line = ready[layer->dst];
     const int32_t needed = ((line * layer->stride_lines) - layer->pad_lines) + layer->kernel_lines;
     if ((line < dst->lines) && (((needed < src->lines) ? needed : src->lines) <= ready[layer->src])) {

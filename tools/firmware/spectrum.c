@@ -1,7 +1,7 @@
 /* ---- Spectra of windows ---------------------------------------------------------------------------------------------
-   The transform of decid's sim/fft.hpp with the same butterflies and twiddles, so with the same bits, but in place: each
-   butterfly writes where it has read, and a bin is looked up by its reversed digits. Decimation in frequency (Van Loan,
-   Computational Frameworks for the FFT, 1992). */
+   The transform of decid's sim/fft.hpp with the same butterflies and twiddles, so with the same bits, but in place:
+   each butterfly writes where it has read, and a bin is looked up by its reversed digits. Decimation in frequency (Van
+   Loan, Computational Frameworks for the FFT, 1992). */
 
 typedef struct {
   double re;
@@ -74,7 +74,7 @@ static complex_value root_of_unity(int32_t n) {
 }
 
 #if USES_RADIX_2
-static void butterfly_2(complex_value *x) {
+static void butterfly_2(complex_value* x) {
   const complex_value sum = plus(x[0], x[1]);
   x[1] = minus(x[0], x[1]);
   x[0] = sum;
@@ -82,7 +82,7 @@ static void butterfly_2(complex_value *x) {
 #endif
 
 #if USES_RADIX_3
-static void butterfly_3(complex_value *x) {
+static void butterfly_3(complex_value* x) {
   const complex_value sum = plus(x[1], x[2]);
   const complex_value side = times_minus_i(times(minus(x[1], x[2]), 0.86602540378443865));
   const complex_value middle = minus(x[0], times(sum, 0.5));
@@ -93,7 +93,7 @@ static void butterfly_3(complex_value *x) {
 #endif
 
 #if USES_RADIX_4
-static void butterfly_4(complex_value *x) {
+static void butterfly_4(complex_value* x) {
   const complex_value even_sum = plus(x[0], x[2]);
   const complex_value even_difference = minus(x[0], x[2]);
   const complex_value odd_sum = plus(x[1], x[3]);
@@ -106,7 +106,7 @@ static void butterfly_4(complex_value *x) {
 #endif
 
 #if USES_RADIX_5
-static void butterfly_5(complex_value *x) {
+static void butterfly_5(complex_value* x) {
   const double cos1 = 0.30901699437494742;
   const double cos2 = -0.80901699437494742;
   const double sin1 = 0.95105651629515357;
@@ -129,9 +129,9 @@ static void butterfly_5(complex_value *x) {
 
 #if LARGEST_RADIX > 5
 /* Any odd radix: x[j] and x[radix - j] share their cosines and sines. fold: radix - 1 values. */
-static void butterfly_odd(complex_value *x, int32_t radix, complex_value *fold) {
+static void butterfly_odd(complex_value* x, int32_t radix, complex_value* fold) {
   const int32_t half = radix / 2;
-  complex_value *const differences = &fold[half];
+  complex_value* const differences = &fold[half];
   const complex_value first = x[0];
   complex_value total = first;
   int32_t j;
@@ -164,12 +164,12 @@ static void butterfly_odd(complex_value *x, int32_t radix, complex_value *fold) 
 
 #if PASSES > 0
 /* Butterfly `number` of pass `pass`; x: room for LARGEST_RADIX values and as many for its sums. */
-static void run_butterfly(complex_value *signal, int32_t pass, int32_t number, complex_value *x) {
+static void run_butterfly(complex_value* signal, int32_t pass, int32_t number, complex_value* x) {
   const int32_t radix = pass_radix[pass];
   const int32_t groups = pass_groups[pass];
   const int32_t points = groups * radix;
   const int32_t group = number % groups;
-  complex_value *const at = &signal[((number / groups) * points) + group];
+  complex_value* const at = &signal[((number / groups) * points) + group];
   const int32_t turn = group * (WINDOW / points);
   int32_t j;
   for (j = 0; j < radix; ++j) {
@@ -227,7 +227,7 @@ static int32_t place_of(int32_t k) {
 }
 
 /* Bin k, 0 .. WINDOW / 2, of the real signal's spectrum. */
-static complex_value spectrum_bin(const complex_value *signal, int32_t k) {
+static complex_value spectrum_bin(const complex_value* signal, int32_t k) {
 #if (WINDOW % 2) == 0
   /* The spectra of the even and the odd samples are the Hermitian and the anti-Hermitian part. */
   const int32_t half = WINDOW / 2;

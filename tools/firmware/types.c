@@ -1,4 +1,5 @@
-/* ---- What the tables below are made of ------------------------------------------------------------------------------ */
+/* ---- What the tables below are made of ------------------------------------------------------------------------------
+ */
 
 #if QUANTISED
 typedef int8_t activation;
@@ -48,11 +49,11 @@ typedef struct {
   int32_t pad_positions;
   int32_t taps; /* inputs of one sum */
   float average;
-  const weight_value *weight; /* [output][tap] */
-  const float *bias;          /* without quantisation the sums begin with it; with it, value = scale sum + bias */
-  const float *scale;
-  const float *affine_scale;
-  const float *affine_shift;
+  const weight_value* weight; /* [output][tap] */
+  const float* bias;          /* without quantisation the sums begin with it; with it, value = scale sum + bias */
+  const float* scale;
+  const float* affine_scale;
+  const float* affine_shift;
 } network_layer;
 
 enum {
