@@ -18,6 +18,7 @@
 #include "embedded/firmware_network.hpp"
 #include "embedded/firmware_spectrum.hpp"
 #include "embedded/firmware_types.hpp"
+#include "embedded/firmware_work.hpp"
 #include "tools/text.hpp"
 #include "tools/version.hpp"
 
@@ -93,13 +94,25 @@ std::string turns(int window) {
   return table("static const double turn_sine[]", sine) + table("static const double turn_cosine[]", cosine);
 }
 
+/// Of each output of the last pass' butterflies, whether one of them is needed for a bin that is shown. Output r of
+/// butterfly k is value k + length / radix * r of the transform; bin k is made of values k and length - k.
+std::vector<std::uint8_t> needed_outputs(const Model& model, const FirmwarePlan& plan) {
+  const int length = transform_length(model), radix = plan.radices.back(), stride = length / radix;
+  const int shown = std::min(model.image.window / 2 + 1, model.images().shape().rows);
+  std::vector<std::uint8_t> needed(static_cast<std::size_t>(radix), 0);
+  for (int k = 0; k < shown; ++k)
+    for (const int value : {k, length - k}) needed[static_cast<std::size_t>(value % length / stride)] = 1;
+  return needed;
+}
+
 std::string passes(const Model& model, const FirmwarePlan& plan) {
   std::vector<int> groups;
   int left = transform_length(model);
   for (const int radix : plan.radices) groups.push_back(left /= radix);
   if (groups.empty()) return {};
   return table("static const int32_t pass_radix[PASSES]", plan.radices) +
-         table("static const int32_t pass_groups[PASSES]", groups);
+         table("static const int32_t pass_groups[PASSES]", groups) +
+         table("static const uint8_t last_pass_needed[]", needed_outputs(model, plan));
 }
 
 std::string map_table(const FirmwarePlan& plan) {
@@ -283,6 +296,8 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
   source += embedded::firmware_network();
   source += "\n";
   source += embedded::firmware_image();
+  source += "\n";
+  source += embedded::firmware_work();
   source += "\n";
   source += embedded::firmware_api();
   return {with_name(header, name), with_name(source, name)};

@@ -39,9 +39,9 @@ extern const DECID_FW_parameters DECID_FW_identified;
 int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters);
 
 /* One step of 1 ms: the active torque on the body in N m, positive towards positive sway.
-   sway_rad, sway_rate: the body's centre of mass in space, rad and rad/s. support_rate: the tilt of what it stands on in
-   space, rad/s (sway_rate less the ankle's rate, where only these are measured). vestibular_rate: what is added to the
-   support's rate as the vestibular channel hears it, rad/s; 0 where the sensors' own noise takes its place.
+   sway_rad, sway_rate: the body's centre of mass in space, rad and rad/s. support_rate: the tilt of what it stands on,
+   in space, rad/s (sway_rate less the ankle's rate, where only these are measured). vestibular_rate: what is added to
+   it as the vestibular channel hears it, rad/s; 0 where the sensors' own noise takes its place.
    The state must have been begun. */
 double DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate,
                      double vestibular_rate);

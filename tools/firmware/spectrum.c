@@ -1,7 +1,7 @@
 /* ---- Spectra of windows ---------------------------------------------------------------------------------------------
    The transform of decid's sim/fft.hpp with the same butterflies and twiddles, so with the same bits, but in place:
-   each butterfly writes where it has read, and a bin is looked up by its reversed digits. Decimation in frequency (Van
-   Loan, Computational Frameworks for the FFT, 1992). */
+   each butterfly writes where it has read, a bin is looked up by its reversed digits, and the last pass leaves out what
+   no shown bin needs. Decimation in frequency (Van Loan, Computational Frameworks for the FFT, 1992). */
 
 typedef struct {
   double re;
@@ -128,8 +128,9 @@ static void butterfly_5(complex_value* x) {
 #endif
 
 #if LARGEST_RADIX > 5
-/* Any odd radix: x[j] and x[radix - j] share their cosines and sines. fold: radix - 1 values. */
-static void butterfly_odd(complex_value* x, int32_t radix, complex_value* fold) {
+/* Any odd radix: x[j] and x[radix - j] share their cosines and sines. fold: radix - 1 values. needed: of each output,
+   whether it is looked at; NULL: all are. */
+static void butterfly_odd(complex_value* x, int32_t radix, complex_value* fold, const uint8_t* needed) {
   const int32_t half = radix / 2;
   complex_value* const differences = &fold[half];
   const complex_value first = x[0];
@@ -146,6 +147,9 @@ static void butterfly_odd(complex_value* x, int32_t radix, complex_value* fold) 
     complex_value middle = first;
     complex_value side = {0.0, 0.0};
     int32_t power = r;
+    if ((needed != NULL) && (needed[r] == 0U) && (needed[radix - r] == 0U)) {
+      continue;
+    }
     for (j = 1; j <= half; ++j) {
       const complex_value root = root_of_unity(power * (WINDOW / radix));
       middle = plus(middle, times(fold[j - 1], root.re));
@@ -171,6 +175,7 @@ static void run_butterfly(complex_value* signal, int32_t pass, int32_t number, c
   const int32_t group = number % groups;
   complex_value* const at = &signal[((number / groups) * points) + group];
   const int32_t turn = group * (WINDOW / points);
+  const uint8_t* const needed = (pass == (PASSES - 1)) ? last_pass_needed : NULL;
   int32_t j;
   for (j = 0; j < radix; ++j) {
     x[j] = at[j * groups];
@@ -198,13 +203,15 @@ static void run_butterfly(complex_value* signal, int32_t pass, int32_t number, c
 #endif
     default:
 #if LARGEST_RADIX > 5
-      butterfly_odd(x, radix, &x[radix]);
+      butterfly_odd(x, radix, &x[radix], needed);
 #endif
       break;
   }
   at[0] = x[0];
   for (j = 1; j < radix; ++j) {
-    at[j * groups] = product(x[j], root_of_unity(turn * j));
+    if ((needed == NULL) || (needed[j] != 0U)) {
+      at[j * groups] = product(x[j], root_of_unity(turn * j));
+    }
   }
 }
 
