@@ -80,7 +80,7 @@ void export_model(const Options& options) {
   const std::string hash = nn::weights_sha256(model.network);
   const std::string origin =
       format("Made by decid %s from %s, weights SHA-256\n   %s%s.", version,
-             options.model.empty() ? "its built-in model" : fs::path(options.model).filename().string().c_str(),
+             options.model.empty() ? "its built-in model" : comment(fs::path(options.model).filename()).c_str(),
              hash.c_str(), options.firmware.int8 ? ", in 8-bit integers" : "");
   write_files(options.output, name, firmware_files(model, plan, test, name, origin));
   if (options.common.json) {
@@ -157,7 +157,7 @@ void export_controller(const ControllerOptions& options) {
     parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));  // a network may say a little less
   const std::string origin =
       format("The DEC posture controller, made by decid %s%s.", version,
-             options.result.empty() ? "" : (" from " + fs::path(options.result).filename().string()).c_str());
+             options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
   write_files(options.output, options.name,
               controller_files(parameters, dataset::load_protocol(options.protocol), options.name, origin));
   if (!options.common.quiet)

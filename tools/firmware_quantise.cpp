@@ -6,7 +6,9 @@
 #include <limits>
 #include <numeric>
 
+#include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "tools/text.hpp"
 #include "tools/trials.hpp"
 
 namespace decid::tools {
@@ -14,7 +16,8 @@ namespace {
 
 using Kind = FirmwareLayer::Kind;
 constexpr std::uint64_t calibration_seed = 0x63616c6962;
-constexpr int parts = 16;  // of the trials; each is one thread's
+constexpr int most_taps = 1 << 17;  // 127 times 128 so many times fits 31 bits
+constexpr int parts = 16;           // of the trials; each is one thread's
 
 /// As in firmware/network.c.
 int to_integer(float value, const FirmwareMap& map) {
@@ -200,6 +203,11 @@ void quantise_pool(FirmwareLayer& layer, const FirmwareMap& src) {
 }  // namespace
 
 void quantise(FirmwarePlan& plan, const Model& model) {
+  for (const FirmwareLayer& layer : plan.layers)
+    if (layer.taps > most_taps)
+      throw Error("export",
+                  format("a layer sums %d values, more than %d, which 32 bits may not hold", layer.taps, most_taps),
+                  "export it without --int8");
   const std::vector<Range> found = ranges(plan, model);
   for (std::size_t map = 0; map < plan.maps.size(); ++map) scale_map(plan.maps[map], found[map]);
   for (FirmwareLayer& layer : plan.layers) {

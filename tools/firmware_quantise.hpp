@@ -13,7 +13,8 @@ namespace decid::tools {
 /// Simulated trials that activations are calibrated on.
 inline constexpr int calibration_trials = 256;
 
-/// Gives the plan its integers: the model's own experiment, trials of a seed that is never trained on.
+/// Gives the plan its integers: the model's own experiment, trials of a seed that is never trained on. Throws
+/// Error for a layer whose sums may leave 32 bits.
 void quantise(FirmwarePlan& plan, const Model& model);
 
 /// The plan's network, a layer at a time, in the order of sums that the firmware has: in float, or in integers if the

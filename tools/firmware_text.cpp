@@ -186,15 +186,21 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 }
 
 std::string literal(float value) {
-  std::string text = format("%.9g", static_cast<double>(value));
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text + "F";
+  return literal(static_cast<double>(value), 9) + "F";
 }
 
-std::string literal(double value) {
-  std::string text = format("%.17g", value);
+std::string literal(double value, int digits) {
+  if (!std::isfinite(value))
+    throw Error("export", "a number of the model is infinite or not a number", "train the model anew");
+  std::string text = format("%.*g", digits, value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;
+}
+
+std::string comment(const std::string& text) {
+  std::string safe = one_line(text);
+  std::ranges::replace(safe, '*', '?');
+  return safe;
 }
 
 template <class T>

@@ -33,9 +33,11 @@ std::string with_name(std::string text, const std::string& name);
 /// `text` with its first `what`, which is there, replaced.
 std::string replaced(std::string text, const std::string& what, const std::string& by);
 std::string define(const std::string& name, long long value);
-/// A C literal with these very bits.
+/// A C literal with these very bits. Throws Error for a value that is not finite.
 std::string literal(float value);
-std::string literal(double value);
+std::string literal(double value, int digits = 17);
+/// `text` as a comment can hold it.
+std::string comment(const std::string& text);
 /// A C table, some values a line.
 template <class T>
 std::string table(const std::string& declaration, const std::vector<T>& values);

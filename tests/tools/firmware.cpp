@@ -1,9 +1,12 @@
 // Exported models on the host: every kind of layer and image, several compilers, C and C++, the bits of identify.
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 #include "tests/tools/firmware_models.hpp"
 #include "tools/firmware_quantise.hpp"
+#include "tools/firmware_text.hpp"
 #include "tools/presets.hpp"
 #include "tools/training.hpp"
 
@@ -205,6 +208,16 @@ TEST_CASE("decid evaluate --int8 measures the network in integers") {
   CHECK(integers.out != plain.out);
 }
 
+TEST_CASE("literals have the very bits, and comments end where they should") {
+  CHECK(literal(0.1F) == "0.100000001F");
+  CHECK(literal(-3.0F) == "-3.0F");
+  CHECK(literal(1e-45F) == "1.40129846e-45F");
+  CHECK(literal(0.1) == "0.10000000000000001");
+  CHECK_THROWS_AS(literal(std::numeric_limits<float>::infinity()), Error);
+  CHECK_THROWS_AS(literal(std::nan("")), Error);
+  CHECK(comment("a*/b\n") == "a?/b?");
+}
+
 TEST_CASE("bad input of decid export") {
   const Folder folder;
   const auto fails = [&](const std::string& arguments, const std::string& says) {
@@ -233,6 +246,14 @@ TEST_CASE("bad input of decid export") {
   test::write_text(folder / "deep.safetensors",
                    to_bytes(test::made_up_model(sim::short_protocol(), {.window = 1000}, deep + "; fc 7")));
   fails("c " + folder / "deep.safetensors" + out, "layers");
+  // 11 x 110 x 110 inputs of one sum.
+  const dataset::ImageSettings wide{.channels = std::vector<Channel>(11, Channel::modulus)};
+  test::write_text(folder / "wide.safetensors", to_bytes(test::made_up_model(sim::default_protocol(), wide, "fc 7")));
+  fails("c --int8 " + folder / "wide.safetensors" + out, "32 bits");
+  Model infinite = test::made_up_model(sim::short_protocol(), {.window = 1000}, "fc 7");
+  infinite.network.parameters().back()->value[0] = std::numeric_limits<float>::infinity();
+  test::write_text(folder / "infinite.safetensors", to_bytes(infinite));
+  fails("c " + folder / "infinite.safetensors" + out, "");
   CHECK(!std::filesystem::exists(folder / "out"));
   fails("sway " + folder / "none.csv -o " + folder / "s.bin", "none.csv");
   fails("controller " + folder / "file" + out, "no result");

@@ -10,14 +10,15 @@
 #pragma GCC optimize("fp-contract=off")
 #endif
 
-#if defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__aarch64__) || \
-    (defined(__ARM_FEATURE_FMA) && defined(__ARM_FP) && ((__ARM_FP & 4) != 0))
+/* Whether the processor has them, as far as the compiler says so. */
+#if defined(__GNUC__) && (defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__aarch64__) || \
+                          (defined(__ARM_FEATURE_FMA) && defined(__ARM_FP) && ((__ARM_FP & 4) != 0)))
 #define HAS_FMA_FLOAT 1
 #else
 #define HAS_FMA_FLOAT 0
 #endif
-#if defined(__FP_FAST_FMA) || defined(__FMA__) || defined(__aarch64__) || \
-    (defined(__ARM_FEATURE_FMA) && defined(__ARM_FP) && ((__ARM_FP & 8) != 0))
+#if defined(__GNUC__) && (defined(__FP_FAST_FMA) || defined(__FMA__) || defined(__aarch64__) || \
+                          (defined(__ARM_FEATURE_FMA) && defined(__ARM_FP) && ((__ARM_FP & 8) != 0)))
 #define HAS_FMA_DOUBLE 1
 #else
 #define HAS_FMA_DOUBLE 0
