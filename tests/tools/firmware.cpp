@@ -83,14 +83,14 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
   const bool incremental = options.find("--incremental") != std::string::npos;
   std::vector<Compiler> ways = compilers();
   ways.resize(std::min(ways.size(), most_compilers));
-  for (const auto& [program, compile, link] : ways) {
-    CAPTURE(compile);
-    const std::string compiler = program + " " + compile;
+  for (const Compiler& way : ways) {
+    const std::string compiler = way.program + " " + way.compile;
+    CAPTURE(compiler);
     const std::string c = folder / "c";
     REQUIRE(shell(compiler + warnings + "-I " + c + " -c " + c + "/model.c -o " + folder / "model.o") == 0);
     REQUIRE(shell(compiler + (incremental ? " -DINCREMENTAL" : "") + " -I " + c + " -c " + harness + " -o " +
                   folder / "harness.o") == 0);
-    REQUIRE(shell(program + " " + link + " " + folder / "harness.o" + " " + folder / "model.o" + " -o " +
+    REQUIRE(shell(way.program + " " + way.link + " " + folder / "harness.o" + " " + folder / "model.o" + " -o " +
                   folder / "harness") == 0);
     REQUIRE(shell(folder / "harness" + " " + folder / "sway.bin" + " " + folder / "images.bin" + " " +
                   folder / "results.bin") == 0);
