@@ -136,17 +136,18 @@ struct Range {
 
 /// The range of each map's values over simulated trials.
 std::vector<Range> ranges(const FirmwarePlan& plan, const Model& model) {
-  const std::unique_ptr<TrialSource> source = stream_source(model.protocol, calibration_seed, calibration_trials, 1);
+  const int trials = calibration_trials(plan);
+  const std::unique_ptr<TrialSource> source = stream_source(model.protocol, calibration_seed, trials, 1);
   const auto size = static_cast<std::size_t>(model.images().shape().size());
-  std::vector<float> images(calibration_trials * size);
-  std::vector<int> indices(calibration_trials);
+  std::vector<float> images(static_cast<std::size_t>(trials) * size);
+  std::vector<int> indices(static_cast<std::size_t>(trials));
   std::iota(indices.begin(), indices.end(), 0);
   source->training(0, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway) {
     model.make_input(sway, std::span(images).subspan(place * size, size));
   });
   std::vector<std::vector<Range>> found(parts, std::vector<Range>(plan.maps.size()));
   parallel_for(parts, [&](int part) {
-    for (int i = part; i < calibration_trials; i += parts) {
+    for (int i = part; i < trials; i += parts) {
       std::vector<Range>& mine = found[static_cast<std::size_t>(part)];
       const auto see = [&](int map, float value) {
         Range& range = mine[static_cast<std::size_t>(map)];
@@ -201,6 +202,13 @@ void quantise_pool(FirmwareLayer& layer, const FirmwareMap& src) {
 }
 
 }  // namespace
+
+int calibration_trials(const FirmwarePlan& plan) {
+  long long products = 1;
+  for (const FirmwareLayer& layer : plan.layers)
+    if (!layer.pools()) products += 1LL * layer.taps * plan.maps[static_cast<std::size_t>(layer.dst)].shape.size();
+  return static_cast<int>(std::clamp(10'000'000'000 / products, 16LL, 256LL));
+}
 
 void quantise(FirmwarePlan& plan, const Model& model) {
   for (const FirmwareLayer& layer : plan.layers)

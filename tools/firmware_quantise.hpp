@@ -10,8 +10,8 @@
 
 namespace decid::tools {
 
-/// Simulated trials that activations are calibrated on.
-inline constexpr int calibration_trials = 256;
+/// Simulated trials that activations are calibrated on: 256, or as many as 10^10 multiply-adds allow, but 16 at least.
+int calibration_trials(const FirmwarePlan& plan);
 
 /// Gives the plan its integers: the model's own experiment, trials of a seed that is never trained on. Throws
 /// Error for a layer whose sums may leave 32 bits.
