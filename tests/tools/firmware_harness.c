@@ -45,6 +45,8 @@ static void check_incremental_errors(void) {
   REQUIRE(model_feed(sway, 1, &arena) == MODEL_ERROR_STATE);
   REQUIRE(model_work(&arena) == MODEL_ERROR_STATE);
   REQUIRE(model_result(parameters, &arena) == MODEL_ERROR_STATE);
+  REQUIRE(model_identify(sway, parameters, &arena) == MODEL_OK);
+  REQUIRE(model_feed(sway, 1, &arena) == MODEL_ERROR_STATE); /* that was no beginning */
   REQUIRE(model_begin(NULL) == MODEL_ERROR_NULL);
   REQUIRE(model_begin((unsigned char*)&arena + 1) == MODEL_ERROR_ALIGNMENT);
   REQUIRE(model_begin(&arena) == MODEL_OK);

@@ -1,5 +1,6 @@
 // An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F and M7, run under QEMU on
 // trials, bits compared with identify's. What it costs is printed; the README has it as a table.
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "tests/tools/firmware_models.hpp"
@@ -103,6 +104,21 @@ TEST_CASE("Cortex-M4F under QEMU: the bits of identify") {
 }
 TEST_CASE("Cortex-M7 under QEMU: the bits of identify") {
   check_cpu("m7", "Cortex-M7", 20);
+}
+
+TEST_CASE("the example by itself: what it identifies is what decid identify says of its trial") {
+  const Folder folder;
+  REQUIRE(shell(DECID_SOURCE_DIR "/examples/firmware/run --cpu m7 --decid " DECID_PROGRAM " --out " + folder / "out") ==
+          0);
+  const test::Result result =
+      test::run_decid("identify --json --model " + test::firmware_model + " " + folder / "out/trial.csv");
+  REQUIRE(result.code == 0);
+  std::vector<float> expected;
+  const auto json = nlohmann::json::parse(result.out);
+  for (const auto& parameter : json["recordings"][0]["parameters"])
+    expected.push_back(static_cast<float>(parameter["value"].get<double>()));
+  CHECK(test::read_text(folder / "out/results.bin") == test::as_bytes(expected));
+  CHECK(test::shell(DECID_SOURCE_DIR "/examples/firmware/run --cpu z80 2>/dev/null || test $? = 2") == 0);
 }
 
 }  // namespace decid::tools

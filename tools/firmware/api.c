@@ -1,4 +1,5 @@
-/* ---- The functions of the header ----------------------------------------------------------------------------------- */
+/* ---- The functions of the header -----------------------------------------------------------------------------------
+ */
 
 int DECID_FW_identify(const float* sway_rad, float* parameters, void* arena) {
   int32_t result = check_arena(arena);
@@ -53,6 +54,8 @@ int DECID_FW_identify_image(const float* image, float* parameters, void* arena) 
 }
 
 #if INCREMENTAL
+#define MAGIC 0x64656331U /* of an arena that has begun */
+
 static float* samples_of(void* arena) {
   return (float*)(void*)&((unsigned char*)arena)[SAMPLES_OFFSET];
 }
@@ -69,6 +72,7 @@ int DECID_FW_begin(void* arena) {
   const int32_t result = check_arena(arena);
   if (result == DECID_FW_OK) {
     start(arena);
+    state_of(arena)->magic = MAGIC;
   }
   return (int)result;
 }

@@ -9,8 +9,6 @@ enum { PHASE_WAITING = 1, PHASE_TRANSFORM, PHASE_KEEP, PHASE_DRAW, PHASE_NETWORK
 #define UNIT_KEPT_BINS 64
 #define UNIT_DRAWN_BINS 8
 
-#define MAGIC 0x64656331U
-
 typedef struct {
   uint32_t magic;
   int32_t phase;
@@ -63,7 +61,7 @@ static int32_t check_arena(const void* arena) {
 static void start(void* arena) {
   work_state* const state = state_of(arena);
   int32_t i;
-  state->magic = MAGIC;
+  state->magic = 0U; /* samples are taken only after begin */
   state->phase = PHASE_WAITING;
   state->window = 0;
   state->pass = 0;
