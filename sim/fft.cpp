@@ -18,8 +18,26 @@ Complex root_of_unity(long long n, long long d) {
   return {cos, -sin};
 }
 
-// The radices of a length, in the order of the passes.
-std::vector<int> radices_of(int length) {
+void check_length(std::size_t given, int needed, const char* name, int lanes = 1) {
+  if (given < static_cast<std::size_t>(needed) * static_cast<std::size_t>(lanes)) {
+    throw Error("FFT", std::string(name) + " holds " + std::to_string(given) + " values",
+                "make room for " + std::to_string(static_cast<long long>(needed) * lanes));
+  }
+}
+
+/// std::complex<double> is two doubles (C++20, 26.4/4).
+const double* parts(const Complex* values) {
+  return reinterpret_cast<const double*>(values);
+}
+double* parts(Complex* values) {
+  return reinterpret_cast<double*>(values);
+}
+
+constexpr const FftKernels& plain = fft_kernels<One, 1>;
+
+}  // namespace
+
+std::vector<int> fft_radices(int length) {
   if (length < 1 || length > longest_fft) {
     throw Error("FFT", "cannot transform " + std::to_string(length) + " values",
                 "give a length from 1 to " + std::to_string(longest_fft));
@@ -42,28 +60,9 @@ std::vector<int> radices_of(int length) {
   return radices;
 }
 
-void check_length(std::size_t given, int needed, const char* name, int lanes = 1) {
-  if (given < static_cast<std::size_t>(needed) * static_cast<std::size_t>(lanes)) {
-    throw Error("FFT", std::string(name) + " holds " + std::to_string(given) + " values",
-                "make room for " + std::to_string(static_cast<long long>(needed) * lanes));
-  }
-}
-
-/// std::complex<double> is two doubles (C++20, 26.4/4).
-const double* parts(const Complex* values) {
-  return reinterpret_cast<const double*>(values);
-}
-double* parts(Complex* values) {
-  return reinterpret_cast<double*>(values);
-}
-
-constexpr const FftKernels& plain = fft_kernels<One, 1>;
-
-}  // namespace
-
 Fft::Fft(int length) : length_(length) {
   int groups = length, stride = 1;
-  for (const int radix : radices_of(length)) {
+  for (const int radix : fft_radices(length)) {
     const int points = groups;  // of the transforms that this pass divides
     groups /= radix;
     Stage stage{radix, groups, stride, twiddles_.size(), 0};

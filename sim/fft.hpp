@@ -24,10 +24,14 @@ inline constexpr int largest_fft_prime = 10'000;
 /// complex value n are at [2 n * fft_lanes + l] and [(2 n + 1) * fft_lanes + l].
 inline constexpr int fft_lanes = 8;
 
+/// The radices of a transform's passes, in their order. Throws Error if length < 1, length > longest_fft or a prime
+/// factor exceeds largest_fft_prime.
+std::vector<int> fft_radices(int length);
+
 /// A plan for one length; immutable, so one plan serves any number of threads, each with a workspace of its own.
 class Fft {
  public:
-  /// Throws Error if length < 1, length > longest_fft or a prime factor exceeds largest_fft_prime.
+  /// Throws Error as fft_radices does.
   explicit Fft(int length);
   int length() const noexcept { return length_; }
   /// Values that `work` must hold.

@@ -23,6 +23,21 @@ static_assert(longest_delay_s * steps_per_second <= Pendulums::longest_lag);
 
 }  // namespace
 
+Course course_of(const Protocol& protocol, const Stimulus& stimulus) {
+  Course course{};
+  const double mgh = protocol.body.mgh();
+  course.step_s = step_s;
+  for (std::size_t i = 0; i < std::size(sine_coefficients); ++i) {
+    course.sine[i] = step_s / protocol.body.inertia_kgm2 * mgh * sine_coefficients[i];
+  }
+  course.steps_per_sample = protocol.steps_per_sample();
+  course.per_step = 1.0 / course.steps_per_sample;
+  const std::size_t intervals = stimulus.rate_rad_s.size() / static_cast<std::size_t>(protocol.samples());
+  course.interval_steps = course.steps_per_sample / static_cast<int>(intervals);
+  course.sway_limit_rad = sway_limit_rad;
+  return course;
+}
+
 Experiment::Experiment(Protocol valid_protocol, Isa isa_used)
     : protocol(std::move(valid_protocol)),
       isa(isa_used),
@@ -43,16 +58,8 @@ Lanes::Lanes(const Experiment& experiment)
       lanes_(std::make_unique<Pendulums>()),
       silence_((samples_ + 1) * fft_lanes, 0.0),
       sways_(std::make_unique_for_overwrite<double[]>((Pendulums::count + 1) * samples_)) {
-  const double mgh = experiment.protocol.body.mgh();
-  course_.step_s = step_s;
-  for (std::size_t i = 0; i < std::size(sine_coefficients); ++i) {
-    course_.sine[i] = step_over_inertia_ * mgh * sine_coefficients[i];
-  }
-  course_.steps_per_sample = experiment.protocol.steps_per_sample();
-  course_.per_step = 1.0 / course_.steps_per_sample;
+  course_ = course_of(experiment.protocol, experiment.stimulus);
   intervals_ = experiment.stimulus.rate_rad_s.size() / samples_;
-  course_.interval_steps = course_.steps_per_sample / static_cast<int>(intervals_);
-  course_.sway_limit_rad = sway_limit_rad;
   lanes_->row = Pendulums::longest_lag;
   for (int lane = 0; lane < Pendulums::count; ++lane) rest(lane);
 }

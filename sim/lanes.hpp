@@ -24,6 +24,9 @@ struct Experiment {
   std::vector<double> tilt_and_rate;  ///< of each interval of the stimulus
 };
 
+/// What a step computes with that does not change from trial to trial.
+Course course_of(const Protocol& protocol, const Stimulus& stimulus);
+
 class Lanes {
  public:
   /// The experiment must outlive the lanes.

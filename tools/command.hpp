@@ -44,5 +44,6 @@ void add_fit(CLI::App& program);
 void add_compare(CLI::App& program);
 void add_study(CLI::App& program);
 void add_info(CLI::App& program);
+void add_export(CLI::App& program);
 
 }  // namespace decid::tools

@@ -7,6 +7,7 @@
 #include "base/parallel.hpp"
 #include "dataset/npz.hpp"
 #include "tools/command.hpp"
+#include "tools/firmware_quantise.hpp"
 #include "tools/text.hpp"
 #include "tools/training.hpp"
 
@@ -18,7 +19,16 @@ using Json = nlohmann::ordered_json;
 struct Options {
   CommonOptions common;
   std::string model, data, split = "all";
+  bool int8 = false;
 };
+
+/// The outputs of the model's network, or of the one in 8-bit integers that a firmware would have.
+std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& sways) {
+  if (!int8) return predict(model, trials, 64, sways);
+  FirmwarePlan plan = plan_firmware(model, {.int8 = true});
+  quantise(plan, model);
+  return predict_planned(plan, model, trials, sways);
+}
 
 void evaluate_model(const Options& options) {
   Model model = model_or_built_in(options.model);
@@ -51,7 +61,7 @@ void evaluate_model(const Options& options) {
       take(place, sway);
     });
   };
-  const std::vector<float> outputs = predict(model, static_cast<int>(chosen.size()), 64, sways);
+  const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
   const Evaluation result = evaluate(model, outputs, truth);
   if (options.common.json) {
     Json per_parameter;
@@ -83,6 +93,7 @@ void add_evaluate(CLI::App& program) {
   command->add_option("--split", options->split, "all, training or validation")
       ->capture_default_str()
       ->check(CLI::IsMember({"all", "training", "validation"}));
+  command->add_flag("--int8", options->int8, "Of the network in 8-bit integers that decid export c --int8 writes");
   add_common_options(*command, options->common, true);
   command->footer("Example: decid evaluate --model model.safetensors --data fresh.npz --json");
   command->callback([options] {

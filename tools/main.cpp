@@ -31,6 +31,7 @@ int run(int argc, char** argv) {
   decid::tools::add_evaluate(program);
   decid::tools::add_study(program);
   decid::tools::add_info(program);
+  decid::tools::add_export(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

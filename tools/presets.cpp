@@ -11,6 +11,12 @@ const std::vector<Preset>& presets() {
   // The mean of the stimulus' cycles, and how they differ.
   const std::vector<Channel> folded_channels{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
                                              Channel::log_residual};
+  const dataset::ImageSettings harmonics_image{.window = 6050,
+                                               .half_spectrum = true,
+                                               .channels = folded_channels,
+                                               .standardize_rows = true,
+                                               .fold = 2,
+                                               .rows = 256};
   // Neighbouring harmonics tell the same things, so convolutions along them come first.
   const std::string harmonics_network =
       "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
@@ -19,12 +25,7 @@ const std::vector<Preset>& presets() {
       {.name = "best",
        .description = "the spectrum of the cycles' mean and difference, harmonic by harmonic up to 4.2 Hz",
        .architecture = harmonics_network,
-       .image = {.window = 6050,
-                 .half_spectrum = true,
-                 .channels = folded_channels,
-                 .standardize_rows = true,
-                 .fold = 2,
-                 .rows = 256},
+       .image = harmonics_image,
        .epochs = 48,
        .batch = 64,
        .learning_rate = 0.05,
@@ -42,6 +43,19 @@ const std::vector<Preset>& presets() {
                  .fold = 3,
                  .rows = 128},
        .epochs = 24,
+       .batch = 64,
+       .learning_rate = 0.05,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "cosine",
+       .warmup_epochs = 1},
+      {.name = "firmware",
+       .description = "the image of best, a network of 52 KB for decid export c",
+       .architecture =
+           "conv 24 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
+           "conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
+           "conv 22 5x1 stride 2x1 pad 2x0; batchnorm; relu; fc 7",
+       .image = harmonics_image,
+       .epochs = 160,
        .batch = 64,
        .learning_rate = 0.05,
        .sgd = {.momentum = 0.9, .weight_decay = 1e-4},

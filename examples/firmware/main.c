@@ -1,0 +1,205 @@
+/* Identifies the trials of sway.bin (float32, rad) twice, as a whole and as samples arrive, writes the parameters to
+   results.bin, lets the controller run with them, and tells what it all cost. A product reads its sensor where this
+   reads a file, and drives its ankle where this drops the torque. */
+#include "balance.h"
+#include "posture.h"
+#include "semihosting.h"
+
+#define FEED_SAMPLES 110 /* 1.1 s */
+#define UNITS_A_FEED 8
+
+/* SysTick counts the board's 25 MHz; QEMU with -icount shift=0 gives every instruction 1 ns: 40 of them a tick. */
+#define SYSTICK ((volatile uint32_t*)0xe000e010U)
+#define INSTRUCTIONS_A_TICK 40U
+#define STACK_PATTERN 0x5a5a5a5aU
+
+extern uint32_t stack_low[], stack_top[];
+
+static posture_arena arena;
+static float sway[POSTURE_SAMPLES];
+static balance_state controller;
+static uint32_t last_tick;
+
+static void print_number(const char* before, uint32_t value, const char* after) {
+  char digits[12];
+  uint32_t rest = value;
+  int32_t i = 11;
+  digits[i] = '\0';
+  do {
+    --i;
+    digits[i] = (char)('0' + (char)(rest % 10U));
+    rest /= 10U;
+  } while (rest > 0U);
+  host_print(before);
+  host_print(&digits[i]);
+  host_print(after);
+}
+
+static void start_counting(void) {
+  SYSTICK[1] = 0x00ffffffU;
+  SYSTICK[2] = 0U;
+  SYSTICK[0] = 5U;
+  last_tick = SYSTICK[2];
+}
+
+/* Instructions since the last call, to 40; up to 671 million. */
+static uint32_t instructions(void) {
+  const uint32_t now = SYSTICK[2];
+  const uint32_t ticks = (last_tick - now) & 0x00ffffffU;
+  last_tick = now;
+  return ticks * INSTRUCTIONS_A_TICK;
+}
+
+static void paint_stack(void) {
+  uint32_t* here;
+  uint32_t* p;
+  __asm__ volatile("mov %0, sp" : "=r"(here));
+  for (p = stack_low; p < (here - 16); ++p) {
+    *p = STACK_PATTERN;
+  }
+}
+
+static uint32_t stack_used(void) {
+  const uint32_t* p = stack_low;
+  while (*p == STACK_PATTERN) {
+    ++p;
+  }
+  return (uint32_t)(stack_top - p) * 4U;
+}
+
+/* The counter itself: a loop of 200,000 instructions. */
+static void check_counter(void) {
+  uint32_t count = 100000U;
+  (void)instructions();
+  __asm__ volatile("1: subs %0, %0, #1\n\tbne 1b" : "+r"(count) : : "cc");
+  print_number("counter_check ", instructions(), "\n");
+}
+
+typedef struct {
+  uint32_t all, largest_unit, after_last_sample;
+} cost;
+
+static uint32_t larger(uint32_t a, uint32_t b) {
+  return (a > b) ? a : b;
+}
+
+static int identify_as_samples_arrive(float* parameters, cost* spent) {
+  int32_t fed;
+  int32_t unit;
+  int result = posture_begin(&arena);
+  spent->all = 0U;
+  spent->largest_unit = 0U;
+  (void)instructions();
+  for (fed = 0; (fed < POSTURE_SAMPLES) && (result >= 0); fed += FEED_SAMPLES) {
+    uint32_t here;
+    result = posture_feed(&sway[fed], FEED_SAMPLES, &arena);
+    here = instructions();
+    spent->all += here;
+    spent->largest_unit = larger(spent->largest_unit, here);
+    for (unit = 0; (unit < UNITS_A_FEED) && (result >= 0); ++unit) {
+      result = posture_work(&arena);
+      here = instructions();
+      spent->all += here;
+      spent->largest_unit = larger(spent->largest_unit, here);
+      if (result != POSTURE_MORE) {
+        break;
+      }
+    }
+  }
+  spent->after_last_sample = 0U;
+  while (result == POSTURE_MORE) {
+    uint32_t here;
+    result = posture_work(&arena);
+    here = instructions();
+    spent->after_last_sample += here;
+    spent->largest_unit = larger(spent->largest_unit, here);
+  }
+  spent->all += spent->after_last_sample;
+  return (result >= 0) ? posture_result(parameters, &arena) : result;
+}
+
+/* The controller's own test, then steps with the parameters that were identified. */
+static int run_controller(const float* identified) {
+  balance_parameters parameters;
+  double largest = 0.0;
+  int32_t step;
+  int result = balance_self_test(&controller);
+  print_number("controller_self_test_error ", (uint32_t)-result, "\n");
+  if (result != BALANCE_OK) {
+    return result;
+  }
+  parameters.kp = (double)identified[POSTURE_KP];
+  parameters.kd = (double)identified[POSTURE_KD];
+  parameters.kp_pass = (double)identified[POSTURE_KP_PASS];
+  parameters.kd_pass = (double)identified[POSTURE_KD_PASS];
+  parameters.theta = (double)identified[POSTURE_THETA];
+  parameters.delay = (double)identified[POSTURE_DELAY];
+  result = balance_begin(&controller, &parameters);
+  (void)instructions();
+  for (step = 0; (step < 1000) && (result == BALANCE_OK); ++step) {
+    const double torque = balance_step(&controller, 0.001, 0.002, 0.0, 0.0);
+    largest = (torque > largest) ? torque : largest;
+  }
+  print_number("controller_instructions_a_step ", instructions() / 1000U, "\n");
+  print_number("controller_state_bytes ", (uint32_t)sizeof controller, "\n");
+  return (largest > 0.0) ? -104 : result; /* it holds against the sway */
+}
+
+static int run(int32_t in, int32_t out) {
+  float whole[POSTURE_PARAMETERS];
+  float parts[POSTURE_PARAMETERS];
+  const uint32_t bytes = (uint32_t)sizeof sway;
+  const int32_t trials = host_length(in) / (int32_t)bytes;
+  uint32_t most = 0U;
+  cost spent = {0U, 0U, 0U};
+  int32_t trial;
+  int32_t i;
+  int result;
+  start_counting();
+  check_counter();
+  result = posture_self_test(&arena);
+  print_number("self_test_error ", (uint32_t)-result, "\n");
+  for (trial = 0; (trial < trials) && (result == POSTURE_OK); ++trial) {
+    if (host_read(in, sway, bytes) != 0) {
+      return -100;
+    }
+    paint_stack();
+    (void)instructions();
+    result = posture_identify(sway, whole, &arena);
+    most = larger(most, instructions());
+    if (trial == 0) {
+      print_number("stack_bytes ", stack_used(), "\n");
+    }
+    if (result == POSTURE_OK) {
+      result = identify_as_samples_arrive(parts, &spent);
+    }
+    for (i = 0; (i < POSTURE_PARAMETERS) && (result == POSTURE_OK); ++i) {
+      if (((const uint32_t*)(const void*)whole)[i] != ((const uint32_t*)(const void*)parts)[i]) {
+        result = -101; /* must be the same bits */
+      }
+    }
+    if ((result == POSTURE_OK) && (host_write(out, whole, (uint32_t)sizeof whole) != 0)) {
+      result = -102;
+    }
+  }
+  print_number("trials ", (uint32_t)trial, "\n");
+  print_number("instructions_whole ", most, "\n");
+  print_number("instructions_parts ", spent.all, "\n");
+  print_number("instructions_largest_part ", spent.largest_unit, "\n");
+  print_number("instructions_after_last_sample ", spent.after_last_sample, "\n");
+  return (result == POSTURE_OK) ? run_controller(whole) : result;
+}
+
+int main(void) {
+  const int32_t in = host_open("sway.bin", 0);
+  const int32_t out = host_open("results.bin", 1);
+  int result = -103;
+  if ((in >= 0) && (out >= 0)) {
+    result = run(in, out);
+    host_close(in);
+    host_close(out);
+  }
+  print_number("error ", (uint32_t)-result, "\n");
+  host_exit((result == 0) ? 0 : 1);
+  return result;
+}

@@ -1,0 +1,107 @@
+/* Lets an exported controller, called controller, balance the simulator's body for a whole trial and writes its sway.
+   Usage: harness trial.bin sway.bin. trial.bin, doubles: step over inertia, m g h, three coefficients of the sine,
+   kp_pass, kd_pass; samples, steps a sample, intervals a sample; tilt and rate of each interval; noise rate at each
+   sample and at the end. The body's operations are those of sim/kernels/pendulums.hpp. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "controller.h"
+
+static int failures = 0;
+#define REQUIRE(condition) require((condition), #condition, __LINE__)
+
+static void require(int holds, const char* what, int line) {
+  if (!holds) {
+    ++failures;
+    printf("line %d: %s does not hold\n", line, what);
+  }
+}
+
+static controller_state state;
+
+static void check_errors(void) {
+  controller_parameters p = controller_identified;
+  REQUIRE(controller_begin(NULL, NULL) == CONTROLLER_ERROR_NULL);
+  REQUIRE(controller_self_test(NULL) == CONTROLLER_ERROR_NULL);
+  REQUIRE(controller_begin(&state, &p) == CONTROLLER_OK);
+  p.delay = 1.0;
+  REQUIRE(controller_begin(&state, &p) == CONTROLLER_OK);
+  p.delay = 1.001;
+  REQUIRE(controller_begin(&state, &p) == CONTROLLER_ERROR_RANGE);
+  p.delay = -0.001;
+  REQUIRE(controller_begin(&state, &p) == CONTROLLER_ERROR_RANGE);
+  p = controller_identified;
+  p.kd = NAN;
+  REQUIRE(controller_begin(&state, &p) == CONTROLLER_ERROR_RANGE);
+  p = controller_identified;
+  p.theta = INFINITY;
+  REQUIRE(controller_begin(&state, &p) == CONTROLLER_ERROR_RANGE);
+}
+
+/* The torque is the scaled command's, in N m, and acts against sway. */
+static void check_torque(void) {
+  static controller_state other;
+  int i;
+  REQUIRE(controller_begin(&state, NULL) == CONTROLLER_OK && controller_begin(&other, NULL) == CONTROLLER_OK);
+  for (i = 0; i < 2000; ++i) {
+    const double torque = controller_step(&state, 0.01, 0.0, 0.0, 0.0);
+    const double scaled = controller_step_scaled(&other, 0.01, 0.0, 0.0, 0.0);
+    const double expected = -2.0 * controller_identified.kp * 0.01;
+    REQUIRE(fabs(torque + scaled * CONTROLLER_INERTIA_KGM2 * 1000.0) <= 1e-12 * fabs(torque));
+    if (i > 1000) REQUIRE(fabs(torque - expected) <= 1e-9 * fabs(expected));
+  }
+  REQUIRE(fabs(controller_passive(&state, 0.01, 0.02) +
+               (controller_identified.kp_pass * 0.01 + controller_identified.kd_pass * 0.02)) < 1e-9);
+}
+
+int main(int argc, char** argv) {
+  FILE *in, *out;
+  double head[10], sway = 0.0, rate = 0.0, noise;
+  double *stimulus, *noise_rate;
+  size_t samples, sample, intervals, interval;
+  int steps, i;
+  if (argc != 3) return 2;
+  in = fopen(argv[1], "rb");
+  out = fopen(argv[2], "wb");
+  if (in == NULL || out == NULL || fread(head, sizeof head, 1, in) != 1) return 2;
+  samples = (size_t)head[7];
+  intervals = (size_t)head[9];
+  steps = (int)(head[8] / head[9]);
+  stimulus = (double*)malloc(samples * intervals * 2 * sizeof(double));
+  noise_rate = (double*)malloc((samples + 1) * sizeof(double));
+  if (stimulus == NULL || noise_rate == NULL) return 2;
+  if (fread(stimulus, sizeof(double), samples * intervals * 2, in) != samples * intervals * 2) return 2;
+  if (fread(noise_rate, sizeof(double), samples + 1, in) != samples + 1) return 2;
+  REQUIRE(controller_self_test(&state) == CONTROLLER_OK);
+  check_errors();
+  check_torque();
+  REQUIRE(controller_begin(&state, NULL) == CONTROLLER_OK);
+  noise = 0.5 * noise_rate[0];
+  for (sample = 0; sample < samples; ++sample) {
+    const double next_noise = 0.5 * noise_rate[sample + 1];
+    const double slope = (next_noise - noise) * (1.0 / head[8]);
+    if (fwrite(&sway, sizeof sway, 1, out) != 1) return 2;
+    for (interval = 0; interval < intervals; ++interval) {
+      const double* const now = &stimulus[2 * (sample * intervals + interval)];
+      const double passive = head[0] * head[5], damping = head[0] * head[6];
+      double drive = fma(passive, now[0], damping * now[1]);
+      const double drive_slope = passive * (now[1] * 0.001);
+      for (i = 0; i < steps; ++i) {
+        const double z = sway * sway, sine = fma(fma(head[4], z, head[3]), z, head[2]);
+        const double active = controller_step_scaled(&state, sway, rate, now[1], 2.0 * noise);
+        double next = fma(1.0 - damping, rate, drive - active);
+        noise = noise + slope;
+        drive = drive + drive_slope;
+        next = fma(head[0] * (head[1] - head[5]), sway, next);
+        rate = fma(sway * z, sine, next);
+        sway = fma(rate, 0.001, sway);
+      }
+    }
+    noise = next_noise;
+  }
+  REQUIRE(fclose(out) == 0);
+  free(stimulus);
+  free(noise_rate);
+  return (failures == 0) ? 0 : 1;
+}

@@ -1,0 +1,123 @@
+/* Runs an exported model, called model, on the host: identifies the trials of a file in every way there is, demands the
+   same bits of all, and tries every error. Compiled as C99 and as C++. Usage: harness sway.bin images.bin results.bin
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "model.h"
+
+static model_arena arena;
+static float sway[MODEL_SAMPLES];
+static float image[MODEL_IMAGE_CHANNELS * MODEL_IMAGE_ROWS * MODEL_IMAGE_COLUMNS];
+
+static int failures = 0;
+#define REQUIRE(condition) require((condition), #condition, __LINE__)
+
+static void require(int holds, const char* what, int line) {
+  if (!holds) {
+    ++failures;
+    printf("line %d: %s does not hold\n", line, what);
+  }
+}
+
+#ifdef INCREMENTAL
+/* Feeds `samples` at a time and works `units` each time. */
+static int as_they_arrive(float* parameters, int samples, int units) {
+  int fed = 0, result = model_begin(&arena);
+  while (fed < MODEL_SAMPLES && result >= 0) {
+    const int count = (MODEL_SAMPLES - fed < samples) ? MODEL_SAMPLES - fed : samples;
+    int unit;
+    result = model_feed(&sway[fed], count, &arena);
+    fed += count;
+    for (unit = 0; unit < units && result >= 0; ++unit) result = model_work(&arena);
+  }
+  while (result == MODEL_OK && (result = model_work(&arena)) == MODEL_MORE) {
+  }
+  while (result == MODEL_MORE) result = model_work(&arena);
+  return (result == MODEL_OK) ? model_result(parameters, &arena) : result;
+}
+
+static void check_incremental_errors(void) {
+  float parameters[7];
+  const float bad = (float)INFINITY;
+  memset(&arena, 0, sizeof arena);
+  REQUIRE(model_feed(sway, 1, &arena) == MODEL_ERROR_STATE);
+  REQUIRE(model_work(&arena) == MODEL_ERROR_STATE);
+  REQUIRE(model_result(parameters, &arena) == MODEL_ERROR_STATE);
+  REQUIRE(model_identify(sway, parameters, &arena) == MODEL_OK);
+  REQUIRE(model_feed(sway, 1, &arena) == MODEL_ERROR_STATE); /* that was no beginning */
+  REQUIRE(model_begin(NULL) == MODEL_ERROR_NULL);
+  REQUIRE(model_begin((unsigned char*)&arena + 1) == MODEL_ERROR_ALIGNMENT);
+  REQUIRE(model_begin(&arena) == MODEL_OK);
+  REQUIRE(model_feed(NULL, 1, &arena) == MODEL_ERROR_NULL);
+  REQUIRE(model_feed(sway, -1, &arena) == MODEL_ERROR_COUNT);
+  REQUIRE(model_feed(sway, MODEL_SAMPLES, &arena) == MODEL_OK);
+  REQUIRE(model_feed(sway, 1, &arena) == MODEL_ERROR_COUNT);
+  REQUIRE(model_result(parameters, &arena) == MODEL_ERROR_STATE);
+  REQUIRE(model_result(NULL, &arena) == MODEL_ERROR_NULL);
+  REQUIRE(model_begin(&arena) == MODEL_OK);
+  REQUIRE(model_feed(&bad, 1, &arena) == MODEL_ERROR_NOT_FINITE);
+  /* A sample that was refused can be fed anew. */
+  REQUIRE(model_feed(sway, MODEL_SAMPLES, &arena) == MODEL_OK);
+  REQUIRE(model_work(&arena) == MODEL_MORE);
+}
+#endif
+
+static void check_errors(void) {
+  float parameters[7] = {1, 2, 3, 4, 5, 6, 7};
+  const float kept = sway[MODEL_SAMPLES / 2], pixel = image[3];
+  REQUIRE(model_identify(NULL, parameters, &arena) == MODEL_ERROR_NULL);
+  REQUIRE(model_identify(sway, NULL, &arena) == MODEL_ERROR_NULL);
+  REQUIRE(model_identify(sway, parameters, NULL) == MODEL_ERROR_NULL);
+  REQUIRE(model_identify(sway, parameters, (unsigned char*)&arena + 4) == MODEL_ERROR_ALIGNMENT);
+  sway[MODEL_SAMPLES / 2] = (float)NAN;
+  REQUIRE(model_identify(sway, parameters, &arena) == MODEL_ERROR_NOT_FINITE);
+  sway[MODEL_SAMPLES / 2] = -(float)INFINITY;
+  REQUIRE(model_identify(sway, parameters, &arena) == MODEL_ERROR_NOT_FINITE);
+  sway[MODEL_SAMPLES / 2] = kept;
+  REQUIRE(model_identify_image(NULL, parameters, &arena) == MODEL_ERROR_NULL);
+  REQUIRE(model_identify_image(image, NULL, &arena) == MODEL_ERROR_NULL);
+  REQUIRE(model_identify_image(image, parameters, NULL) == MODEL_ERROR_NULL);
+  REQUIRE(model_identify_image(image, parameters, (unsigned char*)&arena + 2) == MODEL_ERROR_ALIGNMENT);
+  image[3] = (float)NAN;
+  REQUIRE(model_identify_image(image, parameters, &arena) == MODEL_ERROR_NOT_FINITE);
+  image[3] = pixel;
+  REQUIRE(parameters[0] == 1 && parameters[6] == 7); /* untouched by all that */
+  REQUIRE(model_self_test(NULL) == MODEL_ERROR_NULL);
+  REQUIRE(model_self_test((unsigned char*)&arena + 1) == MODEL_ERROR_ALIGNMENT);
+}
+
+int main(int argc, char** argv) {
+  FILE *sways, *images, *results;
+  if (argc != 4) return 2;
+  sways = fopen(argv[1], "rb");
+  images = fopen(argv[2], "rb");
+  results = fopen(argv[3], "wb");
+  if (sways == NULL || images == NULL || results == NULL) return 2;
+  REQUIRE(MODEL_PARAMETERS == 7 && sizeof arena == MODEL_ARENA_BYTES);
+  REQUIRE(model_self_test(&arena) == MODEL_OK);
+  while (fread(sway, sizeof sway, 1, sways) == 1) {
+    float whole[7], other[7];
+    REQUIRE(fread(image, sizeof image, 1, images) == 1);
+    memset(&arena, 0xff, sizeof arena); /* what is in it must not matter: NaN all over */
+    REQUIRE(model_identify(sway, whole, &arena) == MODEL_OK);
+    REQUIRE(model_identify_image(image, other, &arena) == MODEL_OK);
+    REQUIRE(memcmp(whole, other, sizeof whole) == 0);
+#ifdef INCREMENTAL
+    REQUIRE(as_they_arrive(other, 110, 8) == MODEL_OK);
+    REQUIRE(memcmp(whole, other, sizeof whole) == 0);
+    REQUIRE(as_they_arrive(other, 1, 1) == MODEL_OK);
+    REQUIRE(memcmp(whole, other, sizeof whole) == 0);
+    REQUIRE(as_they_arrive(other, 7919, 0) == MODEL_OK); /* all work is left to feed, and to the end */
+    REQUIRE(memcmp(whole, other, sizeof whole) == 0);
+#endif
+    REQUIRE(fwrite(whole, sizeof whole, 1, results) == 1);
+  }
+  check_errors();
+#ifdef INCREMENTAL
+  check_incremental_errors();
+#endif
+  REQUIRE(fclose(results) == 0);
+  return (failures == 0) ? 0 : 1;
+}

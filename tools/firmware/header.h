@@ -1,0 +1,54 @@
+#ifndef DECID_FW_H
+#define DECID_FW_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+@CONSTANTS@
+/* Return codes. */
+enum {
+  DECID_FW_OK = 0,
+  DECID_FW_MORE = 1,              /* there is more work that can be done now */
+  DECID_FW_ERROR_NULL = -1,       /* a pointer is null */
+  DECID_FW_ERROR_ALIGNMENT = -2,  /* the arena's address is no multiple of 8 */
+  DECID_FW_ERROR_NOT_FINITE = -3, /* a sample or a pixel is infinite or NaN */
+  DECID_FW_ERROR_STATE = -4,      /* not begun, or the result is not there yet */
+  DECID_FW_ERROR_COUNT = -5,      /* more samples than the trial has left, or fewer than none */
+  DECID_FW_ERROR_SELF_TEST = -6   /* other bits than the program that made this file computed */
+};
+
+/* Places of the seven parameters. */
+enum {
+  DECID_FW_KP,      /* active proportional gain, N m/rad */
+  DECID_FW_KD,      /* active derivative gain, N m s/rad */
+  DECID_FW_KP_PASS, /* passive stiffness, N m/rad */
+  DECID_FW_KD_PASS, /* passive damping, N m s/rad */
+  DECID_FW_NV,      /* vestibular noise gain, 1 */
+  DECID_FW_THETA,   /* foot rotation velocity threshold, rad/s */
+  DECID_FW_DELAY    /* lumped delay, s */
+};
+
+/* Memory for one identification at a time; its content need not be kept between them. */
+typedef union {
+  double align;
+  unsigned char bytes[DECID_FW_ARENA_BYTES];
+} DECID_FW_arena;
+
+/* From a trial to its seven parameters. sway_rad: DECID_FW_SAMPLES samples at DECID_FW_RATE_HZ, 0 upright, positive in
+   the direction of the platform's tilt, from the stimulus' start on. parameters: DECID_FW_PARAMETERS values, written
+   only if the result is DECID_FW_OK. arena: DECID_FW_ARENA_BYTES, aligned to 8. */
+int DECID_FW_identify(const float *sway_rad, float *parameters, void *arena);
+
+/* The same from the network's input: DECID_FW_IMAGE_CHANNELS x _ROWS x _COLUMNS values, row scaling applied. */
+int DECID_FW_identify_image(const float *image, float *parameters, void *arena);
+@INCREMENTAL@
+/* Identifies a made-up sway and compares all bits with those of the program that wrote this file: run it once on every
+   new target and compiler. Needs the arena. */
+int DECID_FW_self_test(void *arena);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
