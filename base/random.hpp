@@ -21,6 +21,8 @@ enum class Stream : std::uint32_t {
   sensor_noise = 5,      ///< item: attempt (children: with bit 63 set) or number of the trial; index 0: its level
   weights = 6,           ///< item: parameter tensor
   shuffle = 7,           ///< item: epoch
+  fit_search = 8,        ///< item: search
+  fit_noise = 9,         ///< item: realisation of the vestibular noise that a fit simulates
 };
 
 /// One block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.

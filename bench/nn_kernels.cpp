@@ -94,6 +94,48 @@ void bench_dense(benchmark::State& state, int direction, Isa isa) {
   state.counters["reference"] = reference;
 }
 
+/// The other layout, output channels in the lanes, as single samples have it: 32 samples one after the other.
+void bench_conv_single(benchmark::State& state, const Conv2dShape& s, Isa isa) {
+  const int halo = std::max(s.pad_rows, s.pad_columns), dst_blocks = (s.dst_channels + lanes - 1) / lanes;
+  const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(s.src_columns + 2 * halo) * lanes;
+  const std::ptrdiff_t plane = row * (s.src_rows + 2 * halo);
+  const std::ptrdiff_t dst_row = static_cast<std::ptrdiff_t>(s.dst_columns) * lanes;
+  std::vector<std::ptrdiff_t> offset;
+  for (int c = 0; c < s.src_channels; ++c)
+    for (int ky = 0; ky < s.kernel_rows; ++ky)
+      for (int kx = 0; kx < s.kernel_columns; ++kx)
+        offset.push_back(c / lanes * plane + ky * row + kx * lanes + c % lanes);
+  const auto values = [](std::ptrdiff_t count) {
+    AlignedBuffer<float> buffer;
+    buffer.reserve(static_cast<std::size_t>(count));
+    for (std::size_t i = 0; i < buffer.size(); ++i) buffer.data()[i] = static_cast<float>(i % 1000) * 0.001F - 0.45F;
+    return buffer;
+  };
+  const int taps = static_cast<int>(offset.size()), samples = blocks * lanes;
+  const std::ptrdiff_t src_size = (s.src_channels + lanes - 1) / lanes * plane;
+  const std::ptrdiff_t dst_size = dst_blocks * dst_row * s.dst_rows;
+  const AlignedBuffer<float> src = values(src_size * samples), dst = values(dst_size * samples),
+                             weight = values(static_cast<std::ptrdiff_t>(dst_blocks) * taps * lanes),
+                             bias = values(static_cast<std::ptrdiff_t>(dst_blocks) * lanes);
+  const double flops = 2.0 * samples * s.dst_channels * s.dst_rows * s.dst_columns * taps;
+  FmaPeak peak(name(isa));
+  std::vector<double> times;
+  for (auto _ : state) {
+    peak.measure();
+    const double seconds = seconds_of([&] {
+      for (int n = 0; n < samples; ++n)
+        kernels_of(isa).conv2d_single(
+            {s.dst_rows, s.dst_columns, src.data() + n * src_size, s.stride_rows * row,
+             static_cast<std::ptrdiff_t>(s.stride_columns) * lanes, offset.data(), taps, weight.data(), bias.data(),
+             dst.data() + n * dst_size, dst_row * s.dst_rows, dst_row},
+            0, dst_blocks);
+    });
+    times.push_back(seconds);
+    state.SetIterationTime(seconds);
+  }
+  count_flops(state, peak.best(), flops, best_of(times));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -106,6 +148,10 @@ int main(int argc, char** argv) {
         benchmark::RegisterBenchmark((prefix("conv2d") + conv.name + "/" + directions[d]).c_str(), bench_conv,
                                      conv.shape, static_cast<Direction>(d), isa)
             ->UseManualTime();
+    for (const Conv& conv : convs)
+      benchmark::RegisterBenchmark((prefix("conv2d") + conv.name + "/forward_channels_in_lanes").c_str(),
+                                   bench_conv_single, conv.shape, isa)
+          ->UseManualTime();
     for (const PlaneKernel& kernel : plane_kernels)
       benchmark::RegisterBenchmark((prefix("plane") + kernel.name).c_str(), bench_plane, kernel, isa)->UseManualTime();
     for (int d = 0; d < 3; ++d)

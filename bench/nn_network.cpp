@@ -125,6 +125,7 @@ class LayerTimes {
     network_.initialise(1);
     const auto& layers = network_.layers();
     for (const auto& layer : layers) layer->plan(batch, Mode::training);
+    join(layers);
     for (std::size_t i = 0; i <= layers.size(); ++i) {
       const Shape shape = i > 0 ? layers[i - 1]->dst_shape() : named.input;
       const int halo = i > 0 ? layers[i - 1]->diff_dst_halo() : 0;
@@ -151,7 +152,7 @@ class LayerTimes {
     load_some(differences_.back());
     for (std::size_t i = layers.size(); i-- > 0;)
       keep_best(backward_[i], [&] {
-        const Tensor<float>* const diff_src = i > 0 ? &differences_[i] : nullptr;
+        const Tensor<float>* const diff_src = gives_diff_src(layers, i) ? &differences_[i] : nullptr;
         if (diff_src != nullptr) diff_src->clear_halo();
         layers[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
       });

@@ -31,9 +31,18 @@ inline constexpr PlaneKernel plane_kernels[] = {
        k.batchnorm_sums(x.const_plane(b, c), 0.1F, sums);
        asm volatile("" : : "r"(sums) : "memory");
      }},
-    {"batchnorm_apply", 8,
+    {"activation_forward", 8,
      [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {
-       k.batchnorm_apply(x.const_plane(b, c), 1.1F, 0.1F, dy.plane(b, c));
+       k.activation_forward({1.1F, 0.1F, true, Pooling::none}, {}, x.const_plane(b, c), dy.plane(b, c));
+     }},
+    {"activation_forward_max_2x2", 5,
+     [](const Kernels<float>& k, const Batch& x, const Batch&, const Batch& p, int b, int c) {
+       k.activation_forward({1.1F, 0.1F, true, Pooling::max}, pool_of_one(x), x.const_plane(b, c), p.plane(b, c));
+     }},
+    {"activation_backward_max_2x2", 9,
+     [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch& p, int b, int c) {
+       k.activation_backward({1.1F, 0.1F, true, Pooling::max}, pool_of_one(x), x.const_plane(b, c), p.const_plane(b, c),
+                             dy.plane(b, c));
      }},
     {"batchnorm_backward_sums", 8,
      [](const Kernels<float>& k, const Batch& x, const Batch& dy, const Batch&, int b, int c) {

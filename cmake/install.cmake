@@ -10,6 +10,7 @@ install(DIRECTORY base sim $<$<BOOL:${DECID_DATASET}>:dataset> nn DESTINATION ${
         # What data sets are read and written with.
         PATTERN "csv.hpp" EXCLUDE PATTERN "npy.hpp" EXCLUDE PATTERN "json_object.hpp" EXCLUDE
         PATTERN "journal.hpp" EXCLUDE PATTERN "npz_parts.hpp" EXCLUDE PATTERN "zip.hpp" EXCLUDE
+        PATTERN "table.hpp" EXCLUDE PATTERN "mat.hpp" EXCLUDE PATTERN "clock.hpp" EXCLUDE PATTERN "tilt_match.hpp" EXCLUDE
         PATTERN "columns.hpp" EXCLUDE PATTERN "measured_tilt.hpp" EXCLUDE PATTERN "stimulus_json.hpp" EXCLUDE
         # What the simulator is made of.
         PATTERN "checker.hpp" EXCLUDE PATTERN "controller.hpp" EXCLUDE PATTERN "lanes.hpp" EXCLUDE)

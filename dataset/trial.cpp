@@ -128,7 +128,7 @@ void tell_length(Recording& recording, const sim::Protocol& protocol, const Plac
       text += "the first " + six_digits(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
     }
     if (after_s > 0.5 * sample_s) text += "the last " + six_digits(after_s) + " s are not used";
-    if (!start_was_told) text += "; --start SECONDS chooses others. Was this the protocol that was played?";
+    if (!start_was_told) text += "; --begin SECONDS chooses others. Was this the protocol that was played?";
     recording.warnings.push_back(text);
   }
   const long long lacking = place.first + (protocol.samples() - 1 - place.last);
@@ -190,13 +190,13 @@ Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const
   const double recorded_s = static_cast<double>(recording.sway_rad.size()) / from_hz;
   if (options.start_s && !recording.tilt_rad.empty()) {
     throw Error(recording.file, "both a start and a column of tilt tell where the protocol starts",
-                "give --start or --tilt-column, not both");
+                "give --begin or --tilt-column, not both");
   }
   if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {
     throw Error(recording.file,
                 "the start, " + six_digits(*options.start_s) + " s after the first sample, is not within its " +
                     six_digits(recorded_s) + " s",
-                "give --start in seconds after the recording's first sample");
+                "give --begin in seconds after the recording's first sample");
   }
   Trial trial;
   Place place{options.start_s.value_or(0.0), 0, needed - 1};

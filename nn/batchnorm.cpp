@@ -3,7 +3,9 @@
 // around a pivot, the running mean: one pass, and no cancellation once the running mean is near the mean.
 //
 // The layer keeps nothing but its input. What lies between is made again in backward, a band of rows at a time that
-// stays in the first-level cache: memory is what bounds this layer, and arithmetic in the cache is nearly free.
+// stays in the first-level cache: memory is what bounds this layer, and arithmetic in the cache is nearly free. After a
+// convolution the sums of forward are taken as it writes; and if that is the network's first layer, the derivative by
+// its output goes band by band into its weight gradient, and never to memory.
 #include <omp.h>
 
 #include <algorithm>
@@ -22,7 +24,7 @@ struct Band {
   int dst_row;
 };
 
-/// Scratch of the calling thread, for values and derivatives of a band. Grows in plan(), or in a thread's first step.
+/// Scratch of the calling thread, for the derivatives of a band. Grows in plan(), or in a thread's first step.
 template <class T>
 AlignedBuffer<T>& band_scratch() {
   thread_local AlignedBuffer<T> buffer;
@@ -30,7 +32,7 @@ AlignedBuffer<T>& band_scratch() {
 }
 
 template <class T>
-class BatchNorm final : public Layer<T> {
+class BatchNorm final : public Layer<T>, public Follower<T> {
  public:
   static constexpr double epsilon = 1e-5;
   static constexpr double momentum = 0.1;  // of the running statistics: new = 0.9 old + 0.1 batch
@@ -61,10 +63,27 @@ class BatchNorm final : public Layer<T> {
   bool diff_may_replace_src() const override { return true; }
 
   void plan(int batch, Mode mode) override {
+    follows_ = false;
     if (mode == Mode::training) parts_.reserve(Tensor<T>::blocks_of(batch) * channels_ * 2);
-    const std::size_t values = 2 * band_values();
+    const std::size_t values = band_values();
 #pragma omp parallel
     band_scratch<T>().reserve(values);
+  }
+
+  Follower<T>* follower() override {
+    return this;
+  }
+  void follow() override {
+    follows_ = true;
+  }
+  void add_rows(Plane<const T> rows, int channel, double* sums) const override {
+    kernels<T>().batchnorm_sums(rows, running_mean_.value[static_cast<std::size_t>(channel)], sums);
+  }
+  void keep_sums(const double* sums, int valid, int block, int channel) override {
+    double* part =
+        parts_.data() + (static_cast<std::size_t>(block) * channels_ + static_cast<std::size_t>(channel)) * 2;
+    part[0] = lane_sum(sums, valid);
+    part[1] = lane_sum(sums + lanes, valid);
   }
 
   void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode mode) override {
@@ -73,15 +92,8 @@ class BatchNorm final : public Layer<T> {
     else
       take_running_statistics();
     for_each_plane(src, [&](int block, int c) {
-      for_each_band(const_plane_of(src, block, c), [&](const Band<T>& band) {
-        if (!pool_) {
-          activate(band.src, c, rows_of(plane_of(dst, block, c), band.dst_row, band.src.rows));
-          return;
-        }
-        const Plane<T> values = scratch_plane(band.src, 0);
-        activate(band.src, c, values);
-        pool_forward(pool_->kind, pool_shape(band), const_view(values), row_view(dst, block, c, band.dst_row));
-      });
+      kernels<T>().activation_forward(activation(c), pool_ ? pool_->shape : PoolShape{}, const_plane_of(src, block, c),
+                                      plane_of(dst, block, c));
     });
   }
 
@@ -106,16 +118,25 @@ class BatchNorm final : public Layer<T> {
       back_[c] = {static_cast<T>(a), static_cast<T>(b),
                   static_cast<T>(-a * (sum / count) - b * static_cast<double>(pivot_of(static_cast<int>(c))))};
     }
+    src_ = src;
+    diff_dst_ = diff_dst;
     if (diff_src == nullptr) return;
     for_each_plane(src, [&](int block, int c) {
-      const Factors& f = back_[static_cast<std::size_t>(c)];
-      int row = 0;
-      for_each_band(const_plane_of(src, block, c), [&](const Band<T>& band) {
-        kernels<T>().batchnorm_backward_apply(band.src, band_diff(band, diff_dst, block, c, false), f.a, f.b, f.c,
-                                              rows_of(plane_of(*diff_src, block, c), row, band.src.rows));
-        row += band.src.rows;
-      });
+      for (int i = 0; i < bands(); ++i)
+        derivative(block, c, i, rows_of(plane_of(*diff_src, block, c), band_begin(i), band_end(i) - band_begin(i)));
     });
+  }
+  int bands() const override {
+    return pool_ ? pool_->shape.dst_rows : (this->src_shape().rows + rows_without_pool - 1) / rows_without_pool;
+  }
+  int band_end(int band) const override {
+    return band + 1 < bands() ? band_begin(band + 1) : this->src_shape().rows;
+  }
+  void derivative(int block, int channel, int band, Plane<T> diff) const override {
+    const Band<T> rows = band_of_plane(const_plane_of(src_, block, channel), band);
+    const Factors& f = back_[static_cast<std::size_t>(channel)];
+    kernels<T>().batchnorm_backward_apply(rows.src, band_diff(rows, diff_dst_, block, channel, false), f.a, f.b, f.c,
+                                          diff);
   }
 
   Affine<T> take_affine(bool folded) override {
@@ -155,14 +176,16 @@ class BatchNorm final : public Layer<T> {
   }
 
   /// With a pool, the rows of one row of windows, the last band taking what is left over; without, a few rows.
+  int band_begin(int band) const {
+    return band * (pool_ ? pool_->shape.stride_rows : rows_without_pool);
+  }
+  Band<T> band_of_plane(Plane<const T> plane, int band) const {
+    const int first = band_begin(band);
+    return {{plane.data + first * plane.row, plane.row, band_end(band) - first, plane.columns}, pool_ ? band : first};
+  }
   template <class Body>
   void for_each_band(Plane<const T> plane, const Body& body) const {
-    const int step = pool_ ? pool_->shape.stride_rows : rows_without_pool;
-    const int bands = pool_ ? pool_->shape.dst_rows : (plane.rows + step - 1) / step;
-    for (int i = 0; i < bands; ++i) {
-      const int first = i * step, last = i + 1 < bands ? first + step : plane.rows;
-      body(Band<T>{{plane.data + first * plane.row, plane.row, last - first, plane.columns}, pool_ ? i : first});
-    }
+    for (int i = 0; i < bands(); ++i) body(band_of_plane(plane, i));
   }
   std::size_t band_values() const {
     int rows = rows_without_pool;
@@ -172,26 +195,16 @@ class BatchNorm final : public Layer<T> {
     }
     return static_cast<std::size_t>(rows) * static_cast<std::size_t>(this->src_shape().columns) * lanes;
   }
-  Plane<T> scratch_plane(const Plane<const T>& like, int which) const {
+  Plane<T> scratch_plane(const Plane<const T>& like) const {
     AlignedBuffer<T>& scratch = band_scratch<T>();
-    scratch.reserve(2 * band_values());  // does nothing but in a thread that came after plan()
-    return {scratch.data() + static_cast<std::size_t>(which) * band_values(),
-            static_cast<std::ptrdiff_t>(like.columns) * lanes, like.rows, like.columns};
+    scratch.reserve(band_values());  // does nothing but in a thread that came after plan()
+    return {scratch.data(), static_cast<std::ptrdiff_t>(like.columns) * lanes, like.rows, like.columns};
   }
   static Plane<T> rows_of(Plane<T> plane, int first, int rows) {
     return {plane.data + first * plane.row, plane.row, rows, plane.columns};
   }
   static Plane<const T> constant(const Plane<T>& p) {
     return {p.data, p.row, p.rows, p.columns};
-  }
-  static View<const T> const_view(const Plane<T>& p) {
-    return {p.data, 0, 0, p.row};
-  }
-  static View<T> view(const Plane<T>& p) {
-    return {p.data, 0, 0, p.row};
-  }
-  static View<T> row_view(const Tensor<T>& tensor, int block, int channel, int row) {
-    return {tensor.row(block, channel, row), 0, 0, tensor.view().row};
   }
   PoolShape pool_shape(const Band<T>& band) const {
     PoolShape s = pool_->shape;
@@ -201,45 +214,27 @@ class BatchNorm final : public Layer<T> {
     return s;
   }
 
-  /// dst = relu(scale src + shift), or without relu.
-  void activate(const Plane<const T>& src, int channel, const Plane<T>& dst) const {
+  Activation<T> activation(int channel) const {
     const auto c = static_cast<std::size_t>(channel);
-    kernels<T>().batchnorm_apply(src, scale_[c], shift_[c], dst);
-    if (relu_) kernels<T>().relu_forward(dst);
+    const Pooling pooling = !pool_ ? Pooling::none : pool_->kind == Pool::Kind::max ? Pooling::max : Pooling::average;
+    return {scale_[c], shift_[c], relu_, pooling};
   }
 
   /// The derivative by the normalised values of a band. Without a pool that is diff_dst itself, which ReLU masks where
   /// it stands, once.
   Plane<const T> band_diff(const Band<T>& band, const Tensor<T>& diff_dst, int block, int channel,
                            bool first_time) const {
-    if (!pool_) {
-      const Plane<T> diff = rows_of(plane_of(diff_dst, block, channel), band.dst_row, band.src.rows);
-      if (relu_ && first_time) mask(band.src, channel, diff);
-      return constant(diff);
-    }
-    const Plane<T> values = scratch_plane(band.src, 0), diff = scratch_plane(band.src, 1);
-    activate(band.src, channel, values);
-    const View<T> dy = row_view(diff_dst, block, channel, band.dst_row);
-    pool_backward(pool_->kind, pool_shape(band), const_view(values), View<const T>{dy.data, 0, 0, dy.row}, view(diff));
-    if (relu_) kernels<T>().relu_backward(constant(values), diff);
+    const Plane<T> dy = rows_of(plane_of(diff_dst, block, channel), band.dst_row, pool_ ? 1 : band.src.rows);
+    const Plane<T> diff = pool_ ? scratch_plane(band.src) : dy;
+    if (pool_ || (relu_ && first_time))
+      kernels<T>().activation_backward(activation(channel), pool_ ? pool_shape(band) : PoolShape{}, band.src,
+                                       constant(dy), diff);
     return constant(diff);
-  }
-
-  void mask(const Plane<const T>& src, int channel, const Plane<T>& diff) const {
-    const Plane<T> values = scratch_plane(src, 0);
-    activate(src, channel, values);
-    kernels<T>().relu_backward(constant(values), diff);
   }
 
   /// What the sums of both directions are taken around.
   T pivot_of(int channel) const {
     return static_cast<T>(mean_[static_cast<std::size_t>(channel)]);
-  }
-  void keep_sums(const double* sums, int valid, int block, int channel) {
-    double* part =
-        parts_.data() + (static_cast<std::size_t>(block) * channels_ + static_cast<std::size_t>(channel)) * 2;
-    part[0] = lane_sum(sums, valid);
-    part[1] = lane_sum(sums + lanes, valid);
   }
   double values_a_channel(const Tensor<T>& src) const {
     return static_cast<double>(src.batch()) * this->src_shape().rows * this->src_shape().columns;
@@ -257,12 +252,12 @@ class BatchNorm final : public Layer<T> {
   }
 
   void take_batch_statistics(const Tensor<T>& src) {
-    for_each_plane(src, [&](int block, int c) {
-      double sums[2 * lanes] = {};
-      kernels<T>().batchnorm_sums(const_plane_of(src, block, c), running_mean_.value[static_cast<std::size_t>(c)],
-                                  sums);
-      keep_sums(sums, src.valid_lanes(block), block, c);
-    });
+    if (!follows_)
+      for_each_plane(src, [&](int block, int c) {
+        double sums[2 * lanes] = {};
+        add_rows(const_plane_of(src, block, c), c, sums);
+        keep_sums(sums, src.valid_lanes(block), block, c);
+      });
     tree_sum(parts_.data(), src.blocks(), channels_ * 2, channels_ * 2);
     const double count = values_a_channel(src);
     for (std::size_t c = 0; c < channels_; ++c) {
@@ -295,6 +290,8 @@ class BatchNorm final : public Layer<T> {
   std::vector<double> mean_, inverse_deviation_;  // of the last batch
   std::vector<T> scale_, shift_;                  // y = scale x + shift
   std::vector<Factors> back_;
+  bool follows_ = false;         // the convolution before has kept the sums of forward
+  Tensor<T> src_, diff_dst_;     // of the last backward, for derivative()
   AlignedBuffer<double> parts_;  // two sums a block and channel
 };
 

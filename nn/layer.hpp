@@ -61,6 +61,26 @@ struct Stage {
   const Pool* pool = nullptr;
 };
 
+/// What a BatchNorm does for the convolution before it in training, so that a band of rows is read while it is in the
+/// cache. Planes and bands are of the convolution's output.
+template <class T>
+class Follower {
+ public:
+  virtual ~Follower() = default;
+
+  /// From the next plan on, forward finds the sums of every plane of src kept.
+  virtual void follow() = 0;
+  /// Forward: adds rows of a channel to its sums, calls in order of rows; then keeps a plane's.
+  virtual void add_rows(Plane<const T> rows, int channel, double* sums) const = 0;
+  virtual void keep_sums(const double* sums, int valid, int block, int channel) = 0;
+
+  /// Backward, after its own backward without diff_src: the bands of a plane, each the rows from where the last one
+  /// ends to band_end(band), and the derivative by the rows of one.
+  virtual int bands() const = 0;
+  virtual int band_end(int band) const = 0;
+  virtual void derivative(int block, int channel, int band, Plane<T> diff) const = 0;
+};
+
 template <class T>
 class Layer {
  public:
@@ -91,6 +111,17 @@ class Layer {
     (void)mode;
   }
 
+  /// This layer as one that helps the layer before it, or null.
+  virtual Follower<T>* follower() { return nullptr; }
+  /// Takes the layer after it as helper for training, until the next plan. False if it has no use for one.
+  virtual bool lead(Follower<T>& follower) {
+    (void)follower;
+    return false;
+  }
+  /// The layer asks its follower for the derivative by dst, as far as backward is called without diff_src; diff_dst is
+  /// void then.
+  virtual bool asks_follower() const { return false; }
+
   virtual void forward(const Tensor<T>& src, const Tensor<T>& dst, Mode mode) = 0;
   /// After forward in training mode. Writes the parameters' gradients and, unless null, diff_src.
   virtual void backward(const Tensor<T>& src, const Tensor<T>& dst, const Tensor<T>& diff_dst,
@@ -116,6 +147,20 @@ class Layer {
  private:
   Shape src_shape_, dst_shape_;
 };
+
+/// After plans for training: every layer that can leads the one after it.
+template <class T>
+void join(const std::vector<std::unique_ptr<Layer<T>>>& layers) {
+  for (std::size_t i = 1; i < layers.size(); ++i)
+    if (Follower<T>* const follower = layers[i]->follower(); follower != nullptr && layers[i - 1]->lead(*follower))
+      follower->follow();
+}
+/// Whether backward of a joined layer is called with diff_src: the first has no need of it, nor has the second if the
+/// first asks for it band by band.
+template <class T>
+bool gives_diff_src(const std::vector<std::unique_ptr<Layer<T>>>& layers, std::size_t layer) {
+  return layer > 1 || (layer == 1 && !layers[0]->asks_follower());
+}
 
 /// The words of a layer's line, read one by one with errors that name the line.
 class Words {

@@ -158,6 +158,7 @@ void Network<T>::plan(int batch, Mode mode) {
                               place.difference_halo);
   }
   for (const auto& layer : layers_) layer->plan(batch, mode);
+  if (training) join(layers_);
   fold();
 }
 
@@ -233,7 +234,7 @@ void Network<T>::backward() {
     throw Error("network", "was planned for inference", "plan() it for training before backward()");
   differences_.back().clear_halo();
   for (std::size_t i = layers_.size(); i-- > 0;) {
-    const Tensor<T>* const diff_src = i > 0 ? &differences_[i] : nullptr;
+    const Tensor<T>* const diff_src = gives_diff_src(layers_, i) ? &differences_[i] : nullptr;
     if (diff_src != nullptr && !reuses_source(i)) diff_src->clear_halo();
     layers_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
   }

@@ -132,7 +132,7 @@ void SingleNetwork::activate(const Step& step) const {
     const Plane<const float> constant{values, src.row(), src.shape.rows, src.shape.columns};
     if (step.affine.scale.empty()) {
       // What Network does with a folded BatchNorm: fma(x, 1, 0), which makes -0 a 0.
-      kernels<float>().batchnorm_apply(constant, 1.0F, 0.0F, plane);
+      kernels<float>().activation_forward({1.0F, 0.0F, false, Pooling::none}, {}, constant, plane);
     } else {
       for (int l = 0; l < lanes && b * lanes + l < src.shape.channels; ++l) {
         const auto c = static_cast<std::size_t>(b * lanes + l);

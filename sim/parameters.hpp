@@ -1,6 +1,6 @@
 // The seven parameters that decid identifies: names, units and ranges, in the one order used everywhere.
 // Source: table 1 of Lippi, Mergner, Maurer, "Deep Learning for Posture Control Nonlinear Model System and Noise
-// Identification". The ranges of the four gains are round multiples of m g h = 838.99 N m/rad.
+// Identification". The gains' ranges are round multiples of 838.99 N m/rad; the default body's m g h is 838.98.
 #pragma once
 
 #include <array>

@@ -20,7 +20,7 @@ struct Body {
   double com_height_m = 0.99119;
   double inertia_kgm2 = 101.895;  ///< about the ankle
 
-  /// Gravitational stiffness m g h in N m/rad; 838.99 by default.
+  /// Gravitational stiffness m g h in N m/rad; 838.98 by default.
   double mgh() const { return mass_kg * gravity * com_height_m; }
 
   friend bool operator==(const Body&, const Body&) = default;

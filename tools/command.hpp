@@ -40,6 +40,8 @@ void add_dataset(CLI::App& program);
 void add_train(CLI::App& program);
 void add_evaluate(CLI::App& program);
 void add_identify(CLI::App& program);
+void add_fit(CLI::App& program);
+void add_compare(CLI::App& program);
 void add_study(CLI::App& program);
 void add_info(CLI::App& program);
 

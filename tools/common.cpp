@@ -12,7 +12,7 @@ namespace decid::tools {
 void add_common_options(CLI::App& command, CommonOptions& options, bool prints_figures) {
   command.add_option("--threads", options.threads, "Threads to use; default: all cores. The result is the same")
       ->check(CLI::Range(1, 1024));
-  command.add_flag("--quiet", options.quiet, "No progress and no messages, only errors");
+  command.add_flag("--quiet", options.quiet, "No progress and no messages, only results and errors");
   if (prints_figures) command.add_flag("--json", options.json, "Print one JSON object on standard output");
 }
 

@@ -22,32 +22,6 @@ double phase_near(sim::Complex response, double near_deg) {
   return phase + 360.0 * std::round((near_deg - phase) / 360.0);
 }
 
-/// The probability that chance alone makes `hits` of n bands or more differ from zero at 5%.
-double chance(int n, int hits) {
-  double term = std::pow(0.95, n), below = 0.0;
-  for (int k = 0; k < hits; ++k) {
-    below += term;
-    term *= 0.05 / 0.95 * (n - k) / (k + 1);
-  }
-  return 1.0 - below;
-}
-
-void warn_without_response(const FrequencyResponses& frf, std::vector<std::string>& warnings) {
-  int known = 0, hits = 0;
-  for (const sim::FrfPoint& point : frf.recorded) {
-    if (std::isnan(point.radius)) continue;
-    ++known;
-    hits += point.radius < std::abs(point.response) ? 1 : 0;
-  }
-  constexpr double likely = 0.01;
-  if (known == 0 || chance(known, hits) < likely) return;
-  warnings.push_back(
-      format("the sway hardly follows the protocol's tilt: in %d of %d frequency bands the response differs from none "
-             "with 95%% "
-             "confidence, which chance alone may bring about; was it this protocol, and in time with the recording?",
-             hits, known));
-}
-
 }  // namespace
 
 void add_frequency_response(Identification& id) {
@@ -64,7 +38,6 @@ void add_frequency_response(Identification& id) {
     }
     if (id.fitted_rad.size() == id.sway_rad.size()) found.model = analysis.measure(id.fitted_rad, id.tilt_rad);
     found.linear = analysis.linear(id.parameters, id.protocol.body);
-    warn_without_response(found, id.warnings);
     id.frf = std::move(found);
   } catch (const Error& error) {
     id.warnings.push_back("no frequency response: " + error.problem());

@@ -38,8 +38,10 @@ struct Identification {
   double rms_residual_deg = 0.0;        ///< over fitted_rad, means removed; NaN if the fitted trial fell over
   double variance_accounted_for = 0.0;  ///< 1 - var(residual) / var(sway), can be negative; NaN likewise
   double peak_to_peak_deg = 0.0;
-  /// Distance from what the model was trained on; 97 of 100 simulated trials are below 1. NaN where the model cannot
-  /// tell.
+  /// How much of the identified controller's response to the tilt is in the recording (following.hpp): 1 all, 0 none.
+  double following = std::numeric_limits<double>::quiet_NaN();
+  /// How little it is like what the model was trained on (following.hpp); 96 of 100 simulated trials are below 1. NaN
+  /// where the model cannot tell.
   double unfamiliarity = std::numeric_limits<double>::quiet_NaN();
   std::optional<dataset::TiltMatch> tilt;  ///< how the measured tilt, if there is one, lies over the protocol's
   std::string tilt_column;

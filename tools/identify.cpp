@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/simulate.hpp"
+#include "tools/following.hpp"
 #include "tools/frf.hpp"
 #include "tools/text.hpp"
 
@@ -13,78 +14,6 @@ namespace decid::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-double mean(std::span<const float> values) {
-  double sum = 0;
-  for (const float v : values) sum += static_cast<double>(v);
-  return sum / static_cast<double>(values.size());
-}
-
-struct Fit {
-  double rms_residual_deg, variance_accounted_for;
-};
-
-/// How much of `sway` the trial `fitted` explains, means removed. NaN if it fell over before its end.
-Fit compare(std::span<const float> sway, std::span<const float> fitted) {
-  if (fitted.size() < sway.size()) return {std::nan(""), std::nan("")};
-  const double sway_mean = mean(sway), fitted_mean = mean(fitted);
-  double residual = 0, variance = 0;
-  for (std::size_t k = 0; k < sway.size(); ++k) {
-    const double centred = static_cast<double>(sway[k]) - sway_mean;
-    const double difference = centred - (static_cast<double>(fitted[k]) - fitted_mean);
-    residual += difference * difference;
-    variance += centred * centred;
-  }
-  return {std::sqrt(residual / static_cast<double>(sway.size())) / sim::rad_per_deg, 1 - residual / variance};
-}
-
-/// A trial of these parameters, as far as it stands. What the network says may lie a little outside of what can be
-/// simulated at all.
-std::vector<float> resimulate(const sim::Simulator& simulator, sim::Parameters parameters, std::uint64_t realisation) {
-  for (double& p : parameters) p = std::max(p, 0.0);
-  parameters[sim::Delay] = std::min(parameters[sim::Delay], sim::longest_delay_s);
-  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome = simulator.run(parameters, Random(0, Stream::vestibular_noise, realisation), sway);
-  const auto stands = static_cast<std::size_t>(outcome.end_s * simulator.protocol().sample_rate_hz);
-  if (!outcome.valid) sway.resize(std::min(stands, sway.size()));
-  return {sway.begin(), sway.end()};
-}
-
-/// The fit, and a warning if it is worse than noise explains: the noise-free trial is compared with noisy ones of the
-/// same parameters as with the recording.
-void fit(const sim::Simulator& simulator, Identification& id) {
-  constexpr int realisations = 5;
-  sim::Parameters noise_free = id.parameters;
-  noise_free[sim::Nv] = 0.0;
-  id.fitted_rad = resimulate(simulator, noise_free, 0);
-  const Fit found = compare(id.sway_rad, id.fitted_rad);
-  id.rms_residual_deg = found.rms_residual_deg;
-  id.variance_accounted_for = found.variance_accounted_for;
-  if (!std::isfinite(found.variance_accounted_for)) {
-    id.warnings.push_back(
-        "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
-    return;
-  }
-  std::vector<double> usual;
-  for (std::uint64_t i = 0; i < realisations; ++i) {
-    const std::vector<float> noisy = resimulate(simulator, id.parameters, i);
-    if (noisy.size() < id.sway_rad.size()) continue;  // one that fell tells nothing of the others
-    usual.push_back(compare(noisy, id.fitted_rad).variance_accounted_for);
-  }
-  if (usual.empty()) {
-    id.warnings.push_back(
-        "the identified controller stands without its noise but falls with it: it is near the border "
-        "of what stands");
-    return;
-  }
-  const auto [low, high] = std::ranges::minmax(usual);
-  if (found.variance_accounted_for < low - (high - low) - 0.1)
-    id.warnings.push_back(format(
-        "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
-        "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this kind "
-        "of controller",
-        100 * found.variance_accounted_for, 100 * low, 100 * high));
-}
 
 void warn(Identification& id) {
   for (std::size_t p = 0; p < sim::parameter_count; ++p) {
@@ -111,7 +40,10 @@ void warn(Identification& id) {
 
 /// Tells recordings that look unlike anything the network was trained on.
 void compare_with_training(const Model& model, const std::vector<Identification*>& all) {
-  if (!model.familiarity.known()) return;
+  if (!model.familiarity.known()) {
+    for (Identification* id : all) warn_unless_following(*id);
+    return;
+  }
   const auto values = static_cast<std::size_t>(model.images().shape().size());
   std::vector<float> images(all.size() * values);
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -120,13 +52,14 @@ void compare_with_training(const Model& model, const std::vector<Identification*
   const std::vector<double> distance = distances(model, static_cast<int>(all.size()), images);
   for (std::size_t i = 0; i < all.size(); ++i) {
     Identification& id = *all[i];
-    id.unfamiliarity = distance[i] / model.familiarity.usual;
+    id.unfamiliarity = unfamiliarity(distance[i], model.familiarity.usual, id.following);
     if (id.unfamiliarity <= 1.0) continue;  // false for NaN
     id.warnings.push_back(
-        format("looks unlike the trials the model was trained on (%.1f times as far from them as 97%% of simulated "
-               "trials are): its parameters mean little; check that the platform played the protocol's stimulus from "
-               "the first sample on, the sign of the sway, the rate and the unit",
-               id.unfamiliarity));
+        format("looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; it "
+               "has %.2f of the response to the tilt that the identified controller would have): its parameters mean "
+               "little; check that the platform played the protocol's stimulus from the first sample on, the sign of "
+               "the sway, the rate and the unit",
+               id.unfamiliarity, id.following));
   }
 }
 
@@ -137,32 +70,15 @@ Json number_or_null(double value) {
 }  // namespace
 
 std::vector<Identification> identify(Model& model, const std::vector<std::filesystem::path>& files,
-                                     const IdentifyOptions& options) {
-  std::vector<Identification> all(files.size());
+                                     const ReadOptions& options) {
+  const sim::Simulator simulator(model.protocol);
+  std::vector<Identification> all = read_recordings(simulator, files, options);
   std::vector<std::size_t> usable;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    Identification& id = all[i];
-    id.file = files[i].string();
-    try {
-      dataset::Recording recording = dataset::read_recording(files[i], options.recording);
-      dataset::Trial trial = dataset::fit_to_protocol(recording, model.protocol, options.trial);
-      id.sway_rad = std::move(trial.sway_rad);
-      id.tilt = std::move(trial.tilt);
-      id.column = recording.column;
-      id.tilt_column = recording.tilt_column;
-      id.warnings = std::move(recording.warnings);
-      usable.push_back(i);
-    } catch (const Error& error) {
-      id.error = error;
-    }
-    id.protocol = model.protocol;
-    id.truth = options.truth;
-  }
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!all[i].error) usable.push_back(i);
   const auto sway = [&](int k) { return std::span<const float>(all[usable[static_cast<std::size_t>(k)]].sway_rad); };
   if (usable.empty()) return all;
   const std::vector<float> outputs = predict(model, static_cast<int>(usable.size()), 64, sways_in_memory(sway));
-  const sim::Simulator simulator(model.protocol);
-  const int steps_per_sample = model.protocol.steps_per_sample();
   for (std::size_t k = 0; k < usable.size(); ++k) {
     Identification& id = all[usable[k]];
     id.parameters = model.targets.unscale(std::span(outputs).subspan(k * sim::parameter_count, sim::parameter_count));
@@ -170,13 +86,8 @@ std::vector<Identification> identify(Model& model, const std::vector<std::filesy
     id.image_shape = model.images().shape();
     id.image.resize(static_cast<std::size_t>(id.image_shape.size()));
     model.images().make(id.sway_rad, id.image);
-    const auto [low, high] = std::ranges::minmax(id.sway_rad);
-    id.peak_to_peak_deg = static_cast<double>(high - low) / sim::rad_per_deg;
-    for (std::size_t s = 0; s < id.sway_rad.size(); ++s)
-      id.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(static_cast<int>(s) * steps_per_sample)));
     warn(id);
-    fit(simulator, id);
-    add_frequency_response(id);
+    explain(simulator, id);
   }
   std::vector<Identification*> used;
   for (const std::size_t i : usable) used.push_back(&all[i]);
@@ -184,43 +95,57 @@ std::vector<Identification> identify(Model& model, const std::vector<std::filesy
   return all;
 }
 
+Json recording_json(const Identification& id) {
+  if (id.error) return {{"file", id.file}, {"error", id.error->what()}};
+  Json parameters = Json::array();
+  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+    const sim::ParameterInfo& info = sim::parameter_info[p];
+    Json parameter{{"name", info.name}, {"value", number_or_null(id.parameters[p])}, {"unit", info.unit}};
+    parameter["normalized"] = info.per_mgh ? number_or_null(id.parameters[p] / id.protocol.body.mgh()) : Json(nullptr);
+    if (id.truth) parameter["true"] = (*id.truth)[p];
+    parameters.push_back(std::move(parameter));
+  }
+  Json recording{{"file", id.file},
+                 {"parameters", std::move(parameters)},
+                 {"fit",
+                  {{"rms_residual_deg", number_or_null(id.rms_residual_deg)},
+                   {"variance_accounted_for", number_or_null(id.variance_accounted_for)}}},
+                 {"peak_to_peak_deg", id.peak_to_peak_deg},
+                 {"following", number_or_null(id.following)},
+                 {"unfamiliarity", number_or_null(id.unfamiliarity)}};
+  if (id.tilt) {
+    recording["tilt"] = {{"column", id.tilt_column},
+                         {"delay_s", id.tilt->delay_s},
+                         {"correlation", id.tilt->correlation},
+                         {"gain", id.tilt->gain}};
+  }
+  recording["frf"] = id.frf ? frf_to_json(*id.frf) : Json(nullptr);
+  recording["warnings"] = id.warnings;
+  return recording;
+}
+
+std::string recordings_json(const std::string& model, const Json& recordings) {
+  // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
+  return Json{{"model", model}, {"recordings", recordings}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 std::string identifications_json(const std::string& model, const std::vector<Identification>& all) {
   Json recordings = Json::array();
-  for (const Identification& id : all) {
-    if (id.error) {
-      recordings.push_back({{"file", id.file}, {"error", id.error->what()}});
-      continue;
-    }
-    Json parameters = Json::array();
-    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-      const sim::ParameterInfo& info = sim::parameter_info[p];
-      Json parameter{{"name", info.name}, {"value", number_or_null(id.parameters[p])}, {"unit", info.unit}};
-      parameter["normalized"] =
-          info.per_mgh ? number_or_null(id.parameters[p] / id.protocol.body.mgh()) : Json(nullptr);
-      if (id.truth) parameter["true"] = (*id.truth)[p];
-      parameters.push_back(std::move(parameter));
-    }
-    Json recording{{"file", id.file},
-                   {"parameters", std::move(parameters)},
-                   {"fit",
-                    {{"rms_residual_deg", number_or_null(id.rms_residual_deg)},
-                     {"variance_accounted_for", number_or_null(id.variance_accounted_for)}}},
-                   {"peak_to_peak_deg", id.peak_to_peak_deg},
-                   {"unfamiliarity", number_or_null(id.unfamiliarity)}};
-    if (id.tilt) {
-      recording["tilt"] = {{"column", id.tilt_column},
-                           {"delay_s", id.tilt->delay_s},
-                           {"correlation", id.tilt->correlation},
-                           {"gain", id.tilt->gain}};
-    }
-    recording["frf"] = id.frf ? frf_to_json(*id.frf) : Json(nullptr);
-    recording["warnings"] = id.warnings;
-    recordings.push_back(std::move(recording));
+  for (const Identification& id : all) recordings.push_back(recording_json(id));
+  return recordings_json(model, recordings);
+}
+
+std::string headline(const Identification& id) {
+  std::string text =
+      format("%s (%s): peak to peak %.3f degrees", id.file.c_str(), id.column.c_str(), id.peak_to_peak_deg);
+  if (std::isfinite(id.rms_residual_deg))
+    text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.rms_residual_deg,
+                   100 * id.variance_accounted_for);
+  if (id.tilt) {
+    text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
+                   id.tilt->delay_s, id.tilt_column.c_str(), id.tilt->correlation, id.tilt->gain);
   }
-  // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
-  return Json{{"model", model}, {"recordings", std::move(recordings)}}.dump(2, ' ', false,
-                                                                            Json::error_handler_t::replace) +
-         "\n";
+  return text + "\n";
 }
 
 std::string identifications_text(const std::vector<Identification>& all) {
@@ -230,15 +155,8 @@ std::string identifications_text(const std::vector<Identification>& all) {
       text += id.file + ": not identified\n";
       continue;
     }
-    text += format("%s (%s): peak to peak %.3f degrees", id.file.c_str(), id.column.c_str(), id.peak_to_peak_deg);
-    if (std::isfinite(id.rms_residual_deg))
-      text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.rms_residual_deg,
-                     100 * id.variance_accounted_for);
-    if (id.tilt) {
-      text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
-                     id.tilt->delay_s, id.tilt_column.c_str(), id.tilt->correlation, id.tilt->gain);
-    }
-    text += format("\n  %-8s %12s %-10s %10s%s  %s\n", "", "identified", "unit", "/ (m g h)",
+    text += headline(id);
+    text += format("  %-8s %12s %-10s %10s%s  %s\n", "", "identified", "unit", "/ (m g h)",
                    id.truth ? "         true" : "", "range");
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const sim::ParameterInfo& info = sim::parameter_info[p];

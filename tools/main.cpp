@@ -22,6 +22,8 @@ int run(int argc, char** argv) {
   program.require_subcommand(1);
   program.footer("Example: decid identify recording.csv --report report.html");
   decid::tools::add_identify(program);
+  decid::tools::add_fit(program);
+  decid::tools::add_compare(program);
   decid::tools::add_simulate(program);
   decid::tools::add_stimulus(program);
   decid::tools::add_dataset(program);

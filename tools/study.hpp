@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -91,6 +92,7 @@ struct Study {
   std::vector<NoiseLevel> levels;
   std::uint64_t fresh_seed = 99;  ///< to be set before anything is computed
   std::vector<LearningPoint> learning_curve;
+  std::vector<nlohmann::ordered_json> comparisons;      ///< of network and fits: files of decid compare
   std::vector<std::pair<std::string, double>> seconds;  ///< what took how long, as told on the command line
   std::vector<std::string> notes;                       ///< what is missing, and why
 };

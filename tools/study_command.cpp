@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "tools/command.hpp"
+#include "tools/compare.hpp"
 #include "tools/identify.hpp"
 #include "tools/progress.hpp"
 #include "tools/study_page.hpp"
@@ -21,7 +22,7 @@ struct Options {
   CommonOptions common;
   std::string model, data, log, recording, column, unit, learning_curve, output;
   std::optional<double> rate;
-  std::vector<std::string> times;
+  std::vector<std::string> times, comparisons;
   std::vector<double> levels_deg{0, 0.01, 0.02, 0.05, 0.1};
   int trials = 2000, realisations = 25;
   std::uint64_t seed = 99;
@@ -48,7 +49,7 @@ void prepare(const std::filesystem::path& folder) {
 }
 
 void add_recording(const Options& options, Model& model, Study& study) {
-  IdentifyOptions how;
+  ReadOptions how;
   how.recording.column = options.column;
   how.recording.rate_hz = options.rate;
   if (!options.unit.empty()) how.recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
@@ -77,6 +78,11 @@ void run_study(const Options& options) {
     log = options.model + ".log.csv";
   if (!log.empty()) study.log = read_log(log);
   if (!options.learning_curve.empty()) study.learning_curve = read_learning_curve(options.learning_curve);
+  for (const std::string& file : options.comparisons) {
+    study.comparisons.push_back(read_comparison(file));
+    if (study.comparisons.back().at("weights_sha256") != study.sha256)
+      throw Error(file, "compares another model than " + study.model, "run decid compare with this --model");
+  }
   const std::filesystem::path folder = options.output;
   prepare(folder);
 
@@ -101,11 +107,7 @@ void run_study(const Options& options) {
   write_file(folder / "table.txt", text);
   write_file(folder / "study.json", json);
   write_file(folder / "report.html", study_html(study, figures));
-  if (options.common.json) {
-    std::cout << json;
-  } else if (!options.common.quiet) {
-    std::cout << text;
-  }
+  std::cout << (options.common.json ? json : text);
   stage("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
 }
 
@@ -141,6 +143,12 @@ void add_study(CLI::App& program) {
       ->check(CLI::Range(1, 10'000));
   command->add_option("--learning-curve", options->learning_curve,
                       "CSV file with columns trials and mse: error over the number of distinct training trials");
+  command
+      ->add_option("--comparison", options->comparisons,
+                   "What decid compare -o wrote of this model: network and iterative fits on the same trials; may be "
+                   "repeated")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_option("--time", options->times, "What took how long, for the table: NAME=SECONDS; may be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "embedded/comparison_js.hpp"
 #include "embedded/study_js.hpp"
+#include "tools/compare.hpp"
 #include "tools/page.hpp"
 #include "tools/progress.hpp"
 #include "tools/text.hpp"
@@ -209,6 +211,7 @@ Json study_json(const Study& study) {
   json["learning_curve"] = Json::array();
   for (const LearningPoint& p : study.learning_curve)
     json["learning_curve"].push_back({{"trials", p.trials}, {"mse", p.mse}});
+  json["comparisons"] = study.comparisons;
   json["seconds"] = Json::object();
   for (const auto& [name, seconds] : study.seconds) json["seconds"][name] = seconds;
   json["notes"] = study.notes;
@@ -232,15 +235,17 @@ std::string study_text(const Study& study) {
     }
   }
   text += std::string("\n") + convention + "\n";
+  for (const Json& comparison : study.comparisons) text += "\n" + comparison_text(comparison);
   for (const std::string& note : study.notes) text += "Note: " + note + "\n";
   return text;
 }
 
 std::string study_html(const Study& study, const std::vector<Figure>& figures) {
+  const std::string script = std::string(embedded::comparison_js()) + std::string(embedded::study_js());
   return page_html({.title = "Study of a model",
                     .lead = "The paper's results beside this program's, its figures drawn anew, and what the estimates "
                             "are worth.",
-                    .script = embedded::study_js()},
+                    .script = script},
                    page_data(study, figures));
 }
 

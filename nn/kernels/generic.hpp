@@ -3,6 +3,7 @@
 // compiled for AVX-512 for a caller on a lesser machine. For the same reason no standard library functions here.
 #pragma once
 
+#include "nn/kernels/generic_activation.hpp"
 #include "nn/kernels/generic_conv.hpp"
 #include "nn/kernels/generic_conv_gradient.hpp"
 #include "nn/kernels/generic_dense.hpp"
@@ -20,14 +21,17 @@ constexpr Kernels<float> kernel_table(const char* name) {
       conv2d_forward<V>,
       conv2d_backward_src<V>,
       conv2d_backward_weight<V>,
+      conv2d_weight_chains<V>,
+      conv2d_weight_sums<V>,
       fully_connected_forward<V>,
       fully_connected_backward_src<V>,
       fully_connected_backward_weight<V>,
       conv2d_single<V>,
       batchnorm_sums<V>,
-      batchnorm_apply<V>,
       batchnorm_backward_sums<V>,
       batchnorm_backward_apply<V>,
+      activation_forward<V>,
+      activation_backward<V>,
       relu_forward<V>,
       relu_backward<V>,
       average_pool_forward<V>,

@@ -24,7 +24,8 @@ constexpr int gradient_positions(int stride_rows, int stride_columns) {
 /// as one more tap, the last.
 struct GradientBlock {
   std::ptrdiff_t offset[gradient_taps];
-  alignas(64) float acc[gradient_channels * (gradient_taps + 1) * lanes];
+  float* acc;
+  bool begins;  // the accumulators hold nothing yet
   int taps, bias;
   int src_first, src_channels;  // of src, that the taps read
 };
@@ -36,7 +37,7 @@ struct GradientPlace {
   const float* diff_dst;
   std::ptrdiff_t diff_channel, diff_row;
   int rows, columns;
-  bool first;  // positions of all: the accumulators hold nothing yet
+  bool first;  // the accumulators hold nothing yet
   // Fetched ahead, a line a position: the first row that the next tile meets, into the first-level cache; one of the
   // streams (next_stream) that the next positions need, into the second.
   const float *near, *far;
@@ -115,7 +116,6 @@ inline GradientPlace place_of(const GradientTask& task, int i, int i_end, int j,
   place.diff_dst = task.diff_dst.data + task.first * place.diff_channel + i * place.diff_row + j * lanes;
   place.rows = i_end - i;
   place.columns = j_end - j;
-  place.first = i == 0 && j == 0;
   return place;
 }
 
@@ -161,6 +161,7 @@ void accumulate_positions(const GradientTask& task, GradientBlock& block, const 
     for_each_part(columns, V::gradient_columns, [&](int t, int t_end) {
       const GradientTile tile = find_gradient_tile<V>(q_end - q, t_end - t, t_end > block.taps);
       GradientPlace place = part;
+      place.first = block.begins;
       fetch_stream(task, block, row_ends, turn++ * streams / tiles, place);
       place.diff_dst += q * part.diff_channel;
       place.near = place.src + block.offset[t_end < block.taps ? t_end : 0];
@@ -184,6 +185,7 @@ void accumulate_gradient(const GradientTask& task, GradientBlock& block) {
   for_each_part(s.dst_rows, larger(1, positions / s.dst_columns), [&](int i, int i_end) {
     for_each_part(s.dst_columns, i_end - i > 1 ? s.dst_columns : positions, [&](int j, int j_end) {
       accumulate_positions<V>(task, block, place_of(task, i, i_end, j, j_end), j_end == s.dst_columns);
+      block.begins = false;
     });
   });
 }
@@ -231,15 +233,59 @@ template <class V>
 void conv2d_backward_weight(const Conv2dShape& s, View<const float> src, View<const float> diff_dst, int valid,
                             float* diff_weight, float* diff_bias, int first, int last) {
   const int taps = s.src_channels * s.kernel_rows * s.kernel_columns;
+  alignas(64) float acc[gradient_channels * (gradient_taps + 1) * lanes];
   GradientBlock block;
+  block.acc = acc;
   for (int begin = first; begin < last; begin += gradient_channels) {
     const GradientTask task{s, src, diff_dst, begin, smaller(gradient_channels, last - begin)};
     for_each_part(taps, gradient_taps, [&](int t, int t_end) {
       list_taps(task, t, t_end, block);
+      block.begins = true;
       accumulate_gradient<V>(task, block);
       store_gradient<V>(task, block, t, taps, valid, diff_weight, diff_bias);
     });
   }
+}
+
+/// Calls f(task, first tap, end, accumulators) for each group of channels and each block of taps, whose accumulators
+/// lie one after the other.
+template <class F>
+void for_each_chain_block(const GradientTask& all, float* chains, const F& f) {
+  const int taps = all.shape.src_channels * all.shape.kernel_rows * all.shape.kernel_columns;
+  for (int begin = 0; begin < all.count; begin += gradient_channels) {
+    GradientTask task = all;
+    task.first = begin;
+    task.count = smaller(gradient_channels, all.count - begin);
+    for_each_part(taps, gradient_taps, [&](int t, int t_end) {
+      f(task, t, t_end, chains);
+      chains += static_cast<std::ptrdiff_t>(task.count) * (t_end - t + (t == 0 ? 1 : 0)) * lanes;
+    });
+  }
+}
+
+template <class V>
+void conv2d_weight_chains(const Conv2dShape& s, View<const float> src, View<const float> diff_dst, int count,
+                          bool begins, float* chains) {
+  GradientBlock block;
+  for_each_chain_block({s, src, diff_dst, 0, count}, chains,
+                       [&](const GradientTask& task, int t, int t_end, float* acc) {
+                         list_taps(task, t, t_end, block);
+                         block.acc = acc;
+                         block.begins = begins;
+                         accumulate_gradient<V>(task, block);
+                       });
+}
+
+template <class V>
+void conv2d_weight_sums(const Conv2dShape& s, float* chains, int count, int valid, float* diff_weight,
+                        float* diff_bias) {
+  const int taps = s.src_channels * s.kernel_rows * s.kernel_columns;
+  GradientBlock block;
+  for_each_chain_block({s, {}, {}, 0, count}, chains, [&](const GradientTask& task, int t, int t_end, float* acc) {
+    list_taps(task, t, t_end, block);
+    block.acc = acc;
+    store_gradient<V>(task, block, t, taps, valid, diff_weight, diff_bias);
+  });
 }
 
 }  // namespace

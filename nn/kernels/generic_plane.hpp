@@ -34,14 +34,16 @@ template <class V, int R, class F>
   }
 }
 
-/// Two sums over a plane. A row's chain waits for its own last addition, so as many rows go side by side as give eight
-/// registers of chains.
+/// Two sums over rows from `row` on. A row's chain waits for its own last addition, so as many rows go side by side as
+/// give eight registers of chains; of those left over again as many as there are.
+template <class V, int R, class F>
+[[gnu::always_inline]] inline void plane_sums(int row, int rows, int columns, double* sums, const F& f) {
+  for (; row + R <= rows; row += R) sum_rows<V, R>(row, columns, sums, f);
+  if constexpr (R > 1) plane_sums<V, R / 2>(row, rows, columns, sums, f);
+}
 template <class V, class F>
 [[gnu::always_inline]] inline void plane_sums(int rows, int columns, double* sums, const F& f) {
-  constexpr int rows_at_once = larger(1, 4 * V::width / lanes);
-  int i = 0;
-  for (; i + rows_at_once <= rows; i += rows_at_once) sum_rows<V, rows_at_once>(i, columns, sums, f);
-  for (; i < rows; ++i) sum_rows<V, 1>(i, columns, sums, f);
+  plane_sums<V, larger(1, 4 * V::width / lanes)>(0, rows, columns, sums, f);
 }
 
 template <class V>
@@ -63,14 +65,6 @@ void batchnorm_backward_sums(Plane<const float> src, Plane<const float> diff_dst
     const Float dy = V::load(diff_dst.data + i * diff_dst.row + j);
     sum = V::add(sum, dy);
     dot = V::fma(dy, V::sub(V::load(src.data + i * src.row + j), centre), dot);
-  });
-}
-
-template <class V>
-void batchnorm_apply(Plane<const float> src, float scale, float shift, Plane<float> dst) {
-  const typename V::Float a = V::broadcast(scale), b = V::broadcast(shift);
-  for_each_register<V>(src, [&](int i, int j) {
-    V::store(dst.data + i * dst.row + j, V::fma(V::load(src.data + i * src.row + j), a, b));
   });
 }
 

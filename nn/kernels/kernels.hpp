@@ -27,10 +27,28 @@ struct Conv2dShape {
   int pad_rows, pad_columns;
 };
 
+/// `rows` rows of dst as a convolution of its own. Its src begins at the first row that they meet,
+/// row stride_rows - pad_rows, in the halo above the plane at first.
+inline Conv2dShape band_of(Conv2dShape s, int rows) {
+  s.dst_rows = rows;
+  s.src_rows = (rows - 1) * s.stride_rows + s.kernel_rows;
+  s.pad_rows = 0;
+  return s;
+}
+
 /// Pooling windows: dst = floor((src - kernel) / stride) + 1, no padding.
 struct PoolShape {
   int channels, src_rows, src_columns, dst_rows, dst_columns;
   int kernel_rows, kernel_columns, stride_rows, stride_columns;
+};
+
+/// What follows a normalisation: scale, shift, ReLU or none, and a pool whose windows do not overlap.
+enum class Pooling { none, average, max };
+template <class T>
+struct Activation {
+  T scale, shift;
+  bool relu;
+  Pooling pooling;
 };
 
 /// One channel's plane of a block.
@@ -74,6 +92,13 @@ struct Kernels {
   /// For o in [first, last); the arrays are whole.
   void (*conv2d_backward_weight)(const Conv2dShape&, View<const T> src, View<const T> diff_dst, int valid,
                                  T* diff_weight, T* diff_bias, int first, int last);
+  /// The same a band (band_of) at a time, without the lane tree; diff_dst holds `count` channels alone. `chains` holds
+  /// chain_values(shape, count) values, in an order that only kernels of one table and equal shapes and counts share;
+  /// `begins` says that this is the first band, and they hold nothing yet.
+  void (*conv2d_weight_chains)(const Conv2dShape&, View<const T> src, View<const T> diff_dst, int count, bool begins,
+                               T* chains);
+  /// diff_weight and diff_bias of `count` channels, from their chains, which it uses up.
+  void (*conv2d_weight_sums)(const Conv2dShape&, T* chains, int count, int valid, T* diff_weight, T* diff_bias);
 
   /// dst[o] = bias[o] + sum over k of weight[o,k] * src[k]; k runs over (channel, row, column). dst: outputs x lanes.
   void (*fully_connected_forward)(Shape src_shape, View<const T> src, const T* weight, const T* bias, T* dst, int first,
@@ -93,12 +118,18 @@ struct Kernels {
   /// With d = src - pivot: sums[l] += each row's chain of d + ... of lane l, in double, row after row;
   /// sums[lanes + l] += the same of d * d. Calls for parts of a plane, in order of rows, add up to one for the whole.
   void (*batchnorm_sums)(Plane<const T> src, T pivot, double sums[2 * lanes]);
-  /// dst = fma(src, scale, shift).
-  void (*batchnorm_apply)(Plane<const T> src, T scale, T shift, Plane<T> dst);
   /// As above the sums of diff_dst and of diff_dst * (src - mean).
   void (*batchnorm_backward_sums)(Plane<const T> src, Plane<const T> diff_dst, T mean, double sums[2 * lanes]);
   /// diff_src = fma(a, diff_dst, fma(b, src, c)); may overwrite src or diff_dst.
   void (*batchnorm_backward_apply)(Plane<const T> src, Plane<const T> diff_dst, T a, T b, T c, Plane<T> diff_src);
+
+  /// dst = pool(relu(fma(src, scale, shift))) of one channel; ReLU and pool as their kernels below. Without a pool the
+  /// shape is not read.
+  void (*activation_forward)(const Activation<T>&, const PoolShape&, Plane<const T> src, Plane<T> dst);
+  /// diff = the derivative by the value of that fma, of the same kernels' backward. Without a pool diff may be
+  /// diff_dst.
+  void (*activation_backward)(const Activation<T>&, const PoolShape&, Plane<const T> src, Plane<const T> diff_dst,
+                              Plane<T> diff);
 
   /// value = value < 0 ? 0 : value, in place.
   void (*relu_forward)(Plane<T> value);
@@ -129,6 +160,12 @@ template <class T>
 const Kernels<T>& kernels();
 /// Those of an instruction set that is available.
 const Kernels<float>& kernels_of(Isa isa);
+
+/// Values of the chains of a weight gradient, for `count` channels of dst: a chain a lane for each weight and bias.
+inline std::size_t chain_values(const Conv2dShape& s, int count) {
+  return static_cast<std::size_t>(count) * lanes *
+         (static_cast<std::size_t>(s.src_channels) * static_cast<std::size_t>(s.kernel_rows * s.kernel_columns) + 1);
+}
 
 /// Halo that conv2d_backward_src reads around diff_dst.
 int diff_halo(const Conv2dShape& shape);

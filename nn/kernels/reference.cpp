@@ -1,5 +1,6 @@
 // The plain definitions of every kernel, one loop a sum: what the fast ones are tested against, and what gradient
 // checks run in double. The order of each chain is the contract written in kernels.hpp.
+#include <algorithm>
 #include <cmath>
 
 #include "nn/kernels/kernels.hpp"
@@ -61,32 +62,60 @@ void conv2d_backward_src(const Conv2dShape& s, View<const T> diff_dst, const T* 
         }
 }
 
+/// Goes on with a chain of each lane: of the weight at (c, ky, kx), or, past the last channel, of the bias.
+template <class T>
+void continue_chain(const Conv2dShape& s, View<const T> src, const T* diff_dst, std::ptrdiff_t diff_row, int c, int ky,
+                    int kx, T* chain) {
+  for (int l = 0; l < lanes; ++l)
+    for (int i = 0; i < s.dst_rows; ++i)
+      for (int j = 0; j < s.dst_columns; ++j) {
+        const T dy = diff_dst[i * diff_row + j * lanes + l];
+        chain[l] = c == s.src_channels
+                       ? chain[l] + dy
+                       : std::fma(value_or_zero(src, s.src_rows, s.src_columns, c, i * s.stride_rows + ky - s.pad_rows,
+                                                j * s.stride_columns + kx - s.pad_columns, l),
+                                  dy, chain[l]);
+      }
+}
+
+/// Calls f(c, ky, kx) for each weight of one channel of dst in order, then for its bias, at c = src_channels.
+template <class F>
+void for_each_gradient(const Conv2dShape& s, const F& f) {
+  for (int c = 0; c < s.src_channels; ++c)
+    for (int ky = 0; ky < s.kernel_rows; ++ky)
+      for (int kx = 0; kx < s.kernel_columns; ++kx) f(c, ky, kx);
+  f(s.src_channels, 0, 0);
+}
+
 template <class T>
 void conv2d_backward_weight(const Conv2dShape& s, View<const T> src, View<const T> diff_dst, int valid, T* diff_weight,
                             T* diff_bias, int first, int last) {
-  for (int o = first; o < last; ++o) {
-    T sum[lanes];
-    for (int c = 0; c < s.src_channels; ++c)
-      for (int ky = 0; ky < s.kernel_rows; ++ky)
-        for (int kx = 0; kx < s.kernel_columns; ++kx) {
-          for (int l = 0; l < lanes; ++l) {
-            sum[l] = T(0);
-            for (int i = 0; i < s.dst_rows; ++i)
-              for (int j = 0; j < s.dst_columns; ++j)
-                sum[l] = std::fma(value_or_zero(src, s.src_rows, s.src_columns, c, i * s.stride_rows + ky - s.pad_rows,
-                                                j * s.stride_columns + kx - s.pad_columns, l),
-                                  diff_dst.data[o * diff_dst.channel + i * diff_dst.row + j * lanes + l], sum[l]);
-          }
-          diff_weight[weight_index(s, o, c, ky, kx)] = lane_sum(sum, valid);
-        }
-    for (int l = 0; l < lanes; ++l) {
-      sum[l] = T(0);
-      for (int i = 0; i < s.dst_rows; ++i)
-        for (int j = 0; j < s.dst_columns; ++j)
-          sum[l] += diff_dst.data[o * diff_dst.channel + i * diff_dst.row + j * lanes + l];
-    }
-    diff_bias[o] = lane_sum(sum, valid);
-  }
+  for (int o = first; o < last; ++o)
+    for_each_gradient(s, [&](int c, int ky, int kx) {
+      T chain[lanes] = {};
+      continue_chain(s, src, diff_dst.data + o * diff_dst.channel, diff_dst.row, c, ky, kx, chain);
+      (c == s.src_channels ? diff_bias[o] : diff_weight[weight_index(s, o, c, ky, kx)]) = lane_sum(chain, valid);
+    });
+}
+
+template <class T>
+void conv2d_weight_chains(const Conv2dShape& s, View<const T> src, View<const T> diff_dst, int count, bool begins,
+                          T* chains) {
+  if (begins) std::fill_n(chains, chain_values(s, count), T(0));
+  for (int o = 0; o < count; ++o)
+    for_each_gradient(s, [&](int c, int ky, int kx) {
+      continue_chain(s, src, diff_dst.data + o * diff_dst.channel, diff_dst.row, c, ky, kx, chains);
+      chains += lanes;
+    });
+}
+
+template <class T>
+void conv2d_weight_sums(const Conv2dShape& s, T* chains, int count, int valid, T* diff_weight, T* diff_bias) {
+  for (int o = 0; o < count; ++o)
+    for_each_gradient(s, [&](int c, int ky, int kx) {
+      (c == s.src_channels ? diff_bias[o] : diff_weight[weight_index(s, o, c, ky, kx)]) = lane_sum(chains, valid);
+      chains += lanes;
+    });
 }
 
 /// Calls f(k, pointer to the lanes of value k) in the order of weights: channel, row, column.
@@ -198,12 +227,6 @@ void for_each_row_value(const Plane<T>& plane, const F& f) {
 }
 
 template <class T>
-void batchnorm_apply(Plane<const T> src, T scale, T shift, Plane<T> dst) {
-  for_each_row_value(
-      src, [&](int i, int j) { dst.data[i * dst.row + j] = std::fma(src.data[i * src.row + j], scale, shift); });
-}
-
-template <class T>
 void batchnorm_backward_apply(Plane<const T> src, Plane<const T> diff_dst, T a, T b, T c, Plane<T> diff_src) {
   for_each_row_value(src, [&](int i, int j) {
     diff_src.data[i * diff_src.row + j] =
@@ -304,6 +327,66 @@ void max_pool_backward(const PoolShape& s, View<const T> src, View<const T> diff
   });
 }
 
+/// relu(fma(x, scale, shift)), or without ReLU.
+template <class T>
+T activate(const Activation<T>& a, T x) {
+  const T y = std::fma(x, a.scale, a.shift);
+  return a.relu && y < T(0) ? T(0) : y;
+}
+
+template <class T>
+void activation_forward(const Activation<T>& a, const PoolShape& s, Plane<const T> src, Plane<T> dst) {
+  if (a.pooling == Pooling::none) {
+    for_each_row_value(src, [&](int i, int j) { dst.data[i * dst.row + j] = activate(a, src.data[i * src.row + j]); });
+    return;
+  }
+  for_each_window(s, [&](int, int i, int j, int l) {
+    const auto value = [&](int ky, int kx) {
+      return activate(a, get(src, i * s.stride_rows + ky, j * s.stride_columns + kx, l));
+    };
+    T sum = T(0), best = value(0, 0);
+    for (int ky = 0; ky < s.kernel_rows; ++ky)
+      for (int kx = 0; kx < s.kernel_columns; ++kx) {
+        sum += value(ky, kx);
+        if (value(ky, kx) > best) best = value(ky, kx);
+      }
+    const T factor = T(1) / static_cast<T>(s.kernel_rows * s.kernel_columns);
+    dst.data[i * dst.row + j * lanes + l] = a.pooling == Pooling::max ? best : sum * factor;
+  });
+}
+
+template <class T>
+void activation_backward(const Activation<T>& a, const PoolShape& s, Plane<const T> src, Plane<const T> diff_dst,
+                         Plane<T> diff) {
+  const auto masked = [&](int i, int j, T d) {
+    return a.relu && !(activate(a, src.data[i * src.row + j]) > T(0)) ? T(0) : d;
+  };
+  if (a.pooling == Pooling::none) {
+    for_each_row_value(
+        src, [&](int i, int j) { diff.data[i * diff.row + j] = masked(i, j, diff_dst.data[i * diff_dst.row + j]); });
+    return;
+  }
+  const View<T> diff_view{diff.data, 0, 0, diff.row};
+  clear(s, diff_view);
+  const T factor = T(1) / static_cast<T>(s.kernel_rows * s.kernel_columns);
+  for_each_window(s, [&](int, int i, int j, int l) {
+    const int row = i * s.stride_rows, column = j * s.stride_columns;
+    const T dy = get(diff_dst, i, j, l);
+    int best_row = row, best_column = column;
+    for (int y = row; y < row + s.kernel_rows; ++y)
+      for (int x = column; x < column + s.kernel_columns; ++x) {
+        if (a.pooling == Pooling::average) at(diff_view, 0, y, x, l) += dy * factor;
+        if (activate(a, get(src, y, x, l)) > activate(a, get(src, best_row, best_column, l))) {
+          best_row = y;
+          best_column = x;
+        }
+      }
+    if (a.pooling == Pooling::max) at(diff_view, 0, best_row, best_column, l) += dy;
+  });
+  for_each_row_value(diff,
+                     [&](int i, int j) { diff.data[i * diff.row + j] = masked(i, j, diff.data[i * diff.row + j]); });
+}
+
 template <class T>
 void sgd_step(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity,
               T* value) {
@@ -319,14 +402,17 @@ constexpr Kernels<T> table{
     conv2d_forward<T>,
     conv2d_backward_src<T>,
     conv2d_backward_weight<T>,
+    conv2d_weight_chains<T>,
+    conv2d_weight_sums<T>,
     fully_connected_forward<T>,
     fully_connected_backward_src<T>,
     fully_connected_backward_weight<T>,
     conv2d_single<T>,
     batchnorm_sums<T>,
-    batchnorm_apply<T>,
     batchnorm_backward_sums<T>,
     batchnorm_backward_apply<T>,
+    activation_forward<T>,
+    activation_backward<T>,
     relu_forward<T>,
     relu_backward<T>,
     average_pool_forward<T>,

@@ -74,11 +74,11 @@ TEST_CASE("a longer recording is cut, from where it is told, and what was cut is
   REQUIRE(first.size() == 900);
   CHECK(first[0] == 0.0F);
   CHECK(first[899] == static_cast<float>(0.899));
-  CHECK(warns(recording, "lasts 12.5 s, the protocol 'tiny' 9 s: the last 3.5 s are not used; --start"));
+  CHECK(warns(recording, "lasts 12.5 s, the protocol 'tiny' 9 s: the last 3.5 s are not used; --begin"));
   recording.warnings.clear();
   CHECK(fit_to_protocol(recording, protocol, {.start_s = 2.0}).sway_rad[0] == static_cast<float>(0.2));
   CHECK(warns(recording, "the first 2 s and the last 1.5 s are not used"));
-  CHECK_FALSE(warns(recording, "--start"));
+  CHECK_FALSE(warns(recording, "--begin"));
   recording.warnings.clear();
   fit_to_protocol(recording, protocol, {.start_s = 3.5});
   CHECK(warns(recording, "the first 3.5 s are not used"));

@@ -1,6 +1,5 @@
-// Every instruction set's kernels against the plain definitions, bit for bit (memcmp: signs of zero count), over many
+// Every instruction set's convolutions, fully connected layers and optimiser against the plain definitions, over many
 // geometries; the emulated fused multiply-add against the C library's; the choice of kernels by name.
-// Rows beyond a plane and whole halos are compared too: no kernel may write there.
 #include "nn/kernels/kernels.hpp"
 
 #include <doctest/doctest.h>
@@ -8,107 +7,17 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <limits>
 #include <sstream>
-#include <vector>
 
 #include "base/error.hpp"
 #include "nn/kernels/isa.hpp"
+#include "tests/nn/kernel_checks.hpp"
 
 using namespace decid;
 using namespace decid::nn;
+using namespace decid::nn::testing;
 
 namespace {
-
-/// SplitMix64: numbers for tests, the same everywhere.
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t bits() {
-    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
-  int between(int low, int high) { return low + static_cast<int>(bits() % static_cast<std::uint64_t>(high - low + 1)); }
-  /// In (-1, 1); one in eight is a zero of either sign.
-  float value() {
-    const std::uint64_t b = bits();
-    if (b % 8 == 0) return b & 8 ? -0.0F : 0.0F;
-    return static_cast<float>(static_cast<std::int64_t>(b >> 40) - (1 << 23)) / static_cast<float>(1 << 23);
-  }
-
- private:
-  std::uint64_t state_;
-};
-
-enum class Fill { values, nothing };
-
-/// A block of 16 samples in its own memory, with more halo than asked for now and then.
-struct Block {
-  std::vector<float> memory;
-  Tensor<float> tensor;
-  Block(Shape shape, int halo, Dice& dice, Fill fill, float scale = 1) {
-    memory.assign(Tensor<float>::required(shape, lanes, halo), 0.0F);
-    tensor = Tensor<float>(memory.data(), shape, lanes, halo);
-    for (int c = 0; c < shape.channels; ++c)
-      for (int i = 0; i < shape.rows; ++i)
-        for (int k = 0; k < shape.columns * lanes; ++k)
-          tensor.row(0, c, i)[k] = fill == Fill::values ? scale * dice.value() : -77.0F;
-  }
-  View<float> view() const { return tensor.view(); }
-  View<const float> const_view() const {
-    const View<float> v = tensor.view();
-    return {v.data, v.block, v.channel, v.row};
-  }
-  Plane<float> plane() const { return {tensor.row(0, 0, 0), view().row, tensor.shape().rows, tensor.shape().columns}; }
-  Plane<const float> const_plane() const { return {tensor.row(0, 0, 0), view().row, plane().rows, plane().columns}; }
-  void spoil_lanes(int valid) {
-    for (std::size_t i = 0; i < memory.size(); ++i)
-      if (static_cast<int>(i % lanes) >= valid)
-        memory[i] = i % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : -1e30F;
-  }
-};
-
-std::vector<float> random_values(std::size_t count, Dice& dice, float scale = 1) {
-  std::vector<float> v(count);
-  for (float& x : v) x = scale * dice.value();
-  return v;
-}
-
-template <class T>
-bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
-/// Equal, or both NaN: which NaN comes out of two differs between processors.
-bool same_values(const std::vector<float>& a, const std::vector<float>& b) {
-  for (std::size_t i = 0; i < a.size(); ++i)
-    if (std::bit_cast<std::uint32_t>(a[i]) != std::bit_cast<std::uint32_t>(b[i]) &&
-        !(std::isnan(a[i]) && std::isnan(b[i])))
-      return false;
-  return true;
-}
-
-/// The fast tables of this machine.
-std::vector<const Kernels<float>*> fast_tables() {
-  std::vector<const Kernels<float>*> tables;
-  for (const Isa isa : available_isas())
-    if (isa != Isa::reference) tables.push_back(&kernels_of(isa));
-  return tables;
-}
-
-/// Runs `run(table)`, which returns the memory that the kernels wrote, for every table: all must equal the reference's.
-template <class F>
-void check_all(const std::string& what, const F& run) {
-  const auto expected = run(reference_kernels<float>());
-  for (const Kernels<float>* table : fast_tables()) {
-    INFO(what << " on " << table->name);
-    CHECK(same_bits(run(*table), expected));
-  }
-}
 
 std::string text(const Conv2dShape& s) {
   std::ostringstream out;
@@ -181,6 +90,44 @@ void check_conv(const Conv2dShape& s, std::uint64_t seed, float scale = 1) {
                                first, last);
     return gradient;
   });
+
+  // A band of rows at a time: forward gives rows of the same bits, the weight gradient the same sums.
+  const int rows = dice.between(1, s.dst_rows);
+  const auto for_each_band = [&](const auto& body) {
+    for (int row = 0; row < s.dst_rows; row += rows) {
+      View<const float> band = src.const_view();
+      band.data += (row * s.stride_rows - s.pad_rows) * band.row;
+      body(band_of(s, std::min(rows, s.dst_rows - row)), band, row);
+    }
+  };
+  for (const Kernels<float>* table : all_tables()) {
+    INFO(text(s) << " in bands of " << rows << " on " << table->name);
+    const Block whole({s.dst_channels, s.dst_rows, s.dst_columns}, dst_halo, dice, Fill::nothing), bands = whole;
+    table->conv2d_forward(s, src.const_view(), weight.data(), bias.data(), whole.view(), 0, s.dst_channels);
+    View<float> dst = whole.view();
+    dst.data = const_cast<float*>(bands.memory.data()) + (dst.data - whole.memory.data());
+    for_each_band([&](const Conv2dShape& band, View<const float> x, int row) {
+      const View<float> y{dst.data + row * dst.row, dst.block, dst.channel, dst.row};
+      table->conv2d_forward(band, x, weight.data(), bias.data(), y, 0, s.dst_channels);
+    });
+    CHECK(same_bits(bands.memory, whole.memory));
+
+    const int first = s.dst_channels / 3, count = s.dst_channels - first;
+    std::vector<float> expected(weights + bias.size(), -77.0F), gradient = expected;
+    table->conv2d_backward_weight(s, src.const_view(), diff_dst.const_view(), valid, expected.data(),
+                                  expected.data() + weights, first, s.dst_channels);
+    AlignedBuffer<float> chains;
+    chains.reserve(chain_values(s, count));
+    for_each_band([&](const Conv2dShape& band, View<const float> x, int row) {
+      View<const float> dy = diff_dst.const_view();
+      dy.data += first * dy.channel + row * dy.row;
+      table->conv2d_weight_chains(band, x, dy, count, row == 0, chains.data());
+    });
+    const std::size_t before = static_cast<std::size_t>(first) * (weights / bias.size());
+    table->conv2d_weight_sums(s, chains.data(), count, valid, gradient.data() + before,
+                              gradient.data() + weights + first);
+    CHECK(same_bits(gradient, expected));
+  }
 }
 
 }  // namespace
@@ -261,110 +208,6 @@ TEST_CASE("fully connected") {
         k.fully_connected_backward_weight(shape, src.const_view(), diff.data(), valid, gradient.data(),
                                           gradient.data() + values * count, first, last);
       return gradient;
-    });
-  }
-}
-
-TEST_CASE("batch normalisation, ReLU") {
-  Dice dice(700);
-  for (const Shape shape : {Shape{1, 1, 1}, Shape{1, 13, 13}, Shape{1, 6, 1}, Shape{1, 4, 27}, Shape{1, 31, 110}})
-    for (int repeat = 0; repeat < 4; ++repeat) {
-      const Block x(shape, dice.between(0, 2), dice, Fill::values), dy(shape, dice.between(0, 2), dice, Fill::values);
-      check_all("sums", [&](const Kernels<float>& k) {
-        std::vector<double> sums(4 * lanes, 0.125);  // added to, not overwritten
-        k.batchnorm_sums(x.const_plane(), 0.37F, sums.data());
-        k.batchnorm_backward_sums(x.const_plane(), dy.const_plane(), -0.21F, sums.data() + 2 * lanes);
-        return sums;
-      });
-      check_all("apply", [&](const Kernels<float>& k) {
-        const Block y(shape, 1, dice, Fill::nothing), dx(shape, 1, dice, Fill::nothing);
-        k.batchnorm_apply(x.const_plane(), 1.3F, -0.4F, y.plane());
-        k.batchnorm_backward_apply(x.const_plane(), dy.const_plane(), 0.9F, -0.1F, 0.03F, dx.plane());
-        std::vector<float> all = y.memory;
-        all.insert(all.end(), dx.memory.begin(), dx.memory.end());
-        return all;
-      });
-      check_all("relu", [&](const Kernels<float>& k) {
-        Block y = x, dx = dy;
-        Plane<float> value = y.plane(), diff = dx.plane();
-        value.data = y.memory.data() + (x.plane().data - x.memory.data());
-        diff.data = dx.memory.data() + (dy.plane().data - dy.memory.data());
-        k.relu_forward(value);
-        k.relu_backward({value.data, value.row, value.rows, value.columns}, diff);
-        y.memory.insert(y.memory.end(), dx.memory.begin(), dx.memory.end());
-        return y.memory;
-      });
-    }
-}
-
-TEST_CASE("elementwise kernels and NaN, infinity, zero, subnormal") {
-  constexpr float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-  const std::vector<float> special = {0.0F, -0.0F, inf, -inf, nan, 1e-40F, -1e-40F, 1.0F, -1.0F, 3e38F, -3e38F, 1e-45F};
-  std::vector<float> a(12 * 12 * lanes), b(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    a[i] = special[i % 12];
-    b[i] = special[i / 12 % 12];
-  }
-  const auto run = [&](const Kernels<float>& k) {
-    std::vector<float> out;
-    const auto keep = [&](const std::vector<float>& v) { out.insert(out.end(), v.begin(), v.end()); };
-    const auto plane = [](auto& v) { return Plane<float>{v.data(), 12 * lanes, 12, 12}; };
-    const auto input = [](const auto& v) { return Plane<const float>{v.data(), 12 * lanes, 12, 12}; };
-    std::vector<float> y = a;
-    k.relu_forward(plane(y));
-    keep(y);
-    y = b;
-    k.relu_backward(input(a), plane(y));
-    keep(y);
-    k.batchnorm_apply(input(a), -2.0F, 1.0F, plane(y));
-    keep(y);
-    y = b;
-    k.batchnorm_backward_apply(input(a), input(y), 0.5F, -3.0F, 1e-40F, plane(y));  // in place
-    keep(y);
-    const PoolShape pool{1, 12, 12, 5, 6, 3, 2, 2, 2};
-    const View<const float> source{a.data(), 0, 0, 12 * lanes}, diff{b.data(), 0, 0, 6 * lanes};
-    y.assign(a.size(), -77.0F);
-    k.max_pool_forward(pool, source, {y.data(), 0, 0, 6 * lanes});
-    keep(y);
-    k.max_pool_backward(pool, source, diff, {y.data(), 0, 0, 12 * lanes});
-    keep(y);
-    return out;
-  };
-  const std::vector<float> expected = run(reference_kernels<float>());
-  for (const Kernels<float>* table : fast_tables()) {
-    INFO(table->name);
-    CHECK(same_values(run(*table), expected));
-  }
-}
-
-TEST_CASE("pooling") {
-  Dice dice(900);
-  for (int trial = 0; trial < 40; ++trial) {
-    const bool usual = trial % 4 == 0;
-    const int kr = usual ? 2 : dice.between(1, 5), kc = usual ? 2 : dice.between(1, 5);
-    const int sr = usual ? 2 : dice.between(1, 6), sc = usual ? 2 : dice.between(1, 6);
-    const int rows = dice.between(kr, 14), columns = dice.between(kc, 14), channels = dice.between(1, 3);
-    const PoolShape s{channels, rows, columns, (rows - kr) / sr + 1, (columns - kc) / sc + 1, kr, kc, sr, sc};
-    // Few different values: ties for the largest, and both zeros.
-    Block x({channels, rows, columns}, trial % 3, dice, Fill::values);
-    for (float& v : x.memory) v = std::trunc(v * 3);
-    const Block dy({channels, s.dst_rows, s.dst_columns}, trial % 2, dice, Fill::values);
-    INFO("window " << kr << "x" << kc << " stride " << sr << "x" << sc << " of " << rows << "x" << columns);
-    check_all("forward", [&](const Kernels<float>& k) {
-      const Block mean(dy.tensor.shape(), 1, dice, Fill::nothing), max(dy.tensor.shape(), 0, dice, Fill::nothing);
-      k.average_pool_forward(s, x.const_view(), mean.view());
-      k.max_pool_forward(s, x.const_view(), max.view());
-      std::vector<float> all = mean.memory;
-      all.insert(all.end(), max.memory.begin(), max.memory.end());
-      return all;
-    });
-    check_all("backward", [&](const Kernels<float>& k) {
-      const Block mean(x.tensor.shape(), 1, dice, Fill::nothing), max(x.tensor.shape(), 2, dice, Fill::nothing);
-      k.average_pool_backward(s, dy.const_view(), mean.view());
-      k.max_pool_backward(s, x.const_view(), dy.const_view(), max.view());
-      std::vector<float> all = mean.memory;
-      all.insert(all.end(), max.memory.begin(), max.memory.end());
-      return all;
     });
   }
 }

@@ -101,7 +101,7 @@ TEST_CASE("recordings of another length or rate are refused with both and a way 
   check_recording_refused(recording(6370, 100, wave), {"6370", "12100", "100 Hz", "decid train"});
   check_recording_refused(recording(6370, 60, wave), {"6370", "60 Hz", "12100", "100 Hz", "1 is whole", "decid train"});
   check_recording_refused(recording(12100, 100, wave), {"12100", "200 Hz", "100 Hz"}, "--rate 200");
-  check_recording_refused(recording(12200, 100, wave), {"--start", "122 s"}, "--start 130");
+  check_recording_refused(recording(12200, 100, wave), {"--begin", "122 s"}, "--begin 130");
   check_recording_refused(recording(20, 100, wave), {"20", "12100"});
 }
 
@@ -109,7 +109,7 @@ TEST_CASE("options of a recording that contradict each other or are none") {
   const std::string text = recording(12100, 100, wave);
   check_recording_refused(text, {"--tilt-unit", "--tilt-column"}, "--tilt-unit deg");
   check_recording_refused(text, {"--invert", "--tilt-column"}, "--invert tilt");
-  check_recording_refused(text, {"--start", "--tilt-column"}, "--start 1 --tilt-column 1");
+  check_recording_refused(text, {"--begin", "--tilt-column"}, "--begin 1 --tilt-column 1");
   check_recording_refused(text, {"no column 'tilt'"}, "--tilt-column tilt");
   check_recording_refused(text, {"is the sway"}, "--tilt-column com_sway_deg");
   check_recording_refused(text, {"--detrend"}, "--detrend cubic");

@@ -31,7 +31,7 @@ std::vector<std::vector<double>> read_csv(const std::string& path, std::string& 
 
 TEST_CASE("every command explains itself with an example") {
   for (const std::string command :
-       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "info", "study"}) {
+       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "compare", "info", "study"}) {
     const auto result = run_decid(command + " --help");
     CAPTURE(command);
     CHECK(result.code == 0);
@@ -93,6 +93,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   const auto text = run_decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
   CHECK(text.code == 0);
   CHECK(text.out.find("Kp_pass") != std::string::npos);
+  CHECK(run_decid("identify --quiet " + trial).out == text.out);  // quiet silences messages, not results
   const auto printed = run_decid("identify " + trial + " --json");
   CHECK(printed.err.empty());
   CHECK(printed.out == read_text(folder / "out.json"));
@@ -176,12 +177,15 @@ TEST_CASE("the frequency response is in the JSON, and a sway that does not follo
     if (frf["coherence"][i].get<double>() > 0.5) ++coherent;
   }
   CHECK(coherent > 3);
-  CHECK(recording["warnings"].dump().find("hardly follows") == std::string::npos);
+  CHECK(recording["following"] > 0.7);
+  CHECK(recording["warnings"].dump().find("looks unlike") == std::string::npos);
 
   // The platform stood still: sway of the vestibular noise alone.
   decid::test::write_text(folder / "still.json", R"({"sequence": {"amplitude_deg": 1e-6}})");
   REQUIRE(run_decid("simulate --seed 3 --protocol " + folder / "still.json" + " -o " + folder / "b.csv").code == 0);
-  CHECK(run_decid("identify " + folder / "b.csv").out.find("hardly follows") != std::string::npos);
+  const Json still = Json::parse(run_decid("identify " + folder / "b.csv --json").out).at("recordings").at(0);
+  CHECK(still["following"] < 0.3);
+  CHECK(still["warnings"].dump().find("looks unlike") != std::string::npos);
 }
 
 TEST_CASE("a measured tilt puts a recording that started early in time") {

@@ -1,4 +1,4 @@
-// Fills the page of decid study, after common.js. The figures are the SVG files, drawn by the program: they are put in
+// Fills the page of decid study, after common.js and comparison.js. The figures are the SVG files, drawn by the program: they are put in
 // as they are, and tried as pictures.
 (async () => {
 const main = document.getElementById("main");
@@ -58,6 +58,7 @@ main.append(element("dl", { class: "figures" },
 if (report.notes.length > 0) main.append(element("div", { class: "warning" }, element("ul", {}, ...report.notes.map(note => element("li", {}, note)))));
 main.append(element("h3", {}, "Beside the paper"), comparison());
 if (data_set) main.append(element("h3", {}, "Parameters of the trials"), distributions(data_set));
+for (const one of report.comparisons) main.append(...methodComparison(one));
 for (const one of report.figures) await drawing(one);
 document.getElementById("footer").append(element("p", {}, "decid ", report.version, ", weights ", element("code", {}, report.weights_sha256), "."));
 finish();

@@ -1,0 +1,190 @@
+// Every instruction set's elementwise kernels, pools and sums over planes against the plain definitions, NaN,
+// infinities and zeros of both signs included; activation and pool in one against one after the other.
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "tests/nn/kernel_checks.hpp"
+
+using namespace decid;
+using namespace decid::nn;
+using namespace decid::nn::testing;
+
+namespace {
+
+/// Equal, or both NaN: which NaN comes out of two differs between processors.
+bool same_values(const std::vector<float>& a, const std::vector<float>& b) {
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (std::bit_cast<std::uint32_t>(a[i]) != std::bit_cast<std::uint32_t>(b[i]) &&
+        !(std::isnan(a[i]) && std::isnan(b[i])))
+      return false;
+  return true;
+}
+
+/// The plane of one block into another's, of the same shape.
+void copy(const Block& from, const Block& to) {
+  const Plane<float> src = from.plane(), dst = to.plane();
+  for (int i = 0; i < src.rows; ++i)
+    for (int j = 0; j < src.columns * lanes; ++j) dst.data[i * dst.row + j] = src.data[i * src.row + j];
+}
+
+}  // namespace
+
+TEST_CASE("batch normalisation, ReLU") {
+  Dice dice(700);
+  for (const Shape shape : {Shape{1, 1, 1}, Shape{1, 13, 13}, Shape{1, 6, 1}, Shape{1, 4, 27}, Shape{1, 31, 110}})
+    for (int repeat = 0; repeat < 4; ++repeat) {
+      const Block x(shape, dice.between(0, 2), dice, Fill::values), dy(shape, dice.between(0, 2), dice, Fill::values);
+      check_all("sums", [&](const Kernels<float>& k) {
+        std::vector<double> sums(4 * lanes, 0.125);  // added to, not overwritten
+        k.batchnorm_sums(x.const_plane(), 0.37F, sums.data());
+        k.batchnorm_backward_sums(x.const_plane(), dy.const_plane(), -0.21F, sums.data() + 2 * lanes);
+        return sums;
+      });
+      check_all("apply", [&](const Kernels<float>& k) {
+        const Block y(shape, 1, dice, Fill::nothing), dx(shape, 1, dice, Fill::nothing);
+        k.activation_forward({1.3F, -0.4F, false, Pooling::none}, {}, x.const_plane(), y.plane());
+        k.batchnorm_backward_apply(x.const_plane(), dy.const_plane(), 0.9F, -0.1F, 0.03F, dx.plane());
+        std::vector<float> all = y.memory;
+        all.insert(all.end(), dx.memory.begin(), dx.memory.end());
+        return all;
+      });
+      check_all("relu", [&](const Kernels<float>& k) {
+        Block y = x, dx = dy;
+        Plane<float> value = y.plane(), diff = dx.plane();
+        value.data = y.memory.data() + (x.plane().data - x.memory.data());
+        diff.data = dx.memory.data() + (dy.plane().data - dy.memory.data());
+        k.relu_forward(value);
+        k.relu_backward({value.data, value.row, value.rows, value.columns}, diff);
+        y.memory.insert(y.memory.end(), dx.memory.begin(), dx.memory.end());
+        return y.memory;
+      });
+    }
+}
+
+TEST_CASE("elementwise kernels and NaN, infinity, zero, subnormal") {
+  constexpr float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> special = {0.0F, -0.0F, inf, -inf, nan, 1e-40F, -1e-40F, 1.0F, -1.0F, 3e38F, -3e38F, 1e-45F};
+  std::vector<float> a(12 * 12 * lanes), b(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    a[i] = special[i % 12];
+    b[i] = special[i / 12 % 12];
+  }
+  const auto run = [&](const Kernels<float>& k) {
+    std::vector<float> out;
+    const auto keep = [&](const std::vector<float>& v) { out.insert(out.end(), v.begin(), v.end()); };
+    const auto plane = [](auto& v) { return Plane<float>{v.data(), 12 * lanes, 12, 12}; };
+    const auto input = [](const auto& v) { return Plane<const float>{v.data(), 12 * lanes, 12, 12}; };
+    std::vector<float> y = a;
+    k.relu_forward(plane(y));
+    keep(y);
+    y = b;
+    k.relu_backward(input(a), plane(y));
+    keep(y);
+    k.activation_forward({-2.0F, 1.0F, true, Pooling::none}, {}, input(a), plane(y));
+    keep(y);
+    y = b;
+    k.batchnorm_backward_apply(input(a), input(y), 0.5F, -3.0F, 1e-40F, plane(y));  // in place
+    keep(y);
+    const PoolShape pool{1, 12, 12, 5, 6, 3, 2, 2, 2};
+    const View<const float> source{a.data(), 0, 0, 12 * lanes}, diff{b.data(), 0, 0, 6 * lanes};
+    y.assign(a.size(), -77.0F);
+    k.max_pool_forward(pool, source, {y.data(), 0, 0, 6 * lanes});
+    keep(y);
+    k.max_pool_backward(pool, source, diff, {y.data(), 0, 0, 12 * lanes});
+    keep(y);
+    return out;
+  };
+  const std::vector<float> expected = run(reference_kernels<float>());
+  for (const Kernels<float>* table : fast_tables()) {
+    INFO(table->name);
+    CHECK(same_values(run(*table), expected));
+  }
+}
+
+TEST_CASE("pooling") {
+  Dice dice(900);
+  for (int trial = 0; trial < 40; ++trial) {
+    const bool usual = trial % 4 == 0;
+    const int kr = usual ? 2 : dice.between(1, 5), kc = usual ? 2 : dice.between(1, 5);
+    const int sr = usual ? 2 : dice.between(1, 6), sc = usual ? 2 : dice.between(1, 6);
+    const int rows = dice.between(kr, 14), columns = dice.between(kc, 14), channels = dice.between(1, 3);
+    const PoolShape s{channels, rows, columns, (rows - kr) / sr + 1, (columns - kc) / sc + 1, kr, kc, sr, sc};
+    // Few different values: ties for the largest, and both zeros.
+    Block x({channels, rows, columns}, trial % 3, dice, Fill::values);
+    for (float& v : x.memory) v = std::trunc(v * 3);
+    const Block dy({channels, s.dst_rows, s.dst_columns}, trial % 2, dice, Fill::values);
+    INFO("window " << kr << "x" << kc << " stride " << sr << "x" << sc << " of " << rows << "x" << columns);
+    check_all("forward", [&](const Kernels<float>& k) {
+      const Block mean(dy.tensor.shape(), 1, dice, Fill::nothing), max(dy.tensor.shape(), 0, dice, Fill::nothing);
+      k.average_pool_forward(s, x.const_view(), mean.view());
+      k.max_pool_forward(s, x.const_view(), max.view());
+      std::vector<float> all = mean.memory;
+      all.insert(all.end(), max.memory.begin(), max.memory.end());
+      return all;
+    });
+    check_all("backward", [&](const Kernels<float>& k) {
+      const Block mean(x.tensor.shape(), 1, dice, Fill::nothing), max(x.tensor.shape(), 2, dice, Fill::nothing);
+      k.average_pool_backward(s, dy.const_view(), mean.view());
+      k.max_pool_backward(s, x.const_view(), dy.const_view(), max.view());
+      std::vector<float> all = mean.memory;
+      all.insert(all.end(), max.memory.begin(), max.memory.end());
+      return all;
+    });
+  }
+}
+
+TEST_CASE("activation and pool in one: the bits of scale and shift, ReLU and pool one after the other") {
+  Dice dice(950);
+  for (int trial = 0; trial < 60; ++trial) {
+    const bool usual = trial % 3 == 0;
+    const int kr = usual ? 2 : dice.between(1, 5), kc = usual ? 2 : dice.between(1, 5);
+    const int rows = dice.between(kr, 14), columns = dice.between(kc, 14);
+    const int sr = dice.between(kr, kr + 1), sc = dice.between(kc, kc + 1);
+    const PoolShape s{1, rows, columns, (rows - kr) / sr + 1, (columns - kc) / sc + 1, kr, kc, sr, sc};
+    Block x({1, rows, columns}, trial % 3, dice, Fill::values);
+    for (float& v : x.memory) v = std::trunc(v * 3);
+    const Block dy({1, s.dst_rows, s.dst_columns}, trial % 2, dice, Fill::values);
+    const Block whole_dy({1, rows, columns}, trial % 2, dice, Fill::values);
+    for (const Pooling pooling : {Pooling::none, Pooling::average, Pooling::max})
+      for (const bool relu : {false, true}) {
+        const Activation<float> a{-1.5F, 0.75F, relu, pooling};
+        const Kernels<float>& plain = reference_kernels<float>();
+        const Block& diff_dst = pooling == Pooling::none ? whole_dy : dy;
+
+        // One after the other.
+        Block values({1, rows, columns}, 0, dice, Fill::nothing);
+        plain.activation_forward({a.scale, a.shift, false, Pooling::none}, {}, x.const_plane(), values.plane());
+        for (std::size_t i = 0; i < values.memory.size(); ++i) {
+          const float v = x.plane().data[static_cast<std::ptrdiff_t>(i) / (columns * lanes) * x.plane().row +
+                                         static_cast<std::ptrdiff_t>(i) % (columns * lanes)];
+          REQUIRE(values.memory[i] == std::fma(v, a.scale, a.shift));
+        }
+        if (relu) plain.relu_forward(values.plane());
+        const Block pooled(diff_dst.tensor.shape(), 0, dice, Fill::nothing);
+        const Block diff({1, rows, columns}, 0, dice, Fill::nothing);
+        if (pooling == Pooling::none) {
+          copy(values, pooled);
+          copy(diff_dst, diff);
+        } else if (pooling == Pooling::average) {
+          plain.average_pool_forward(s, values.const_view(), pooled.view());
+          plain.average_pool_backward(s, diff_dst.const_view(), diff.view());
+        } else {
+          plain.max_pool_forward(s, values.const_view(), pooled.view());
+          plain.max_pool_backward(s, values.const_view(), diff_dst.const_view(), diff.view());
+        }
+        if (relu) plain.relu_backward(values.const_plane(), diff.plane());
+
+        for (const Kernels<float>* table : all_tables()) {
+          INFO(table->name << ", pooling " << static_cast<int>(pooling) << ", relu " << relu << ", window " << kr << "x"
+                           << kc);
+          const Block y(diff_dst.tensor.shape(), 0, dice, Fill::nothing),
+              dx({1, rows, columns}, 0, dice, Fill::nothing);
+          table->activation_forward(a, s, x.const_plane(), y.plane());
+          table->activation_backward(a, s, x.const_plane(), diff_dst.const_plane(), dx.plane());
+          CHECK(same_bits(y.memory, pooled.memory));
+          CHECK(same_bits(dx.memory, diff.memory));
+        }
+      }
+  }
+}

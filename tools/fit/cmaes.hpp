@@ -1,0 +1,52 @@
+// CMA-ES: minimises a function of some numbers by sampling from a Gaussian that learns where and how to search.
+// Source: Hansen, "The CMA Evolution Strategy: A Tutorial", arXiv:1604.00772, with its default constants.
+// Bounds: what is sampled beyond the unit box is mirrored into it (the function is continued evenly).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace decid::fit {
+
+/// One search, asked and told a generation at a time, so that whoever evaluates can take several searches together.
+/// Depends on its arguments alone; the eigenvectors are Eigen's, so other machines may give other last bits.
+class CmaEs {
+ public:
+  /// Starts at `start`, in the unit box, with standard deviation `sigma` along each axis. population: 0 takes
+  /// 4 + 3 ln n. `seed` and `item` name its random numbers. Throws Error for no dimension, a start outside of the box,
+  /// sigma <= 0 or a population below 4 (0 apart).
+  CmaEs(std::span<const double> start, double sigma, int population, std::uint64_t seed, std::uint64_t item);
+  ~CmaEs();
+  CmaEs(CmaEs&&) noexcept;
+  CmaEs& operator=(CmaEs&&) noexcept;
+
+  int dimensions() const noexcept;
+  int population() const noexcept;
+  int generations() const noexcept;  ///< told so far
+
+  /// The next generation: population() points of dimensions() values in [0, 1], one after the other. Asked again
+  /// before tell(), the same.
+  const std::vector<double>& ask();
+  /// What the function says of them; the smaller the better, NaN is worst. Throws Error unless there are population()
+  /// values and they were asked for.
+  void tell(std::span<const double> values);
+
+  /// Centre of the search, mirrored into the box: the estimate to take if the function is noisy.
+  std::vector<double> mean() const;
+  /// Standard deviation of the search along its longest axis.
+  double longest_axis() const noexcept;
+  /// The best point told so far, and its value (infinite before the first).
+  const std::vector<double>& best() const noexcept;
+  double best_value() const noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// x mirrored at 0 and 1 until it lies between them: 1.2 -> 0.8, -0.3 -> 0.3, 2.1 -> 0.1.
+double mirrored(double x) noexcept;
+
+}  // namespace decid::fit
