@@ -133,8 +133,7 @@ void bench_conv_single(benchmark::State& state, const Conv2dShape& s, Isa isa) {
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  state.counters["GFLOP/s"] = flops / best_of(times) * 1e-9;
-  state.counters["peak"] = peak.best();
+  count_flops(state, peak.best(), flops, best_of(times));
 }
 
 }  // namespace

@@ -56,6 +56,9 @@ class ImageMaker {
   void make(std::span<const float> sway_rad, std::span<float> image, Isa isa = chosen_isa()) const;
 
  private:
+  /// The spectrum of one window in lane 0.
+  void transform_alone(std::span<const float> window, std::span<double> spectrum) const;
+
   ImageSettings settings_;
   int samples_;
   sim::RealFft fft_;

@@ -3,6 +3,8 @@ what bench/history keeps and trackers read."""
 import math
 import re
 
+from harness.project import Failed
+
 # Of no use elsewhere, and nobody's business.
 PRIVATE = ("host_name", "executable")
 
@@ -20,7 +22,7 @@ def join(measured, **context):
     entries, seen = [], set()
     for index, (_, entry) in enumerate(measured):
         if entry["name"] in seen:
-            raise ValueError(f"{entry['name']}: is there twice")
+            raise Failed(f"{entry['name']}: is there twice")
         seen.add(entry["name"])
         entries.append({key: rounded(value) for key, value in {**entry, "family_index": index}.items()})
     return {"context": {**first, **context}, "benchmarks": entries}
@@ -31,7 +33,7 @@ def of_machine(entry):
     for key in ("%peak", "%bandwidth"):
         if key in entry:
             return entry[key], key
-    raise ValueError(f"{entry['name']}: is not put beside the machine: no %peak or %bandwidth")
+    raise Failed(f"{entry['name']}: is not put beside the machine: no %peak or %bandwidth")
 
 
 def threads_of(benchmarks):

@@ -31,7 +31,7 @@ class File(unittest.TestCase):
         self.assertEqual(joined["benchmarks"][0]["iterations"], 5)
 
     def test_two_of_a_name_are_refused(self):
-        with self.assertRaises(ValueError):
+        with self.assertRaises(Failed):
             results.join([(CONTEXT, entry("a")), (CONTEXT, entry("a"))])
 
     def test_rounding_keeps_six_digits(self):
@@ -41,7 +41,7 @@ class File(unittest.TestCase):
     def test_every_benchmark_stands_beside_the_machine(self):
         self.assertEqual(results.of_machine(entry("a", **{"%peak": 50})), (50, "%peak"))
         self.assertEqual(results.of_machine(entry("a", **{"%bandwidth": 70})), (70, "%bandwidth"))
-        with self.assertRaises(ValueError):
+        with self.assertRaises(Failed):
             results.of_machine(entry("a"))
 
 
