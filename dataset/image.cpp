@@ -163,7 +163,9 @@ void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image, I
   constexpr std::size_t lanes = image_lanes;
   // Kept from call to call: of a whole cycle as one window they are 2.5 MB.
   thread_local std::vector<double> signal, spectra, work, mean, residual;
-  const auto grow = [](std::vector<double>& buffer, std::size_t size) { buffer.resize(std::max(buffer.size(), size)); };
+  const auto grow = [](std::vector<double>& buffer, std::size_t count) {
+    buffer.resize(std::max(buffer.size(), count));
+  };
   grow(signal, window * lanes);
   grow(spectra, 2 * bins * lanes * fold);
   grow(work, 2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
