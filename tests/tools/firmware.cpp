@@ -168,7 +168,7 @@ TEST_CASE("an exported model is small, and needs nothing") {
   CHECK(shell("! nm " + folder / "model.o" + " | grep -E ' [bBdDcC] '") == 0);
 }
 
-TEST_CASE("the firmware model: the README's hash, its error, and what 8-bit integers cost") {
+TEST_CASE("the firmware model: the hash that is written down, its error, and what 8-bit integers cost") {
   Model model = load_model(test::firmware_model);
   const std::string hash = nn::weights_sha256(model.network);
   CAPTURE(hash);
