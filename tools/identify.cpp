@@ -141,6 +141,7 @@ std::string headline(const Identification& id) {
   if (std::isfinite(id.rms_residual_deg))
     text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.rms_residual_deg,
                    100 * id.variance_accounted_for);
+  if (std::isfinite(id.following)) text += format(", follows the tilt %.2f", id.following);
   if (id.tilt) {
     text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
                    id.tilt->delay_s, id.tilt_column.c_str(), id.tilt->correlation, id.tilt->gain);
