@@ -5,27 +5,13 @@
 
 #include "tests/tools/run.hpp"
 
+using decid::test::check_refused;
 using decid::test::Folder;
 using decid::test::read_text;
 using decid::test::run_decid;
 using decid::test::write_text;
 
 namespace {
-
-/// The command fails as it should, and its line holds all of `fragments`.
-void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
-  const auto result = run_decid(arguments);
-  CAPTURE(arguments);
-  CAPTURE(result.err);
-  CHECK(result.code == 2);
-  CHECK(result.out.empty());
-  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-  CHECK(result.err.starts_with("decid: "));
-  for (const std::string& fragment : fragments) {
-    CAPTURE(fragment);
-    CHECK(result.err.find(fragment) != std::string::npos);
-  }
-}
 
 /// Writes `text` as a recording and expects identify to refuse it, leaving neither JSON nor report.
 void check_recording_refused(const std::string& text, std::initializer_list<std::string> fragments,

@@ -8,6 +8,7 @@
 #include "tests/tools/run.hpp"
 #include "tools/compare.hpp"
 
+using decid::test::check_refused;
 using decid::test::Folder;
 using decid::test::read_text;
 using decid::test::run_decid;
@@ -17,16 +18,6 @@ using Json = nlohmann::json;
 namespace {
 
 constexpr const char* small = " --starts 1 --simulations 6500 --seed 3";
-
-void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
-  const auto result = run_decid(arguments);
-  CAPTURE(arguments);
-  CAPTURE(result.err);
-  CHECK(result.code == 2);
-  CHECK(result.out.empty());
-  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-  for (const std::string& fragment : fragments) CHECK(result.err.find(fragment) != std::string::npos);
-}
 
 }  // namespace
 

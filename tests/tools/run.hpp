@@ -1,13 +1,16 @@
 // Runs the program as a user does, and keeps what it printed and how it ended; temporary folders for its files.
 #pragma once
 
+#include <doctest/doctest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -63,6 +66,21 @@ inline Result run_decid(const std::string& arguments) {
       std::string(DECID_PROGRAM) + " " + arguments + " >" + folder / "out" + " 2>" + folder / "err" + " </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder / "out"), read_text(folder / "err")};
+}
+
+/// Bad input: exit code 2, nothing on standard output, one line of the program's that has all the fragments.
+inline void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
+  const auto result = run_decid(arguments);
+  CAPTURE(arguments);
+  CAPTURE(result.err);
+  CHECK(result.code == 2);
+  CHECK(result.out.empty());
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  CHECK(result.err.starts_with("decid: "));
+  for (const std::string& fragment : fragments) {
+    CAPTURE(fragment);
+    CHECK(result.err.find(fragment) != std::string::npos);
+  }
 }
 
 }  // namespace decid::test

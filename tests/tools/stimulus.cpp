@@ -11,6 +11,7 @@
 #include "tests/tools/run.hpp"
 #include "tools/stimulus_page.hpp"
 
+using decid::test::check_refused;
 using decid::test::Folder;
 using decid::test::read_text;
 using decid::test::run_decid;
@@ -21,19 +22,6 @@ namespace sim = decid::sim;
 namespace {
 
 const std::string examples = std::string(DECID_SOURCE_DIR) + "/examples/";
-
-void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
-  const auto result = run_decid(arguments);
-  CAPTURE(arguments);
-  CAPTURE(result.err);
-  CHECK(result.code == 2);
-  CHECK(result.out.empty());
-  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-  for (const std::string& fragment : fragments) {
-    CAPTURE(fragment);
-    CHECK(result.err.find(fragment) != std::string::npos);
-  }
-}
 
 std::vector<std::vector<double>> columns_of(const std::string& text, std::string& header) {
   std::istringstream stream(text);

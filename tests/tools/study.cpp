@@ -12,6 +12,7 @@
 #include "tests/tools/run.hpp"
 #include "tools/svg.hpp"
 
+using decid::test::check_refused;
 using decid::test::Folder;
 using decid::test::read_text;
 using decid::test::run_decid;
@@ -63,16 +64,6 @@ struct Setting {
     return "study --model " + model + " --trials 60 --realisations 3 --sensor-noise 0 0.1 " + options;
   }
 };
-
-void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
-  const auto result = run_decid(arguments);
-  CAPTURE(arguments);
-  CAPTURE(result.err);
-  CHECK(result.code == 2);
-  CHECK(result.out.empty());
-  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-  for (const std::string& fragment : fragments) CHECK(result.err.find(fragment) != std::string::npos);
-}
 
 /// What holds of the bins of any study: they share out the trials, and their errors weigh up to the whole.
 void check_bins(const Json& level, const std::string& key, int trials) {
