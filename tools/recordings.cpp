@@ -29,24 +29,33 @@ Fit compare(std::span<const float> sway, std::span<const float> fitted) {
   return {std::sqrt(residual / static_cast<double>(sway.size())) / sim::rad_per_deg, 1 - residual / variance};
 }
 
-/// A trial of these parameters, as far as it stands.
-std::vector<float> resimulate(const sim::Simulator& simulator, const sim::Parameters& parameters,
-                              std::uint64_t realisation) {
-  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome =
-      simulator.run(simulable(parameters), Random(0, Stream::vestibular_noise, realisation), sway);
-  const auto stands = static_cast<std::size_t>(outcome.end_s * simulator.protocol().sample_rate_hz);
-  if (!outcome.valid) sway.resize(std::min(stands, sway.size()));
-  return {sway.begin(), sway.end()};
+/// A trial of these parameters as far as it stands: first without vestibular noise, then some with it.
+std::vector<std::vector<float>> resimulate(const sim::Simulator& simulator, const sim::Parameters& parameters,
+                                           int noisy) {
+  const sim::Parameters with_noise = simulable(parameters);
+  sim::Parameters without = with_noise;
+  without[sim::Nv] = 0.0;
+  std::vector<std::vector<float>> trials(static_cast<std::size_t>(1 + noisy));
+  simulator.run_all(
+      1 + noisy,
+      [&](int i) {
+        return sim::Trial{i == 0 ? without : with_noise,
+                          Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(i - 1, 0)))};
+      },
+      [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
+        const auto stands = static_cast<std::size_t>(outcome.end_s * simulator.protocol().sample_rate_hz);
+        if (!outcome.valid) sway = sway.first(std::min(stands, sway.size()));
+        trials[static_cast<std::size_t>(i)].assign(sway.begin(), sway.end());
+      });
+  return trials;
 }
 
 /// The fit, and a warning if it is worse than noise explains: the noise-free trial is compared with noisy ones of the
 /// same parameters as with the recording.
 void compare_with_recording(const sim::Simulator& simulator, Identification& id) {
   constexpr int realisations = 5;
-  sim::Parameters noise_free = id.parameters;
-  noise_free[sim::Nv] = 0.0;
-  id.fitted_rad = resimulate(simulator, noise_free, 0);
+  std::vector<std::vector<float>> trials = resimulate(simulator, id.parameters, realisations);
+  id.fitted_rad = std::move(trials.front());
   const Fit found = compare(id.sway_rad, id.fitted_rad);
   id.rms_residual_deg = found.rms_residual_deg;
   id.variance_accounted_for = found.variance_accounted_for;
@@ -56,10 +65,9 @@ void compare_with_recording(const sim::Simulator& simulator, Identification& id)
     return;
   }
   std::vector<double> usual;
-  for (std::uint64_t i = 0; i < realisations; ++i) {
-    const std::vector<float> noisy = resimulate(simulator, id.parameters, i);
-    if (noisy.size() < id.sway_rad.size()) continue;  // one that fell tells nothing of the others
-    usual.push_back(compare(noisy, id.fitted_rad).variance_accounted_for);
+  for (std::size_t i = 1; i < trials.size(); ++i) {
+    if (trials[i].size() < id.sway_rad.size()) continue;  // one that fell tells nothing of the others
+    usual.push_back(compare(trials[i], id.fitted_rad).variance_accounted_for);
   }
   if (usual.empty()) {
     id.warnings.push_back(
