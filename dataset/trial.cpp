@@ -62,12 +62,12 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
   if (whole >= 1 && whole < cycles) {
     problem += ", and of its " + std::to_string(cycles) + " cycles only " + std::to_string(whole) +
                (whole == 1 ? " is whole" : " are whole");
-    remedy = "train a model for these: decid stimulus --protocol ... --write-protocol mine.json, set its cycles to " +
-             std::to_string(whole) + ", decid train --stream --protocol mine.json, then identify --model";
+    remedy = "write its protocol (decid stimulus --write-protocol mine.json), set its cycles to " +
+             std::to_string(whole) + ", and give it to decid fit, or to decid train --stream for a model of these";
   } else {
     remedy =
-        "train a model for its protocol: decid train --stream --protocol ..., then identify --model; or give --rate "
-        "if the time column is wrong";
+        "give decid fit its own --protocol, or train a model for it (decid train --stream --protocol mine.json), then "
+        "identify --model; or give --rate if the time column is wrong";
   }
   throw Error(recording.file, problem, remedy);
 }

@@ -106,7 +106,7 @@ TEST_CASE("up to 1% that is missing is mirrored, more is refused with the way to
   Recording shorter = ramp(890);
   check_error([&] { fit_to_protocol(shorter, protocol); },
               {"r.csv", "890 samples at 100 Hz (8.9 s)", "'tiny' needs 900 samples at 100 Hz (9 s)",
-               "of its 2 cycles only 1 is whole", "set its cycles to 1", "--model"});
+               "of its 2 cycles only 1 is whole", "set its cycles to 1", "decid fit", "decid train --stream"});
   Recording half = ramp(300);
   check_error([&] { fit_to_protocol(half, protocol); }, {"300 samples", "decid train", "--rate"});
 }
