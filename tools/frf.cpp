@@ -8,7 +8,6 @@
 
 #include "base/error.hpp"
 #include "tools/page.hpp"
-#include "tools/text.hpp"
 
 namespace decid::tools {
 namespace {
