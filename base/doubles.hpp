@@ -45,6 +45,11 @@ struct One {
   }
   /// The lanes as float, rounded to nearest.
   [[gnu::always_inline]] static void store_floats(float* p, D v) { *p = static_cast<float>(v); }
+  /// a0 b0 a1 b1 ...
+  [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
+    p[0] = a;
+    p[1] = b;
+  }
   /// Lane i is p[i][offset].
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) { return p[0][offset]; }
   [[gnu::always_inline]] static void scatter(double* const* p, std::ptrdiff_t offset, D v) { p[0][offset] = v; }
@@ -72,6 +77,10 @@ struct Native {
   [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
   [[gnu::always_inline]] static I multiply_low(I a, I b) { return (I)_mm512_mul_epu32((__m512i)a, (__m512i)b); }
   [[gnu::always_inline]] static void store_floats(float* p, D v) { _mm256_storeu_ps(p, _mm512_cvtpd_ps(v)); }
+  [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
+    store(p, _mm512_permutex2var_pd(a, _mm512_set_epi64(11, 3, 10, 2, 9, 1, 8, 0), b));
+    store(p + width, _mm512_permutex2var_pd(a, _mm512_set_epi64(15, 7, 14, 6, 13, 5, 12, 4), b));
+  }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     const __m256d low = _mm256_insertf128_pd(_mm256_castpd128_pd256(pair(p[0] + offset, p[1] + offset)),
                                              pair(p[2] + offset, p[3] + offset), 1);
@@ -113,6 +122,11 @@ struct Native {
   [[gnu::always_inline]] static I set_bits(std::int64_t a) { return I{} + a; }
   [[gnu::always_inline]] static I multiply_low(I a, I b) { return (I)_mm256_mul_epu32((__m256i)a, (__m256i)b); }
   [[gnu::always_inline]] static void store_floats(float* p, D v) { _mm_storeu_ps(p, _mm256_cvtpd_ps(v)); }
+  [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
+    const D low = _mm256_unpacklo_pd(a, b), high = _mm256_unpackhi_pd(a, b);
+    store(p, _mm256_permute2f128_pd(low, high, 0x20));
+    store(p + width, _mm256_permute2f128_pd(low, high, 0x31));
+  }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadh_pd(_mm_load_sd(p[0] + offset), p[1] + offset)),
                                 _mm_loadh_pd(_mm_load_sd(p[2] + offset), p[3] + offset), 1);
@@ -151,6 +165,10 @@ struct Native {
   [[gnu::always_inline]] static void store_floats(float* p, D v) {
     _mm_storel_pi(reinterpret_cast<__m64*>(p), _mm_cvtpd_ps(v));
   }
+  [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
+    store(p, _mm_unpacklo_pd(a, b));
+    store(p + width, _mm_unpackhi_pd(a, b));
+  }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     return _mm_loadh_pd(_mm_load_sd(p[0] + offset), p[1] + offset);
   }
@@ -185,6 +203,10 @@ struct Native {
     return (I)vmull_u32(vmovn_u64((uint64x2_t)a), vmovn_u64((uint64x2_t)b));
   }
   [[gnu::always_inline]] static void store_floats(float* p, D v) { vst1_f32(p, vcvt_f32_f64(v)); }
+  [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
+    store(p, vzip1q_f64(a, b));
+    store(p + width, vzip2q_f64(a, b));
+  }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     return D{p[0][offset], p[1][offset]};
   }

@@ -158,17 +158,23 @@ constexpr Octic far_denominator{1.0,
                                 1.42151175831644588870e-7,
                                 2.04426310338993978564e-15};
 
+/// The inverse normal distribution: in its middle, |p - 1/2| <= central_half, and in its tails. Each is some number
+/// where the other is asked for.
+constexpr double central_half = 0.425;
 template <class V, class D = typename V::D>
-[[gnu::always_inline]] inline D inverse_normal_lanes(D p) {
+[[gnu::always_inline]] inline D central_normal_lanes(D p) {
+  const D q = p - 0.5;
+  return q * rational<V>(center_numerator, center_denominator, 0.180625 - q * q);
+}
+template <class V, class D = typename V::D>
+[[gnu::always_inline]] inline D tail_normal_lanes(D p) {
   const D q = p - 0.5, zero = V::set(0.0);
-  const D center = q * rational<V>(center_numerator, center_denominator, 0.180625 - q * q);
-  if (V::all_within(V::abs(q), 0.425)) return center;
   const D r = V::sqrt(-log_lanes<V>(q < zero ? p : 1.0 - p));
   D z = rational<V>(near_numerator, near_denominator, r - 1.6);
   if (!V::all_within(r, 5.0)) {
     z = r <= V::set(5.0) ? z : rational<V>(far_numerator, far_denominator, r - 5.0);
   }
-  return V::abs(q) <= V::set(0.425) ? center : (q < zero ? -z : z);
+  return q < zero ? -z : z;
 }
 
 /// The middle of one of 2^52 equal cells of (0, 1), so that neither 0 nor 1 occurs and 1 - u is exact: (k + 1/2) /

@@ -26,7 +26,8 @@ std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
 }
 
 double inverse_normal(double p) noexcept {
-  return inverse_normal_lanes<One>(p);
+  const bool central = One::abs(p - 0.5) <= central_half;
+  return central ? central_normal_lanes<One>(p) : tail_normal_lanes<One>(p);
 }
 
 Random::Random(std::uint64_t seed, Stream stream, std::uint64_t item) noexcept

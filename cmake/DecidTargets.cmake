@@ -29,11 +29,16 @@ function(decid_library name)
   set_property(GLOBAL APPEND PROPERTY DECID_LIBRARIES decid_${name})
 endfunction()
 
-# decid_test(name sources...): doctest program test_<name>, one CTest entry.
+# decid_test(name sources...): doctest program test_<name>, one CTest entry. What implements doctest is compiled once.
 function(decid_test name)
-  add_executable(test_${name} ${PROJECT_SOURCE_DIR}/tests/main.cpp ${ARGN})
+  if(NOT TARGET decid_test_main)
+    add_library(decid_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/main.cpp)
+    decid_compile_options(decid_test_main)
+    target_link_libraries(decid_test_main PUBLIC doctest::doctest)
+  endif()
+  add_executable(test_${name} ${ARGN})
   decid_compile_options(test_${name})
-  target_link_libraries(test_${name} PRIVATE doctest::doctest)
+  target_link_libraries(test_${name} PRIVATE decid_test_main)
   add_test(NAME ${name} COMMAND test_${name})
   # Small steps by the thousand: threads that spin while they wait cost minutes on a busy machine.
   set_tests_properties(${name} PROPERTIES ENVIRONMENT "OMP_WAIT_POLICY=passive")

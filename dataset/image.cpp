@@ -148,17 +148,34 @@ void ImageMaker::transform_alone(std::span<const float> window, std::span<double
   }
 }
 
+int ImageMaker::trials_together() const noexcept {
+  return std::max(1, image_lanes / shape().columns);
+}
+
 void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image, Isa isa) const {
+  make_all({&sway_rad, 1}, image, isa);
+}
+
+void ImageMaker::make_all(std::span<const std::span<const float>> sways_rad, std::span<float> images, Isa isa) const {
   const ImageShape size = shape();
-  if (sway_rad.size() != static_cast<std::size_t>(samples_) || image.size() != static_cast<std::size_t>(size.size())) {
+  const auto image_size = static_cast<std::size_t>(size.size());
+  for (const std::span<const float> sway : sways_rad) {
+    if (sway.size() != static_cast<std::size_t>(samples_)) {
+      throw Error("image",
+                  "a trial of " + std::to_string(sway.size()) + " samples for images of " + std::to_string(samples_),
+                  "make images of trials of one length");
+    }
+  }
+  if (images.size() != sways_rad.size() * image_size) {
     throw Error("image",
-                "a trial of " + std::to_string(sway_rad.size()) + " samples for images of " + std::to_string(samples_),
-                "make images of trials of one length");
+                "room for " + std::to_string(images.size()) + " values for " + std::to_string(sways_rad.size()) +
+                    " images of " + std::to_string(image_size),
+                "make room for all of them");
   }
   const ImageKernels& kernels = image_kernels(isa);
   const auto window = static_cast<std::size_t>(settings_.window), bins = static_cast<std::size_t>(fft_.bins());
   const auto plane_size = static_cast<std::size_t>(size.rows) * static_cast<std::size_t>(size.columns);
-  const auto fold = static_cast<std::size_t>(settings_.fold);
+  const auto fold = static_cast<std::size_t>(settings_.fold), columns = static_cast<std::size_t>(size.columns);
   const int shown = std::min(fft_.bins(), rows_);
   constexpr std::size_t lanes = image_lanes;
   // Kept from call to call: of a whole cycle as one window they are 2.5 MB.
@@ -171,25 +188,33 @@ void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image, I
   grow(work, 2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
   grow(mean, 2 * bins * lanes);
   grow(residual, bins * lanes);
-  for (int column = 0; column < size.columns; column += image_lanes) {
-    const int here = std::min(image_lanes, size.columns - column);
-    for (int cycle = 0; cycle < settings_.fold; ++cycle) {
-      const int first = settings_.first_sample + (cycle * size.columns + column) * settings_.window;
+  const std::size_t all = sways_rad.size() * columns;  // columns of all images, one after another
+  for (std::size_t first = 0; first < all; first += lanes) {
+    const std::size_t here = std::min(lanes, all - first);
+    for (std::size_t cycle = 0; cycle < fold; ++cycle) {
+      const std::span<double> spectrum = std::span(spectra).subspan(cycle * 2 * bins * lanes, 2 * bins * lanes);
+      std::array<const float*, lanes> windows{};
+      for (std::size_t lane = 0; lane < here; ++lane) {
+        const std::size_t trial = (first + lane) / columns, column = (first + lane) % columns;
+        windows[lane] = sways_rad[trial].data() + static_cast<std::size_t>(settings_.first_sample) +
+                        (cycle * columns + column) * window;
+      }
       if (here == 1) {
-        transform_alone(sway_rad.subspan(static_cast<std::size_t>(first), window),
-                        std::span(spectra).subspan(static_cast<std::size_t>(cycle) * 2 * bins * lanes));
+        transform_alone({windows[0], window}, spectrum);
         continue;
       }
-      kernels.load_windows(sway_rad.data() + first, settings_.window, here, signal.data());
-      const std::size_t at = static_cast<std::size_t>(cycle) * 2 * bins * lanes;
-      fft_.forward_lanes(signal, std::span(spectra).subspan(at, 2 * bins * lanes), work, isa);
+      kernels.load_windows(windows.data(), settings_.window, static_cast<int>(here), signal.data());
+      fft_.forward_lanes(std::span(signal).first(window * lanes), spectrum,
+                         std::span(work).first(2 * static_cast<std::size_t>(fft_.work_length()) * lanes), isa);
     }
     kernels.fold_spectra(settings_.fold, fft_.bins(), shown, spectra.data(), mean.data(), residual.data());
-    float* plane = image.data() + column;
+    std::array<float*, lanes> planes{};
+    for (std::size_t lane = 0; lane < here; ++lane)
+      planes[lane] = images.data() + (first + lane) / columns * image_size + (first + lane) % columns;
     for (const Channel channel : settings_.channels) {
-      kernels.draw(
-          {channel, shown, settings_.window, size.rows, size.columns, here, mean.data(), residual.data(), plane});
-      plane += plane_size;
+      kernels.draw({channel, shown, settings_.window, size.rows, size.columns, static_cast<int>(here), mean.data(),
+                    residual.data(), planes.data()});
+      for (std::size_t lane = 0; lane < here; ++lane) planes[lane] += plane_size;
     }
   }
 }

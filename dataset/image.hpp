@@ -54,6 +54,11 @@ class ImageMaker {
   /// sway_rad: `samples` values. image: shape().size() values, channel-major, rows (frequency) before columns (time).
   /// isa: tests and benchmarks may ask for another.
   void make(std::span<const float> sway_rad, std::span<float> image, Isa isa = chosen_isa()) const;
+  /// The images of several trials, one after another, each with the bits that it has alone. Eight windows are
+  /// transformed side by side: trials that have fewer share them, so give `trials_together` at once, or many.
+  void make_all(std::span<const std::span<const float>> sways_rad, std::span<float> images,
+                Isa isa = chosen_isa()) const;
+  int trials_together() const noexcept;
 
  private:
   /// The spectrum of one window in lane 0.

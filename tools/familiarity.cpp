@@ -8,7 +8,6 @@
 
 #include "base/parallel.hpp"
 #include "tools/model.hpp"
-#include "tools/trials.hpp"
 
 namespace decid::tools {
 namespace {
@@ -109,20 +108,25 @@ double distance(const Familiarity& known, const double* features) {
 }
 
 /// Images of trials first .. first + count - 1.
-std::vector<float> images_of(const Model& model, const TrialSource& source, int epoch, int first, int count) {
+std::vector<float> images_of(const Model& model, const dataset::TrialSource& source, int epoch, int first, int count) {
   const auto values = static_cast<std::size_t>(model.images().shape().size());
   std::vector<int> indices(static_cast<std::size_t>(count));
   std::iota(indices.begin(), indices.end(), first);
   std::vector<float> images(indices.size() * values);
-  source.unseen(epoch, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
-    model.make_input(sway_rad, std::span(images).subspan(place * values, values));
-  });
+  dataset::encode_all(
+      model.encoding(),
+      [&](const dataset::TakeSway& take) {
+        source.unseen(epoch, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
+          take(place, sway_rad);
+        });
+      },
+      images);
   return images;
 }
 
 /// Features of trials first .. first + count - 1, images for a few at a time in memory.
-std::vector<double> features_of_trials(const Model& model, nn::Network<float>& network, const TrialSource& source,
-                                       int epoch, int first, int count) {
+std::vector<double> features_of_trials(const Model& model, nn::Network<float>& network,
+                                       const dataset::TrialSource& source, int epoch, int first, int count) {
   std::vector<double> rows;
   for (int done = 0; done < count; done += source.trials_at_once()) {
     const int here = std::min(source.trials_at_once(), count - done);
@@ -139,7 +143,7 @@ int feature_count(const nn::Network<float>& network) {
   return features == nullptr ? 0 : features->output_shape().size();
 }
 
-Familiarity learn_familiarity(const Model& model, const TrialSource& source, int next_epoch) {
+Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch) {
   Familiarity familiarity;
   const auto network = feature_network(model.network);
   if (network == nullptr) return familiarity;

@@ -7,12 +7,12 @@
 #include <span>
 #include <vector>
 
+#include "dataset/source.hpp"
 #include "nn/network.hpp"
 
 namespace decid::tools {
 
 struct Model;
-class TrialSource;
 
 /// What is kept of the features of simulated trials. Empty where a model has none.
 struct Familiarity {
@@ -32,7 +32,7 @@ int feature_count(const nn::Network<float>& network);
 /// Learns it from trials that the network was not trained on: the next epoch's of a stream, the validation half of a
 /// data set. Empty if the network's last layer is not fully connected, reads more than most_features, or there are
 /// fewer than eight trials for each.
-Familiarity learn_familiarity(const Model& model, const TrialSource& source, int next_epoch);
+Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch);
 
 /// Root mean square of the whitened features of trials, as the network sees them: 1 is usual. images: one after
 /// another, model.make_input() of each. The model must know it.

@@ -9,7 +9,6 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "tools/text.hpp"
-#include "tools/trials.hpp"
 
 namespace decid::tools {
 namespace {
@@ -137,7 +136,8 @@ struct Range {
 /// The range of each map's values over simulated trials.
 std::vector<Range> ranges(const FirmwarePlan& plan, const Model& model) {
   const int trials = calibration_trials(plan);
-  const std::unique_ptr<TrialSource> source = stream_source(model.protocol, calibration_seed, trials, 1);
+  const std::unique_ptr<dataset::TrialSource> source =
+      dataset::stream_source(model.protocol, calibration_seed, trials, 1);
   const auto size = static_cast<std::size_t>(model.images().shape().size());
   std::vector<float> images(static_cast<std::size_t>(trials) * size);
   std::vector<int> indices(static_cast<std::size_t>(trials));

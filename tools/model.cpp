@@ -63,11 +63,6 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
     throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
 }
 
-void Model::make_input(std::span<const float> sway_rad, std::span<float> image_values) const {
-  images_.make(sway_rad, image_values);
-  if (image.standardize_rows) rows.apply(image_values, images_.shape().columns);
-}
-
 std::string to_bytes(const Model& model, const std::string& progress) {
   nn::TensorFile file;
   file.metadata = {
@@ -184,9 +179,8 @@ std::vector<float> predict(Model& model, int trials, int at_once, const Sways& s
     const auto output = [&](int trial) {
       return std::span(result).subspan(static_cast<std::size_t>(trial) * outputs, outputs);
     };
-    sways(indices, [&](std::size_t place, std::span<const float> sway_rad) {
-      model.make_input(sway_rad, image(static_cast<int>(place)));
-    });
+    dataset::encode_all(
+        model.encoding(), [&](const TakeSway& take) { sways(indices, take); }, images);
     const int count = static_cast<int>(indices.size());
     for (int i = 0; single && i < count; ++i) single->run(image(i), output(first + i));
     for (int begin = 0; !single && begin < count; begin += predict_batch) {

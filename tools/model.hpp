@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dataset/dataset.hpp"
-#include "dataset/image.hpp"
+#include "dataset/feed.hpp"
 #include "nn/network.hpp"
 #include "tools/familiarity.hpp"
 
@@ -29,8 +29,11 @@ struct Model {
 
   /// Makes the images of trials into the network's input; immutable apart from the network.
   const dataset::ImageMaker& images() const { return images_; }
+  dataset::Encoding encoding() const { return {images_, rows}; }
   /// The image of a trial as the network sees it, row scaling applied.
-  void make_input(std::span<const float> sway_rad, std::span<float> image_values) const;
+  void make_input(std::span<const float> sway_rad, std::span<float> image_values) const {
+    encoding().encode(sway_rad, image_values);
+  }
 
  private:
   dataset::ImageMaker images_;
@@ -54,7 +57,7 @@ std::string model_name(const std::string& path);
 /// Runs the network over trials in batches: outputs[trial * 7 + parameter], z-scored. `sways` is asked for up to
 /// `at_once` trials at a time: it calls take(place, sway_rad) for trial indices[place], in any order and from many
 /// threads.
-using TakeSway = std::function<void(std::size_t place, std::span<const float> sway_rad)>;
+using dataset::TakeSway;
 using Sways = std::function<void(std::span<const int> indices, const TakeSway& take)>;
 /// For trials in memory: sway(i) gives trial i.
 Sways sways_in_memory(std::function<std::span<const float>(int)> sway);

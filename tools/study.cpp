@@ -12,7 +12,6 @@
 #include "dataset/csv.hpp"
 #include "sim/double_pendulum.hpp"
 #include "tools/text.hpp"
-#include "tools/trials.hpp"
 
 namespace decid::tools {
 namespace {
@@ -175,15 +174,17 @@ void study_dataset(Model& model, const std::string& file, Study& study, const St
     data.all.add(about.parameters[i], amplitude[i]);
   }
 
-  const auto source = dataset_source(stored);
+  const auto source = dataset::stored_source(stored);
   const int at_once = source->trials_at_once();
   stage(format("identifying %d training trials", source->training_trials()));
-  const Half training =
-      predict_half(model, source->training_trials(), at_once,
-                   [&](std::span<const int> i, const TrialSource::Take& take) { source->training(0, i, take); });
+  const Half training = predict_half(
+      model, source->training_trials(), at_once,
+      [&](std::span<const int> i, const dataset::TrialSource::Take& take) { source->training(0, i, take); });
   data.training = evaluate(model, training.predicted, training.truth);
   stage(format("identifying %d validation trials", source->validation_trials()));
-  const auto read = [&](std::span<const int> i, const TrialSource::Take& take) { source->validation(i, take); };
+  const auto read = [&](std::span<const int> i, const dataset::TrialSource::Take& take) {
+    source->validation(i, take);
+  };
   const Half validation = predict_half(model, source->validation_trials(), at_once, read);
   data.validation = evaluate(model, validation.predicted, validation.truth);
 

@@ -9,7 +9,6 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "dataset/npz.hpp"
 #include "dataset/protocol_json.hpp"
 #include "nn/schedule.hpp"
 #include "tools/command.hpp"
@@ -57,7 +56,8 @@ TrainingSettings settings_from(const Options& options) {
 }
 
 /// Everything that decides the bits of the result, for people and for --resume.
-std::string origin_json(const TrainingSettings& settings, const std::string& architecture, const TrialSource& source) {
+std::string origin_json(const TrainingSettings& settings, const std::string& architecture,
+                        const dataset::TrialSource& source) {
   const Preset& p = settings.preset;
   Json origin{{"program", std::string("decid ") + version},
               {"preset", p.name},
@@ -83,7 +83,7 @@ std::string progress_json(const std::vector<EpochLog>& log) {
   return lines.dump();
 }
 
-TrainingState resume_training(const std::string& path, const std::string& origin, const TrialSource& source) {
+TrainingState resume_training(const std::string& path, const std::string& origin, const dataset::TrialSource& source) {
   std::string progress;
   TrainingState state{model_from_bytes(read_file(path), path, &progress), {}};
   const std::string remedy = "resume with the options the training began with, or train without --resume";
@@ -117,10 +117,10 @@ void train(const Options& options) {
   // Unwritable places are told before the work, not after.
   for (const std::string& path : {options.output, checkpoint, log_path}) PendingFile probe(path);
   const TrainingSettings settings = settings_from(options);
-  const std::unique_ptr<TrialSource> source =
-      options.stream
-          ? stream_source(options.protocol.load(), options.seed, options.stream_trials, options.validation_trials)
-          : dataset_source(dataset::StoredDataset(options.data));
+  const std::unique_ptr<dataset::TrialSource> source =
+      options.stream ? dataset::stream_source(options.protocol.load(), options.seed, options.stream_trials,
+                                              options.validation_trials)
+                     : dataset::stored_source(dataset::StoredDataset(options.data));
   const std::string architecture =
       Model(source->protocol(), settings.preset.image, settings.preset.architecture).network.architecture();
   const std::string origin = origin_json(settings, architecture, *source);

@@ -7,9 +7,9 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "dataset/feed.hpp"
 #include "nn/loss.hpp"
 #include "nn/schedule.hpp"
-#include "tools/feed.hpp"
 #include "tools/text.hpp"
 
 namespace decid::tools {
@@ -17,31 +17,7 @@ namespace {
 
 constexpr auto outputs = sim::parameter_count;
 
-/// Row and target scaling from the first trials of epoch 0, in order.
-void measure_scaling(const TrialSource& source, int trials, Model& model) {
-  const dataset::ImageShape shape = model.images().shape();
-  const auto values = static_cast<std::size_t>(shape.size());
-  dataset::RowStatistics rows(shape);
-  std::vector<sim::Parameters> parameters(static_cast<std::size_t>(trials));
-  std::vector<float> images;
-  for (int first = 0; first < trials; first += source.trials_at_once()) {
-    std::vector<int> indices(static_cast<std::size_t>(std::min(source.trials_at_once(), trials - first)));
-    std::iota(indices.begin(), indices.end(), first);
-    images.resize(indices.size() * values);
-    const auto image = [&](std::size_t place) { return std::span(images).subspan(place * values, values); };
-    source.training(0, indices, [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
-      parameters[static_cast<std::size_t>(first) + place] = truth;
-      if (model.image.standardize_rows) model.images().make(sway, image(place));
-    });
-    if (model.image.standardize_rows) {
-      for (std::size_t place = 0; place < indices.size(); ++place) rows.add(image(place));
-    }
-  }
-  if (model.image.standardize_rows) model.rows = rows.finish();
-  model.targets = dataset::target_scaling(parameters);
-}
-
-double validate(const TrialSource& source, Model& model) {
+double validate(const dataset::TrialSource& source, Model& model) {
   std::vector<sim::Parameters> truth(static_cast<std::size_t>(source.validation_trials()));
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
     source.validation(indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway) {
@@ -87,15 +63,18 @@ int best_epoch(const std::vector<EpochLog>& log) {
   return best == log.end() ? 0 : best->epoch;
 }
 
-TrainingState start_training(const TrialSource& source, const TrainingSettings& settings) {
+TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings) {
   TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture), {}};
   const int all = source.training_trials();
-  measure_scaling(source, settings.scaling_trials > 0 ? std::min(settings.scaling_trials, all) : all, state.model);
+  dataset::Scaling scaling = dataset::measure_scaling(source, state.model.images(),
+                                                      settings.scaling_trials > 0 ? settings.scaling_trials : all);
+  state.model.rows = std::move(scaling.rows);
+  state.model.targets = scaling.targets;
   state.model.network.initialise(settings.seed);
   return state;
 }
 
-bool run_training(const TrialSource& source, const TrainingSettings& settings, TrainingState& state,
+bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
   const Preset& preset = settings.preset;
   const int trials = source.training_trials();
@@ -106,7 +85,7 @@ bool run_training(const TrialSource& source, const TrainingSettings& settings, T
   nn::Network<float>& network = model.network;
   const auto values = static_cast<std::size_t>(network.input_shape().size());
   const int done = static_cast<int>(state.log.size());
-  Feed feed(source, model, preset.batch, settings.seed, done, preset.epochs);
+  dataset::Feed feed(source, model.encoding(), model.targets, preset.batch, settings.seed, done, preset.epochs);
 
   const auto patient = [&] {
     return settings.patience == 0 || static_cast<int>(state.log.size()) - best_epoch(state.log) < settings.patience;
@@ -117,7 +96,7 @@ bool run_training(const TrialSource& source, const TrainingSettings& settings, T
     log.epoch = epoch + 1;
     double squares_sum = 0.0;
     for (int first = 0; first < trials; first += preset.batch) {
-      const Feed::Batch batch = feed.next();
+      const dataset::Feed::Batch batch = feed.next();
       network.set_batch(batch.trials);
       parallel_for(batch.trials, [&](int i) {
         network.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));

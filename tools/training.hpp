@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "dataset/source.hpp"
 #include "tools/model.hpp"
 #include "tools/presets.hpp"
-#include "tools/trials.hpp"
 
 namespace decid::tools {
 
@@ -38,12 +38,12 @@ struct TrainingState {
 };
 
 /// A model ready for its first epoch: scaling measured, weights initialised.
-TrainingState start_training(const TrialSource& source, const TrainingSettings& settings);
+TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings);
 
 /// Runs the epochs that are left, or fewer if patience ends. after_batch(samples done in this epoch, samples of an
 /// epoch) may return false to stop; then, and only then, the result is false. after_epoch is called with the state as
 /// it is worth keeping. Throws Error if the loss is no longer finite.
-bool run_training(const TrialSource& source, const TrainingSettings& settings, TrainingState& state,
+bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch);
 
 /// MSE of each parameter's z-scored value over trials; the mean over the 7 is "the" MSE.

@@ -8,11 +8,11 @@ namespace decid::dataset {
 namespace {
 
 template <class V>
-void load_windows(const float* sway, int window, int lanes, double* signal) {
+void load_windows(const float* const* windows, int window, int lanes, double* signal) {
   for (int n = 0; n < window; ++n) {
     double* row = signal + static_cast<std::ptrdiff_t>(n) * image_lanes;
     for (int lane = 0; lane < image_lanes; ++lane) {
-      row[lane] = lane < lanes ? static_cast<double>(sway[static_cast<std::ptrdiff_t>(lane) * window + n]) : 0.0;
+      row[lane] = lane < lanes ? static_cast<double>(windows[lane][n]) : 0.0;
     }
   }
 }
@@ -107,12 +107,13 @@ void draw_channel(const DrawRequest& request) {
       // A real z is its own conjugate: its phase stays pi, where -pi would be outside (-pi, pi].
       if (is_odd(channel)) V::store_floats(mirrored + lane, imaginary == V::set(0.0) ? value : -value);
     }
-    float* row = request.plane + static_cast<std::ptrdiff_t>(k) * request.columns;
-    for (int lane = 0; lane < request.lanes; ++lane) row[lane] = values[lane];
+    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(k) * request.columns;
+    for (int lane = 0; lane < request.lanes; ++lane) request.planes[lane][row] = values[lane];
     const int mirror = request.window - k;
     if (k == 0 || mirror < request.bins || mirror >= request.rows) continue;
-    row = request.plane + static_cast<std::ptrdiff_t>(mirror) * request.columns;
-    for (int lane = 0; lane < request.lanes; ++lane) row[lane] = is_odd(channel) ? mirrored[lane] : values[lane];
+    const std::ptrdiff_t below = static_cast<std::ptrdiff_t>(mirror) * request.columns;
+    for (int lane = 0; lane < request.lanes; ++lane)
+      request.planes[lane][below] = is_odd(channel) ? mirrored[lane] : values[lane];
   }
 }
 

@@ -1,6 +1,5 @@
 // The kernels of images, one table an instruction set. All compute the same bits.
-// Eight windows are drawn at once, one a lane, next to each other in the image; the layout is that of
-// RealFft::forward_lanes.
+// Eight windows are drawn at once, one a lane, wherever they are; the layout is that of RealFft::forward_lanes.
 #pragma once
 
 #include "base/isa.hpp"
@@ -19,12 +18,12 @@ struct DrawRequest {
   int lanes;               ///< windows that are there, 1 .. image_lanes
   const double* mean;      ///< complex, of each bin
   const double* residual;  ///< of each bin
-  float* plane;            ///< row 0 of the channel, at the first window's column
+  float* const* planes;    ///< row 0 of the channel at each window's column, of the lanes that are there
 };
 
 struct ImageKernels {
-  /// signal[n * image_lanes + l] = sway[l * window + n] for the lanes that are there, 0 for the others.
-  void (*load_windows)(const float* sway, int window, int lanes, double* signal);
+  /// signal[n * image_lanes + l] = windows[l][n] for the lanes that are there, 0 for the others.
+  void (*load_windows)(const float* const* windows, int window, int lanes, double* signal);
   /// mean and residual of the first `used` values of `fold` spectra of `bins`, one behind the other; see
   /// ImageSettings::fold.
   void (*fold_spectra)(int fold, int bins, int used, const double* spectra, double* mean, double* residual);

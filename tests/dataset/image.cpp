@@ -1,6 +1,8 @@
 // Images: every channel against a direct Fourier sum, the mirrored half, row statistics, settings as JSON.
 #include "dataset/image.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 
@@ -190,7 +192,11 @@ TEST_CASE("image sizes and settings out of bounds are refused") {
   const ImageMaker maker({.window = 10}, 20);
   std::vector<float> sway(20), image(40);
   check_error([&] { maker.make(std::span(sway).first(19), image); }, {"a trial of 19 samples", "images of 20"});
-  check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"trial of 20 samples"});
+  check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"room for 39 values for 1 images of 40"});
+  const std::array<std::span<const float>, 2> two{std::span<const float>(sway), std::span<const float>(sway).first(18)};
+  std::vector<float> images(80);
+  check_error([&] { maker.make_all(two, images); }, {"a trial of 18 samples", "images of 20"});
+  check_error([&] { maker.make_all(std::span(two).first(1), images); }, {"room for 80 values for 1 images of 40"});
 }
 
 TEST_CASE("channels have names") {
@@ -331,6 +337,33 @@ TEST_CASE("every instruction set draws the same bits") {
       std::vector<float> image(plain.size(), 99.0F);
       maker.make(sway, image, isa);
       CHECK(image == plain);
+    }
+  }
+}
+
+TEST_CASE("images of several trials are those of each alone, with every instruction set") {
+  constexpr int samples = 360;
+  std::vector<std::vector<float>> sways;
+  for (int i = 0; i < 19; ++i) sways.push_back(noise(samples, static_cast<std::uint64_t>(i)));
+  const std::vector<std::span<const float>> all(sways.begin(), sways.end());
+  // Windows of which a trial has 1, 2, 3 or 36: eight, four, two or one trial share the lanes.
+  for (const auto& [window, fold, together] :
+       {std::tuple{180, 2, 8}, {360, 1, 8}, {180, 1, 4}, {120, 1, 2}, {10, 1, 1}}) {
+    CAPTURE(window);
+    ImageSettings settings{.window = window, .half_spectrum = true, .fold = fold, .rows = 5};
+    settings.channels = {Channel::log_modulus, Channel::phase, Channel::log_residual};
+    const ImageMaker maker(settings, samples);
+    CHECK(maker.trials_together() == together);
+    const auto values = static_cast<std::size_t>(maker.shape().size());
+    std::vector<float> alone(all.size() * values);
+    for (std::size_t i = 0; i < all.size(); ++i) maker.make(all[i], std::span(alone).subspan(i * values, values));
+    for (const Isa isa : available_isas()) {
+      CAPTURE(name(isa));
+      for (const std::size_t count : {1U, 2U, 7U, 19U}) {
+        std::vector<float> images(count * values, -99.0F);
+        maker.make_all(std::span(all).first(count), images, isa);
+        CHECK(std::equal(images.begin(), images.end(), alone.begin()));
+      }
     }
   }
 }

@@ -20,12 +20,12 @@ sim::Protocol quick_protocol() {
   return protocol;
 }
 
-std::unique_ptr<TrialSource> quick_source() {
+std::unique_ptr<dataset::TrialSource> quick_source() {
   dataset::DatasetRequest request;
   request.protocol = quick_protocol();
   request.count = 70;
   request.seed = 11;
-  return dataset_source(dataset::generate(request));
+  return dataset::stored_source(dataset::generate(request));
 }
 
 TrainingSettings quick_settings() {
@@ -37,7 +37,7 @@ TrainingSettings quick_settings() {
   return settings;
 }
 
-std::string train_hash(const TrialSource& source) {
+std::string train_hash(const dataset::TrialSource& source) {
   const TrainingSettings settings = quick_settings();
   TrainingState state = start_training(source, settings);
   run_training(
@@ -61,42 +61,15 @@ TEST_CASE("weights and log are the same for any number of threads") {
   omp_set_num_threads(before);
 }
 
-namespace {
-
-struct Taken {
-  sim::Parameters parameters{};
-  std::vector<float> sway;
-  bool operator==(const Taken& other) const { return parameters == other.parameters && sway == other.sway; }
-};
-
-}  // namespace
-
-TEST_CASE("streamed trials depend on their number alone and do not repeat") {
-  const auto source = stream_source(quick_protocol(), 3, 10, 4);
-  // Trial `wanted` of those that are asked for together.
-  const auto training = [](const TrialSource& from, int epoch, std::vector<int> indices, std::size_t wanted = 0) {
-    Taken taken;
-    from.training(epoch, indices, [&](std::size_t place, const sim::Parameters& p, std::span<const float> sway) {
-      if (place == wanted) taken = {p, {sway.begin(), sway.end()}};
-    });
-    return taken;
-  };
-  const Taken first = training(*source, 2, {7});
-  REQUIRE(first.sway.size() == static_cast<std::size_t>(source->protocol().samples()));
-  CHECK(training(*source, 2, {7}) == first);
-  CHECK(training(*source, 2, {3, 9, 0, 7, 1, 1, 8, 2, 5}, 3) == first);
-  CHECK(training(*source, 3, {7}).parameters != first.parameters);
-  source->validation(std::vector<int>{0}, [&](std::size_t, const sim::Parameters& p, std::span<const float>) {
-    CHECK(p != first.parameters);
-  });
-  // Another length of the epoch renumbers, but trial 4 + 2 * 10 + 7 stays what it is.
-  CHECK(training(*stream_source(quick_protocol(), 3, 27, 4), 1, {0}) == first);
+TEST_CASE("a training on streamed trials") {
+  const auto source = dataset::stream_source(quick_protocol(), 3, 60, 20);
   TrainingSettings settings = quick_settings();
-  settings.preset.epochs = 1;
+  settings.scaling_trials = 30;
   TrainingState state = start_training(*source, settings);
   CHECK(run_training(
       *source, settings, state, [](int, int) { return true; }, [] {}));
-  CHECK(std::isfinite(state.log.at(0).validation_mse));
+  REQUIRE(state.log.size() == 3);
+  CHECK(std::isfinite(state.log.back().validation_mse));
 }
 
 TEST_CASE("a training that is stopped and goes on ends in the same bits") {

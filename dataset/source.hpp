@@ -1,4 +1,5 @@
 // Where training takes its trials from: a data set, in memory or on disk, or the simulator, fresh ones by number.
+// feed.hpp makes batches of them.
 #pragma once
 
 #include <functional>
@@ -6,9 +7,10 @@
 #include <span>
 #include <string>
 
+#include "dataset/image.hpp"
 #include "dataset/npz.hpp"
 
-namespace decid::tools {
+namespace decid::dataset {
 
 class TrialSource {
  public:
@@ -34,11 +36,11 @@ class TrialSource {
 };
 
 /// The halves of a data set. Throws Error if one of them is empty.
-std::unique_ptr<TrialSource> dataset_source(dataset::StoredDataset data);
+std::unique_ptr<TrialSource> stored_source(StoredDataset data);
 
 /// Trials simulated when they are asked for, each used in one epoch only. A trial depends on (seed, its number) alone:
 /// number n is the first valid one of attempts 1024 n, 1024 n + 1, ... Validation trials are the first numbers.
 std::unique_ptr<TrialSource> stream_source(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch,
                                            int validation_trials);
 
-}  // namespace decid::tools
+}  // namespace decid::dataset

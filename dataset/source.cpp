@@ -1,5 +1,5 @@
-// Trials for training: see trials.hpp.
-#include "tools/trials.hpp"
+// Trials for training: see source.hpp.
+#include "dataset/source.hpp"
 
 #include <algorithm>
 
@@ -7,12 +7,12 @@
 #include "base/parallel.hpp"
 #include "base/sha256.hpp"
 
-namespace decid::tools {
+namespace decid::dataset {
 namespace {
 
-class DatasetSource final : public TrialSource {
+class StoredSource final : public TrialSource {
  public:
-  explicit DatasetSource(dataset::StoredDataset stored) : stored_(std::move(stored)) {
+  explicit StoredSource(StoredDataset stored) : stored_(std::move(stored)) {
     for (int i = 0; i < stored_.trials(); ++i)
       (about().split[static_cast<std::size_t>(i)] == 0 ? training_ : validation_).push_back(i);
     if (training_.empty() || validation_.empty())
@@ -43,7 +43,7 @@ class DatasetSource final : public TrialSource {
   void unseen(int, std::span<const int> indices, const Take& take) const override { validation(indices, take); }
 
  private:
-  const dataset::Dataset& about() const { return stored_.about(); }
+  const Dataset& about() const { return stored_.about(); }
   void read(const std::vector<int>& half, std::span<const int> indices, const Take& take) const {
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       thread_local std::vector<float> sway;
@@ -55,7 +55,7 @@ class DatasetSource final : public TrialSource {
     });
   }
 
-  dataset::StoredDataset stored_;
+  StoredDataset stored_;
   std::vector<int> training_, validation_;
 };
 
@@ -88,7 +88,7 @@ class StreamSource final : public TrialSource {
     simulator_.run_until_valid(
         static_cast<int>(indices.size()), attempts,
         [&](int i, int attempt) {
-          return dataset::base_trial(seed_, number(i) * attempts + static_cast<std::uint64_t>(attempt));
+          return base_trial(seed_, number(i) * attempts + static_cast<std::uint64_t>(attempt));
         },
         [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
           thread_local std::vector<float> stored;
@@ -106,8 +106,8 @@ class StreamSource final : public TrialSource {
 
 }  // namespace
 
-std::unique_ptr<TrialSource> dataset_source(dataset::StoredDataset data) {
-  return std::make_unique<DatasetSource>(std::move(data));
+std::unique_ptr<TrialSource> stored_source(StoredDataset data) {
+  return std::make_unique<StoredSource>(std::move(data));
 }
 
 std::unique_ptr<TrialSource> stream_source(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch,
@@ -115,4 +115,4 @@ std::unique_ptr<TrialSource> stream_source(sim::Protocol protocol, std::uint64_t
   return std::make_unique<StreamSource>(std::move(protocol), seed, trials_per_epoch, validation_trials);
 }
 
-}  // namespace decid::tools
+}  // namespace decid::dataset

@@ -1,0 +1,117 @@
+// What fresh trials cost a training: steps on a batch that lies in memory, the making of as many trials and images, and
+// steps that are fed with them as they are made (dataset/feed.hpp), in turns in one run. Wall time, as the two share
+// the cores. "cost %" is what streaming adds to a step; "overlap" is the time of both alone beside that of both
+// together: 1 on busy cores is all there is to gain.
+#include <benchmark/benchmark.h>
+#include <omp.h>
+
+#include <chrono>
+#include <functional>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "bench/machine.hpp"
+#include "bench/networks.hpp"
+#include "dataset/feed.hpp"
+#include "tools/presets.hpp"
+
+namespace {
+
+using namespace decid;
+
+double seconds_of(const std::function<void()>& run) {
+  const auto start = std::chrono::steady_clock::now();
+  run();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, const dataset::ImageSettings& image,
+                  sim::SensorNoise noise, int threads) {
+  constexpr int batch = 64, steps_a_block = 8, steps = 6 * steps_a_block;
+  omp_set_num_threads(threads);
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.sensor_noise = noise;
+  const auto source = dataset::stream_source(protocol, 1, 1 << 20, 1);
+  const dataset::ImageMaker images(image, protocol.samples());
+  const dataset::Scaling scaling = dataset::measure_scaling(*source, images, 256);
+  const dataset::Encoding encoding{images, scaling.rows};
+  bench::Training training(named, batch);
+  const auto values = static_cast<std::size_t>(named.input.size());
+
+  std::vector<int> indices(batch * steps);
+  std::iota(indices.begin(), indices.end(), 0);
+  std::vector<float> made(indices.size() * values);
+  const auto make = [&] {
+    dataset::encode_all(
+        encoding,
+        [&](const dataset::TakeSway& take) {
+          source->training(0, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
+            take(place, sway_rad);
+          });
+        },
+        made);
+  };
+  const auto load = [&](std::span<const float> from) {
+    for (int i = 0; i < batch; ++i)
+      training.network.input().load(i, from.subspan(static_cast<std::size_t>(i) * values, values));
+  };
+  const auto step = [&] {
+    for (int i = 0; i < steps; ++i) {
+      load(std::span(made).subspan(static_cast<std::size_t>(i) * batch * values));
+      training.step();
+    }
+  };
+  /// Two blocks to begin with: the feed is a block ahead, at the start of what is timed as at its end.
+  const auto fed_seconds = [&] {
+    dataset::Feed feed(*source, encoding, scaling.targets, batch, 1, 0, 1);
+    const auto fed_steps = [&](int count) {
+      for (int i = 0; i < count; ++i) {
+        load(feed.next().images);
+        training.step();
+      }
+    };
+    fed_steps(2 * steps_a_block);
+    return seconds_of([&] { fed_steps(steps); });
+  };
+  make();
+  step();
+  std::vector<double> alone, making, fed;
+  for (auto _ : state) {
+    alone.push_back(seconds_of(step));
+    making.push_back(seconds_of(make));
+    fed.push_back(fed_seconds());
+    state.SetIterationTime(fed.back());
+  }
+  const double per_us = 1e6 / (batch * steps);
+  const double step_us = bench::best_of(alone) * per_us, make_us = bench::best_of(making) * per_us,
+               fed_us = bench::best_of(fed) * per_us;
+  state.counters["step us"] = step_us;
+  state.counters["trial us"] = make_us;
+  state.counters["fed us"] = fed_us;
+  state.counters["samples/s"] = 1e6 / fed_us;
+  state.counters["cost %"] = 100 * (fed_us / step_us - 1);
+  state.counters["overlap"] = (step_us + make_us) / fed_us;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  for (const bench::NamedNetwork& named : bench::named_networks) {
+    const tools::Preset preset = tools::preset_named(named.name == std::string("Best") ? "best" : "paper");
+    for (const bool noisy : {false, true}) {
+      for (const int threads : {1, 2}) {
+        benchmark::RegisterBenchmark((std::string("stream/") + named.name + (noisy ? "/sensor_noise" : "/exact") +
+                                      "/threads:" + std::to_string(threads))
+                                         .c_str(),
+                                     bench_stream, named, preset.image,
+                                     noisy ? sim::SensorNoise{0.001, 0.1} : sim::SensorNoise{}, threads)
+            ->UseManualTime()
+            ->Unit(benchmark::kMillisecond);
+      }
+    }
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+}

@@ -1,0 +1,210 @@
+// Feeding: see feed.hpp.
+#include "dataset/feed.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <numeric>
+
+#include "base/parallel.hpp"
+#include "base/random.hpp"
+
+namespace decid::dataset {
+namespace {
+
+/// Two blocks of images are in memory.
+constexpr std::size_t most_block_bytes = std::size_t{32} << 20;
+
+/// The epoch's order of trials: Fisher and Yates, from (seed, epoch).
+std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
+  std::vector<int> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  const Random random(seed, Stream::shuffle, static_cast<std::uint64_t>(epoch));
+  for (std::size_t i = order.size(); i-- > 1;) std::swap(order[i], order[random.below(i, i + 1)]);
+  return order;
+}
+
+}  // namespace
+
+void Encoding::encode(std::span<const float> sway_rad, std::span<float> input) const {
+  images.make(sway_rad, input);
+  if (!rows.mean.empty()) rows.apply(input, images.shape().columns);
+}
+
+namespace {
+
+/// Trials that wait for others to share lanes with.
+struct Waiting {
+  std::vector<std::size_t> places;
+  std::vector<std::vector<float>> sways;
+  std::vector<float> images;
+};
+
+/// Collects trials from many threads. A thread takes a set that waits, or a new one, so there are at most as many as
+/// threads.
+class Collector {
+ public:
+  Collector(const Encoding& encoding, std::span<float> inputs)
+      : encoding_(encoding),
+        inputs_(inputs),
+        values_(static_cast<std::size_t>(encoding.images.shape().size())),
+        together_(static_cast<std::size_t>(encoding.images.trials_together())) {}
+
+  void take(std::size_t place, std::span<const float> sway_rad) {
+    if (together_ == 1) return encoding_.encode(sway_rad, inputs_.subspan(place * values_, values_));
+    std::unique_ptr<Waiting> waiting = pick();
+    if (waiting->sways.size() == waiting->places.size()) waiting->sways.emplace_back();
+    waiting->sways[waiting->places.size()].assign(sway_rad.begin(), sway_rad.end());
+    waiting->places.push_back(place);
+    if (waiting->places.size() == together_) encode(*waiting);
+    const std::lock_guard lock(mutex_);
+    all_.push_back(std::move(waiting));
+  }
+
+  void finish() {
+    for (const auto& waiting : all_) encode(*waiting);
+  }
+
+ private:
+  std::unique_ptr<Waiting> pick() {
+    const std::lock_guard lock(mutex_);
+    if (all_.empty()) return std::make_unique<Waiting>();
+    std::unique_ptr<Waiting> last = std::move(all_.back());
+    all_.pop_back();
+    return last;
+  }
+
+  void encode(Waiting& waiting) const {
+    const std::size_t count = waiting.places.size();
+    std::vector<std::span<const float>> sways(waiting.sways.begin(),
+                                              waiting.sways.begin() + static_cast<std::ptrdiff_t>(count));
+    waiting.images.resize(count * values_);
+    encoding_.images.make_all(sways, waiting.images);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto image = std::span(waiting.images).subspan(i * values_, values_);
+      if (!encoding_.rows.mean.empty()) encoding_.rows.apply(image, encoding_.images.shape().columns);
+      std::ranges::copy(image, inputs_.begin() + static_cast<std::ptrdiff_t>(waiting.places[i] * values_));
+    }
+    waiting.places.clear();
+  }
+
+  const Encoding& encoding_;
+  std::span<float> inputs_;
+  std::size_t values_, together_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Waiting>> all_;
+};
+
+}  // namespace
+
+void encode_all(const Encoding& encoding, const std::function<void(const TakeSway& take)>& hand_over,
+                std::span<float> inputs) {
+  Collector collector(encoding, inputs);
+  hand_over([&](std::size_t place, std::span<const float> sway_rad) { collector.take(place, sway_rad); });
+  collector.finish();
+}
+
+Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int trials) {
+  const ImageShape shape = images.shape();
+  const bool standardize = images.settings().standardize_rows;
+  const auto values = static_cast<std::size_t>(shape.size());
+  trials = std::min(trials, source.training_trials());
+  RowStatistics rows(shape);
+  std::vector<sim::Parameters> parameters(static_cast<std::size_t>(trials));
+  std::vector<float> drawn;
+  const RowScaling as_they_are;
+  for (int first = 0; first < trials; first += source.trials_at_once()) {
+    std::vector<int> indices(static_cast<std::size_t>(std::min(source.trials_at_once(), trials - first)));
+    std::iota(indices.begin(), indices.end(), first);
+    const auto hand_over = [&](const TakeSway& take) {
+      source.training(0, indices, [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
+        parameters[static_cast<std::size_t>(first) + place] = truth;
+        take(place, sway);
+      });
+    };
+    if (standardize) {
+      drawn.resize(indices.size() * values);
+      encode_all({images, as_they_are}, hand_over, drawn);
+      for (std::size_t place = 0; place < indices.size(); ++place)
+        rows.add(std::span(drawn).subspan(place * values, values));
+    } else {
+      hand_over([](std::size_t, std::span<const float>) {});
+    }
+  }
+  return {standardize ? rows.finish() : RowScaling{}, target_scaling(parameters)};
+}
+
+Feed::Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
+           int first_epoch, int last_epoch)
+    : source_(source),
+      encoding_(encoding),
+      targets_(targets),
+      batch_(batch),
+      seed_(seed),
+      epoch_(first_epoch),
+      last_epoch_(last_epoch) {
+  const std::size_t image_bytes = static_cast<std::size_t>(encoding.images.shape().size()) * sizeof(float);
+  const auto fitting = static_cast<int>(std::min<std::size_t>(most_block_bytes / image_bytes, 1 << 20));
+  block_trials_ = std::max(std::min(source.trials_at_once(), fitting) / batch, 1) * batch;
+  start();
+}
+
+Feed::~Feed() {
+  if (making_.valid()) making_.wait();
+}
+
+Feed::Batch Feed::next() {
+  if (taken_ == current_.trials) {
+    making_.get();
+    std::swap(current_, coming_);
+    taken_ = 0;
+    start();
+  }
+  const int trials = std::min(batch_, current_.trials - taken_);
+  const auto first = static_cast<std::size_t>(taken_), count = static_cast<std::size_t>(trials);
+  const auto values = static_cast<std::size_t>(encoding_.images.shape().size());
+  taken_ += trials;
+  return {trials, std::span(current_.images).subspan(first * values, count * values),
+          std::span(current_.targets).subspan(first * sim::parameter_count, count * sim::parameter_count)};
+}
+
+void Feed::start() {
+  if (epoch_ == last_epoch_) return;
+  if (first_ == 0) order_ = shuffled(source_.training_trials(), seed_, epoch_);
+  const int count = std::min(block_trials_, static_cast<int>(order_.size()) - first_);
+  std::vector<int> indices(order_.begin() + first_, order_.begin() + first_ + count);
+  // A thread of its own has OpenMP's threads of its own, as many as the caller's.
+  making_ = std::async(std::launch::async,
+                       [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
+                         omp_set_num_threads(threads);
+                         fill(coming_, epoch, std::move(indices));
+                       });
+  first_ += count;
+  if (first_ == static_cast<int>(order_.size())) {
+    first_ = 0;
+    ++epoch_;
+  }
+}
+
+void Feed::fill(Block& block, int epoch, std::vector<int> indices) const {
+  const auto values = static_cast<std::size_t>(encoding_.images.shape().size());
+  block.trials = static_cast<int>(indices.size());
+  block.images.resize(indices.size() * values);
+  block.targets.resize(indices.size() * sim::parameter_count);
+  encode_all(
+      encoding_,
+      [&](const TakeSway& take) {
+        source_.training(
+            epoch, indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad) {
+              const auto target = targets_.scale(parameters);
+              std::ranges::copy(target,
+                                block.targets.begin() + static_cast<std::ptrdiff_t>(place * sim::parameter_count));
+              take(place, sway_rad);
+            });
+      },
+      block.images);
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,213 @@
+// Where training takes its trials from and how they come as batches: what a trial gives depends on its number alone, a
+// batch on its epoch and place, whatever the number of threads and wherever a feed begins.
+#include "dataset/feed.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+#include "helpers.hpp"
+
+using namespace decid;
+using namespace decid::dataset;
+using namespace decid::test;
+
+namespace {
+
+sim::Protocol noisy_protocol() {
+  sim::Protocol protocol = tiny_protocol();
+  protocol.sensor_noise = {0.001, 0.1};
+  return protocol;
+}
+
+struct Taken {
+  sim::Parameters parameters{};
+  std::vector<float> sway;
+  bool operator==(const Taken& other) const { return parameters == other.parameters && sway == other.sway; }
+};
+
+/// Trial `wanted` of those that are asked for together.
+Taken training_trial(const TrialSource& from, int epoch, std::vector<int> indices, std::size_t wanted = 0) {
+  Taken taken;
+  from.training(epoch, indices, [&](std::size_t place, const sim::Parameters& p, std::span<const float> sway) {
+    if (place == wanted) taken = {p, {sway.begin(), sway.end()}};
+  });
+  return taken;
+}
+
+/// Two of its columns, four trials share the lanes.
+ImageMaker two_columns(int samples, bool standardize) {
+  ImageSettings settings{.window = samples / 2, .half_spectrum = true, .standardize_rows = standardize, .rows = 6};
+  return {settings, samples};
+}
+
+}  // namespace
+
+TEST_CASE("streamed trials depend on their number alone and do not repeat") {
+  const auto source = stream_source(noisy_protocol(), 3, 10, 4);
+  CHECK(source->training_trials() == 10);
+  CHECK(source->validation_trials() == 4);
+  const Taken first = training_trial(*source, 2, {7});
+  REQUIRE(first.sway.size() == static_cast<std::size_t>(source->protocol().samples()));
+  CHECK(training_trial(*source, 2, {7}) == first);
+  CHECK(training_trial(*source, 2, {3, 9, 0, 7, 1, 1, 8, 2, 5}, 3) == first);
+  CHECK(training_trial(*source, 3, {7}).parameters != first.parameters);
+  source->validation(std::vector<int>{0}, [&](std::size_t, const sim::Parameters& p, std::span<const float>) {
+    CHECK(p != first.parameters);
+  });
+  // Another length of the epoch renumbers, but trial 4 + 2 * 10 + 7 stays what it is.
+  CHECK(training_trial(*stream_source(noisy_protocol(), 3, 27, 4), 1, {0}) == first);
+  CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
+  // What a training has not seen is the next epoch's.
+  source->unseen(2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, std::span<const float> sway) {
+    CHECK(Taken{p, {sway.begin(), sway.end()}} == first);
+  });
+}
+
+TEST_CASE("a data set's halves are its training and its validation trials") {
+  const Dataset data = generate({noisy_protocol(), 21, 0, 5});
+  const auto source = stored_source(data);
+  std::vector<int> halves[2];
+  for (int i = 0; i < data.trials(); ++i) halves[data.split[static_cast<std::size_t>(i)]].push_back(i);
+  CHECK(source->training_trials() == static_cast<int>(halves[0].size()));
+  CHECK(source->validation_trials() == static_cast<int>(halves[1].size()));
+  for (const int half : {0, 1}) {
+    std::vector<int> indices(halves[half].size());
+    std::iota(indices.rbegin(), indices.rend(), 0);
+    std::vector<int> visits(indices.size(), 0);
+    const auto take = [&](std::size_t place, const sim::Parameters& p, std::span<const float> sway) {
+      const int trial = halves[half][static_cast<std::size_t>(indices[place])];
+      ++visits[place];
+      CHECK(p == data.parameters[static_cast<std::size_t>(trial)]);
+      CHECK(std::ranges::equal(sway, data.trial(trial)));
+    };
+    if (half == 0)
+      source->training(0, indices, take);
+    else
+      source->validation(indices, take);
+    CHECK(std::ranges::all_of(visits, [](int n) { return n == 1; }));
+  }
+  CHECK(source->identity() == stored_source(data)->identity());
+  CHECK(source->identity() != stored_source(generate({noisy_protocol(), 21, 0, 6}))->identity());
+  Dataset one_half = data;
+  std::ranges::fill(one_half.split, std::uint8_t{0});
+  check_error([&] { stored_source(one_half); }, {"data set", "validation half"});
+}
+
+TEST_CASE("trials that are encoded together have the bits that each has alone") {
+  const Dataset data = generate({noisy_protocol(), 29, 0, 5});
+  const int before = omp_get_max_threads();
+  for (const bool standardize : {false, true}) {
+    const ImageMaker images = two_columns(data.samples, standardize);
+    REQUIRE(images.trials_together() == 4);
+    const Scaling scaling = measure_scaling(*stored_source(data), images, 10);
+    CHECK(scaling.rows.mean.empty() == !standardize);
+    const Encoding encoding{images, scaling.rows};
+    const auto values = static_cast<std::size_t>(images.shape().size());
+    for (const int threads : {1, 3, 8}) {
+      omp_set_num_threads(threads);
+      for (const int count : {1, 4, 6, 29}) {
+        std::vector<float> inputs(static_cast<std::size_t>(count) * values, -99.0F), alone(values);
+        const auto hand_over = [&](const TakeSway& take) {
+#pragma omp parallel for schedule(dynamic, 1)
+          for (int i = 0; i < count; ++i) take(static_cast<std::size_t>(i), data.trial(i));
+        };
+        encode_all(encoding, hand_over, inputs);
+        for (int i = 0; i < count; ++i) {
+          encoding.encode(data.trial(i), alone);
+          CHECK(std::ranges::equal(alone, std::span(inputs).subspan(static_cast<std::size_t>(i) * values, values)));
+        }
+      }
+    }
+  }
+  omp_set_num_threads(before);
+}
+
+TEST_CASE("a feed gives every trial of an epoch once, the same for any number of threads and wherever it begins") {
+  constexpr int trials = 23, batch = 5, epochs = 3;
+  const auto source = stream_source(noisy_protocol(), 3, trials, 4);
+  const ImageMaker images = two_columns(source->protocol().samples(), true);
+  const Scaling scaling = measure_scaling(*source, images, trials);
+  const Encoding encoding{images, scaling.rows};
+  const auto values = static_cast<std::size_t>(images.shape().size());
+  // Each trial of each epoch: its targets and its input.
+  using Example = std::pair<std::vector<float>, std::vector<float>>;
+  std::vector<std::vector<Example>> fed(epochs);
+  const auto read_epoch = [&](Feed& feed) {
+    std::vector<Example> examples;
+    for (int left = trials; left > 0; left -= batch) {
+      const Feed::Batch next = feed.next();
+      CHECK(next.trials == std::min(batch, left));
+      REQUIRE(next.images.size() == static_cast<std::size_t>(next.trials) * values);
+      REQUIRE(next.targets.size() == static_cast<std::size_t>(next.trials) * sim::parameter_count);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(next.trials); ++i) {
+        const auto target = next.targets.subspan(i * sim::parameter_count, sim::parameter_count);
+        const auto image = next.images.subspan(i * values, values);
+        examples.push_back({{target.begin(), target.end()}, {image.begin(), image.end()}});
+      }
+    }
+    return examples;
+  };
+  Feed feed(*source, encoding, scaling.targets, batch, 9, 0, epochs);
+  for (auto& epoch : fed) epoch = read_epoch(feed);
+
+  for (int epoch = 0; epoch < epochs; ++epoch) {
+    std::vector<Example> expected;
+    for (int i = 0; i < trials; ++i) {
+      const Taken taken = training_trial(*source, epoch, {i});
+      const auto target = scaling.targets.scale(taken.parameters);
+      std::vector<float> image(values);
+      encoding.encode(taken.sway, image);
+      expected.push_back({{target.begin(), target.end()}, image});
+    }
+    std::vector<Example> sorted = fed[static_cast<std::size_t>(epoch)];
+    CHECK(sorted != expected);  // shuffled
+    std::ranges::sort(sorted);
+    std::ranges::sort(expected);
+    CHECK(sorted == expected);
+  }
+
+  const int before = omp_get_max_threads();
+  for (const int threads : {1, 2, 8}) {
+    omp_set_num_threads(threads);
+    Feed later(*source, encoding, scaling.targets, batch, 9, 1, epochs);
+    CHECK(read_epoch(later) == fed[1]);
+    CHECK(read_epoch(later) == fed[2]);
+  }
+  omp_set_num_threads(before);
+  Feed other(*source, encoding, scaling.targets, batch, 10, 0, 1);
+  CHECK(read_epoch(other) != fed[0]);
+}
+
+TEST_CASE("a feed passes on what its source throws") {
+  class Broken final : public TrialSource {
+   public:
+    const sim::Protocol& protocol() const override { return protocol_; }
+    std::string identity() const override { return "broken"; }
+    int training_trials() const override { return 8; }
+    int validation_trials() const override { return 1; }
+    int trials_at_once() const override { return 4; }
+    void training(int, std::span<const int> indices, const Take& take) const override {
+      const std::vector<float> sway(static_cast<std::size_t>(protocol_.samples()));
+      for (std::size_t place = 0; place < indices.size(); ++place) {
+        if (++given_ > 6) throw std::runtime_error("the disk is gone");
+        take(place, sim::middle_parameters(), sway);
+      }
+    }
+    void validation(std::span<const int>, const Take&) const override {}
+    int unseen_trials() const override { return 0; }
+    void unseen(int, std::span<const int>, const Take&) const override {}
+
+   private:
+    sim::Protocol protocol_ = tiny_protocol();
+    mutable int given_ = 0;
+  };
+  const Broken source;
+  const ImageMaker images = two_columns(source.protocol().samples(), false);
+  const RowScaling rows;
+  Feed feed(source, {images, rows}, {}, 4, 1, 0, 1);
+  CHECK(feed.next().trials == 4);
+  CHECK_THROWS_WITH_AS(feed.next(), "the disk is gone", std::runtime_error);
+}
