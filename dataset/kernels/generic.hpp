@@ -20,6 +20,12 @@ void load_windows(const float* const* windows, int window, int lanes, double* si
 template <class V>
 void fold_spectra(int fold, int bins, int used, const double* spectra, double* mean, double* residual) {
   using D = typename V::D;
+  if (fold == 1) {
+    for (std::ptrdiff_t at = 0; at < std::ptrdiff_t{2} * used * image_lanes; at += V::width)
+      V::store(mean + at, V::set(0.0) + V::load(spectra + at));
+    for (std::ptrdiff_t at = 0; at < std::ptrdiff_t{1} * used * image_lanes; ++at) residual[at] = 0.0;
+    return;
+  }
   const D count = V::set(fold);
   const std::ptrdiff_t apart = std::ptrdiff_t{2} * bins * image_lanes;
   for (std::ptrdiff_t k = 0; k < used; ++k) {
@@ -93,6 +99,15 @@ constexpr bool is_odd(Channel channel) {
          channel == Channel::asinh_imaginary;
 }
 
+/// values[l] goes to planes[l][offset] for the lanes that are there.
+[[gnu::always_inline]] inline void spread(const DrawRequest& request, std::ptrdiff_t offset, const float* values) {
+  if (request.lanes == image_lanes && request.planes[image_lanes - 1] - request.planes[0] == image_lanes - 1) {
+    __builtin_memcpy(request.planes[0] + offset, values, image_lanes * sizeof(float));
+    return;
+  }
+  for (int lane = 0; lane < request.lanes; ++lane) request.planes[lane][offset] = values[lane];
+}
+
 template <class V, Channel channel>
 void draw_channel(const DrawRequest& request) {
   using D = typename V::D;
@@ -107,13 +122,10 @@ void draw_channel(const DrawRequest& request) {
       // A real z is its own conjugate: its phase stays pi, where -pi would be outside (-pi, pi].
       if (is_odd(channel)) V::store_floats(mirrored + lane, imaginary == V::set(0.0) ? value : -value);
     }
-    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(k) * request.columns;
-    for (int lane = 0; lane < request.lanes; ++lane) request.planes[lane][row] = values[lane];
+    spread(request, static_cast<std::ptrdiff_t>(k) * request.columns, values);
     const int mirror = request.window - k;
     if (k == 0 || mirror < request.bins || mirror >= request.rows) continue;
-    const std::ptrdiff_t below = static_cast<std::ptrdiff_t>(mirror) * request.columns;
-    for (int lane = 0; lane < request.lanes; ++lane)
-      request.planes[lane][below] = is_odd(channel) ? mirrored[lane] : values[lane];
+    spread(request, static_cast<std::ptrdiff_t>(mirror) * request.columns, is_odd(channel) ? mirrored : values);
   }
 }
 
