@@ -18,11 +18,13 @@ struct ParameterInfo {
   const char* name;         ///< as in files: "Kp_pass"
   const char* option;       ///< as on the command line: "kp-pass"
   const char* description;  ///< for people: "Passive stiffness"
-  const char* unit;
-  double low, high;  ///< range of the uniform distribution of the data set
-  bool per_mgh;      ///< value / (m g h) has a meaning
+  const char* unit;         ///< "1": a plain number
+  double low, high;         ///< range of the uniform distribution of the data set
+  bool per_mgh;             ///< value / (m g h) has a meaning
 
   double middle() const { return 0.5 * (low + high); }
+  /// For people, to whom a plain number has none.
+  const char* shown_unit() const { return unit[0] == '1' ? "" : unit; }
 };
 
 inline constexpr std::array<ParameterInfo, parameter_count> parameter_info{{

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -25,9 +26,13 @@ struct ProtocolOptions {
   std::string name = "default";
   std::vector<double> sensor_noise_deg;  ///< one level, or a range; empty: the protocol's own
 
-  sim::Protocol load() const;
+  /// files, unless null: gets the files that were read.
+  sim::Protocol load(std::vector<std::string>* files = nullptr) const;
 };
 void add_protocol_options(CLI::App& command, ProtocolOptions& options);
+
+/// --seed, from 0 to 2^64 - 1.
+void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& description);
 
 /// Throws Error if `output` is one of `others`: what was read, or is written too, would be lost. Empty names are no
 /// files.

@@ -1,6 +1,7 @@
 // Options that several subcommands have.
 #include <omp.h>
 
+#include <charconv>
 #include <filesystem>
 
 #include "base/error.hpp"
@@ -29,6 +30,16 @@ void add_protocol_options(CLI::App& command, ProtocolOptions& options) {
       ->expected(1, 2);
 }
 
+void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& description) {
+  const auto is_whole = [](const std::string& text) -> std::string {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool good = error == std::errc() && end == text.data() + text.size();
+    return good ? "" : "'" + text + "' is no whole number from 0 to 18446744073709551615";
+  };
+  command.add_option("--seed", seed, description)->capture_default_str()->check(is_whole);
+}
+
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others) {
   if (output.empty()) return;
   const auto place = [](const std::string& name) { return std::filesystem::weakly_canonical(name); };
@@ -37,8 +48,8 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
       throw Error(output, "is read or written already in this call", "give the output another name");
 }
 
-sim::Protocol ProtocolOptions::load() const {
-  sim::Protocol protocol = dataset::load_protocol(name);
+sim::Protocol ProtocolOptions::load(std::vector<std::string>* files) const {
+  sim::Protocol protocol = dataset::load_protocol(name, files);
   if (!sensor_noise_deg.empty()) protocol.sensor_noise = {sensor_noise_deg.front(), sensor_noise_deg.back()};
   protocol.validate();
   return protocol;

@@ -43,9 +43,7 @@ dataset::Dataset trials_of(const Options& options, const Model& model) {
   if (!options.sensor_noise_deg.empty())
     throw Error("--sensor-noise", "is for fresh trials; those of --data have their own", "leave one of them out");
   dataset::Dataset data = dataset::read_npz(options.data);
-  if (!sim::same_experiment(model.protocol, data.protocol))
-    throw Error(options.data, "was made with another protocol than the model's '" + model.protocol.name + "'",
-                "make a data set with the model's protocol");
+  require_same_experiment(model, model_name(options.model), data.protocol, options.data);
   const auto count = std::min(static_cast<std::size_t>(options.trials), data.parameters.size());
   data.parameters.resize(count);
   data.sway.resize(count * static_cast<std::size_t>(data.samples));
@@ -142,7 +140,7 @@ void add_compare(CLI::App& program) {
   command->add_option("--trials", options->trials, "How many trials")
       ->capture_default_str()
       ->check(CLI::Range(1, 100'000));
-  command->add_option("--seed", options->seed, "Of the fresh trials and of the fits")->capture_default_str();
+  add_seed_option(*command, options->seed, "Of the fresh trials and of the fits");
   command
       ->add_option("--sensor-noise", options->sensor_noise_deg,
                    "Of the fresh trials: standard deviation in degrees, or LOW HIGH to draw from; default: none")

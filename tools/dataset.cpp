@@ -42,7 +42,7 @@ std::string table(const dataset::DatasetReport& report) {
   if (!children) text.clear();
   text += format("%-12s %-9s", "parameter", "unit") + columns + (children ? columns : "") + '\n';
   for (std::size_t i = 0; i < sim::parameter_count; ++i)
-    text += table_line(sim::parameter_info[i].name, sim::parameter_info[i].unit, report.base.parameters[i],
+    text += table_line(sim::parameter_info[i].name, sim::parameter_info[i].shown_unit(), report.base.parameters[i],
                        children ? &report.all.parameters[i] : nullptr);
   return text +
          table_line("peak to peak", "rad", report.base.peak_to_peak, children ? &report.all.peak_to_peak : nullptr);
@@ -87,10 +87,13 @@ void make_dataset(const Options& options) {
   DatasetFigures figures;
   figures.file = options.output;
   figures.version = version;
-  figures.request = {options.protocol.load(), options.count, options.base, options.seed};
-  refuse_same_file(options.output, {options.report, options.protocol.name});
+  std::vector<std::string> files;
+  figures.request = {options.protocol.load(&files), options.count, options.base, options.seed};
+  refuse_same_file(options.report, files);
+  files.push_back(options.report);
   const dataset::NpzPartial partial = dataset::npz_partial(options.output);
-  for (const auto& path : {partial.file, partial.journal}) refuse_same_file(path.string(), {options.report});
+  for (const std::string& path : {options.output, partial.file.string(), partial.journal.string()})
+    refuse_same_file(path, files);
   std::unique_ptr<PendingFile> probe;  // an unwritable place is told before the work, not after
   if (!options.report.empty()) probe = std::make_unique<PendingFile>(options.report);
   probe.reset();
@@ -131,7 +134,7 @@ void add_dataset(CLI::App& program) {
   command->add_option("--base", options->base,
                       "Of these, how many come from the uniform distributions; the rest are "
                       "children of trials with large sway. Default: all");
-  command->add_option("--seed", options->seed, "Seed")->capture_default_str()->check(CLI::NonNegativeNumber);
+  add_seed_option(*command, options->seed, "Seed");
   add_protocol_options(*command, options->protocol);
   command
       ->add_option("-o,--output", options->output,

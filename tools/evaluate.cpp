@@ -34,14 +34,10 @@ void evaluate_model(const Options& options) {
   Model model = model_or_built_in(options.model);
   const dataset::StoredDataset stored(options.data);
   const dataset::Dataset& data = stored.about();
-  if (!sim::same_experiment(model.protocol, data.protocol))
-    throw Error(
-        options.data,
-        format("was made with protocol '%s' (%g s at %g Hz), another experiment than '%s' (%g s at %g Hz) of %s",
-               data.protocol.name.c_str(), data.protocol.duration_s(), data.protocol.sample_rate_hz,
-               model.protocol.name.c_str(), model.protocol.duration_s(), model.protocol.sample_rate_hz,
-               model_name(options.model).c_str()),
-        "make a data set with the model's protocol, or train a model on this one");
+  require_same_experiment(model, model_name(options.model), data.protocol, options.data);
+  if (const std::string other = noise_difference(model.protocol, data.protocol);
+      !other.empty() && !options.common.quiet)
+    std::cerr << "warning: " << options.data << ": " << other << '\n';
   std::vector<int> chosen;
   std::vector<sim::Parameters> truth;
   for (int i = 0; i < data.trials(); ++i) {

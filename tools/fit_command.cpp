@@ -1,6 +1,7 @@
 // decid fit: recordings in, parameters by iterative simulation out.
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "base/file.hpp"
 #include "dataset/protocol_json.hpp"
@@ -23,7 +24,8 @@ void run_fit(const Options& options) {
   const ReadOptions reading = options.recordings.read_options();
   std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
-  inputs.push_back(options.protocol);
+  std::optional<sim::Protocol> given;
+  if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
   refuse_same_file(options.output, inputs);
   if (!options.output.empty()) PendingFile probe(options.output);  // told before the work, not after
 
@@ -32,7 +34,7 @@ void run_fit(const Options& options) {
                   : options.start == "middle" ? StartKind::middle
                                               : StartKind::random;
   Model model = model_or_built_in(options.model);
-  const sim::Protocol protocol = options.protocol.empty() ? model.protocol : dataset::load_protocol(options.protocol);
+  const sim::Protocol protocol = given.value_or(model.protocol);
   const auto files = static_cast<long long>(options.recordings.files.size());
   std::vector<Fitted> all;
   {
@@ -72,8 +74,7 @@ void add_fit(CLI::App& program) {
                       "Model file for the start and the protocol; default: the built-in model");
   command->add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
   add_recording_flags(*command, options->recordings, "--begin");
-  command->add_option("--seed", options->request.settings.seed, "Of the searches and of the noise that they simulate")
-      ->capture_default_str();
+  add_seed_option(*command, options->request.settings.seed, "Of the searches and of the noise that they simulate");
   command->add_option("-o,--output", options->output, "JSON file to write");
   add_common_options(*command, options->common, true);
   command->footer("Example: decid fit recording.csv --start network --simulations 20000 -o result.json");

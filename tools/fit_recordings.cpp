@@ -32,8 +32,8 @@ void warn(Fitted& fitted) {
   for (std::size_t p = 0; p < sim::parameter_count; ++p) {
     const sim::ParameterInfo& info = sim::parameter_info[p];
     if (unit[p] < edge || unit[p] > 1 - edge)
-      warnings.push_back(format("%s lies at the edge of its range (%g to %g %s), which the fit does not leave",
-                                info.name, info.low, info.high, info.unit));
+      warnings.push_back(format("%s lies at the edge of its range (%g to %g%s), which the fit does not leave",
+                                info.name, info.low, info.high, unit_after(info).c_str()));
   }
 }
 
@@ -127,7 +127,8 @@ std::string fits_text(const std::vector<Fitted>& all) {
                    id.truth ? "         true" : "", "range");
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const sim::ParameterInfo& info = sim::parameter_info[p];
-      text += format("  %-8s %12.5g %10.3g %-10s ", info.name, id.parameters[p], result.standard_error[p], info.unit);
+      text += format("  %-8s %12.5g %10.3g %-10s ", info.name, id.parameters[p], result.standard_error[p],
+                     info.shown_unit());
       text += info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.body.mgh()) : std::string(10, ' ');
       text += format(" %12.5g", result.likeliest[p]);
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);

@@ -20,8 +20,8 @@ void warn(Identification& id) {
     const sim::ParameterInfo& info = sim::parameter_info[p];
     const double margin = 0.05 * (info.high - info.low);
     if (id.parameters[p] < info.low - margin || id.parameters[p] > info.high + margin)
-      id.warnings.push_back(format("%s = %.4g %s lies outside the range the model was trained on (%g to %g)", info.name,
-                                   id.parameters[p], info.unit, info.low, info.high));
+      id.warnings.push_back(format("%s = %.4g lies outside the range the model was trained on (%g to %g%s)", info.name,
+                                   id.parameters[p], info.low, info.high, unit_after(info).c_str()));
   }
   // Simulated trials swing about upright: of 2,000 none has a mean beyond this.
   constexpr double largest_mean_deg = 0.8;
@@ -161,7 +161,7 @@ std::string identifications_text(const std::vector<Identification>& all) {
                    id.truth ? "         true" : "", "range");
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const sim::ParameterInfo& info = sim::parameter_info[p];
-      text += format("  %-8s %12.5g %-10s ", info.name, id.parameters[p], info.unit);
+      text += format("  %-8s %12.5g %-10s ", info.name, id.parameters[p], info.shown_unit());
       text += info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.body.mgh()) : std::string(10, ' ');
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
       text += format("  %g to %g\n", info.low, info.high);

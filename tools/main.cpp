@@ -1,5 +1,6 @@
 // The command line program. Exit codes: 0 done, 2 wrong usage or bad input (one line on stderr), 1 anything else.
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <exception>
 #include <iostream>
 
@@ -15,7 +16,19 @@ void complain(const std::string& text) {
   std::cerr << "decid: " << decid::tools::one_line(text) << '\n';
 }
 
+/// What a shell makes of a variable that is not set: no option means anything by it.
+void refuse_empty(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const bool after_equals = argument.starts_with("--") && argument.ends_with('=');
+    if (!argument.empty() && !after_equals) continue;
+    const std::string what = after_equals ? argument : i > 1 ? std::string(argv[i - 1]) + " ''" : "''";
+    throw decid::Error(what, "is empty", "give a value, or leave the option out (is a variable of the shell not set?)");
+  }
+}
+
 int run(int argc, char** argv) {
+  refuse_empty(argc, argv);
   CLI::App program{"decid identifies the posture controller behind a recording of body sway on a tilting platform"};
   program.name("decid");
   program.set_version_flag("--version", std::string("decid ") + decid::tools::version);
@@ -38,15 +51,24 @@ int run(int argc, char** argv) {
     if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
     std::string command;
     for (const CLI::App* sub : program.get_subcommands()) command = " " + sub->get_name();
+    if (command.empty() && argc > 1 && argv[1][0] != '-')
+      throw decid::Error(argv[1], "is no command", "decid --help lists the commands");
     complain(std::string(error.what()) + "; see decid" + command + " --help");
     return 2;
   }
+  // A full disk is told by no single write.
+  std::cout.flush();
+  if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+#if defined(SIGXFSZ)
+  std::signal(SIGXFSZ,
+              SIG_IGN);  // a file beyond the shell's limit is an error of its write, with a line and a clean-up
+#endif
   try {
     return run(argc, argv);
   } catch (const decid::Error& error) {

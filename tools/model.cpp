@@ -152,6 +152,29 @@ std::string model_name(const std::string& path) {
   return path.empty() ? "built-in model" : path;
 }
 
+void require_same_experiment(const Model& model, const std::string& name, const sim::Protocol& data,
+                             const std::string& file) {
+  if (sim::same_experiment(model.protocol, data)) return;
+  const auto described = [](const sim::Protocol& p) {
+    return format("'%s' (%g s at %g Hz)", p.name.c_str(), p.duration_s(), p.sample_rate_hz);
+  };
+  throw Error(file,
+              "was made with protocol " + described(data) + ", another experiment than " + described(model.protocol) +
+                  " of " + name,
+              "make a data set with the model's protocol, or train a model on this one");
+}
+
+std::string noise_difference(const sim::Protocol& model, const sim::Protocol& data) {
+  const auto described = [](const sim::VestibularNoise& noise) {
+    return format("%g degrees from %g to %g Hz, exponent %g", noise.scale_deg, noise.low_hz, noise.high_hz,
+                  noise.exponent);
+  };
+  const std::string ours = described(model.vestibular_noise), theirs = described(data.vestibular_noise);
+  if (ours == theirs) return {};
+  return "its vestibular noise (" + theirs + ") is not that of the model's training (" + ours +
+         "), so Nv means something else";
+}
+
 Sways sways_in_memory(std::function<std::span<const float>(int)> sway) {
   return [sway = std::move(sway)](std::span<const int> indices, const TakeSway& take) {
     parallel_for(static_cast<int>(indices.size()), [&](int i) {

@@ -54,6 +54,13 @@ Model model_or_built_in(const std::string& path);
 /// How people call it.
 std::string model_name(const std::string& path);
 
+/// Throws Error if the trials of `file` are of another experiment than the model, which is called `name`.
+void require_same_experiment(const Model& model, const std::string& name, const sim::Protocol& data,
+                             const std::string& file);
+/// What of the vestibular noise differs between the trials of a data set and those that the model was trained on, for
+/// people; empty if nothing does. Nv means something else then.
+std::string noise_difference(const sim::Protocol& model, const sim::Protocol& data);
+
 /// Runs the network over trials in batches: outputs[trial * 7 + parameter], z-scored. `sways` is asked for up to
 /// `at_once` trials at a time: it calls take(place, sway_rad) for trial indices[place], in any order and from many
 /// threads.

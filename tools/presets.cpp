@@ -1,6 +1,9 @@
 // Ready-made networks: see presets.hpp.
 #include "tools/presets.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/error.hpp"
 
 namespace decid::tools {
@@ -91,6 +94,27 @@ const std::vector<Preset>& presets() {
        .warmup_epochs = 0},
   };
   return all;
+}
+
+dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol) {
+  dataset::ImageSettings image = preset.image;
+  if (image.fold == 1) return image;
+  // Presets that fold are made for 100 Hz.
+  const double highest_hz = 100.0 * image.rows / image.window, rate_hz = protocol.sample_rate_hz;
+  const double cycle = protocol.cycle_s() * rate_hz, lead_in = protocol.lead_in_s() * rate_hz;
+  const auto whole = [](double samples) { return std::abs(samples - std::round(samples)) < 1e-6; };
+  const bool folds = whole(cycle) && whole(lead_in);
+  const double window = folds ? cycle : cycle * protocol.cycles();
+  const int fold = folds ? protocol.cycles() : 1, first_sample = static_cast<int>(std::ceil(lead_in - 1e-6));
+  const int window_samples = std::min({static_cast<int>(std::floor(window + 1e-6)), dataset::largest_window,
+                                       (protocol.samples() - first_sample) / fold});
+  if (window_samples == image.window && fold == image.fold && first_sample == image.first_sample) return image;
+  image.window = window_samples;
+  image.fold = fold;
+  image.first_sample = first_sample;
+  image.rows = std::clamp(static_cast<int>(std::lround(highest_hz * window_samples / rate_hz)), 64, 1024);
+  image.rows = std::min(image.rows, window_samples / 2 + 1);
+  return image;
 }
 
 const Preset& preset_named(const std::string& name) {

@@ -150,11 +150,7 @@ double mean_of(const Scores& scores) {
 void study_dataset(Model& model, const std::string& file, Study& study, const Stage& stage) {
   const dataset::StoredDataset stored{std::filesystem::path(file)};
   const dataset::Dataset& about = stored.about();
-  if (!sim::same_experiment(model.protocol, about.protocol))
-    throw Error(file,
-                "was made with protocol '" + about.protocol.name + "', another experiment than '" +
-                    model.protocol.name + "' of the model",
-                "make a data set with the model's protocol, or train a model on this one");
+  require_same_experiment(model, study.model, about.protocol, file);
   if (about.seed == study.fresh_seed) refuse_seed(study.fresh_seed);
   stage("sway of " + file);
   StudyData& data = study.data.emplace();

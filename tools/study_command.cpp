@@ -129,9 +129,7 @@ void add_study(CLI::App& program) {
   command->add_option("--trials", options->trials, "Fresh trials to evaluate on")
       ->capture_default_str()
       ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--seed", options->seed, "Seed of the fresh trials, another one than the training's")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  add_seed_option(*command, options->seed, "Seed of the fresh trials, another one than the training's");
   command
       ->add_option("--sensor-noise", options->levels_deg,
                    "Levels of sensor noise to evaluate at, standard deviations in degrees")

@@ -31,6 +31,11 @@ std::string format(const char* pattern, ...) {
   return text;
 }
 
+std::string unit_after(const sim::ParameterInfo& info) {
+  const std::string unit = info.shown_unit();
+  return unit.empty() ? unit : " " + unit;
+}
+
 sim::Parameters parameters_from_text(const std::string& text, const std::string& where) {
   const auto fail = [&](const std::string& problem) {
     throw Error(where, problem, "give all seven as Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");

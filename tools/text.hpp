@@ -14,6 +14,9 @@ namespace decid::tools {
 /// Control characters become question marks: one line, whatever a file's name holds.
 std::string one_line(std::string text);
 
+/// " N m/rad", to stand behind a number; nothing for a parameter that is a plain number.
+std::string unit_after(const sim::ParameterInfo& info);
+
 /// "Kp=900,Kd=250,...": all seven, by name ("Kp_pass") or option name ("kp-pass"), in any order. Throws Error.
 sim::Parameters parameters_from_text(const std::string& text, const std::string& where);
 

@@ -83,12 +83,30 @@ std::string progress_json(const std::vector<EpochLog>& log) {
   return lines.dump();
 }
 
+/// Which settings differ, "epochs 3 there, 5 here; ...".
+std::string difference(const std::string& there, const std::string& here) {
+  const Json a = Json::parse(there, nullptr, false), b = Json::parse(here, nullptr, false);
+  if (!a.is_object() || !b.is_object()) return there;
+  std::string text;
+  const auto value = [](const Json& object, const std::string& key) {
+    return object.contains(key) ? object[key].dump() : "nothing";
+  };
+  const auto add = [&](const std::string& key) {
+    text += (text.empty() ? "" : "; ") + key + " " + value(a, key) + " there, " + value(b, key) + " here";
+  };
+  for (const auto& [key, unused] : a.items())
+    if (value(a, key) != value(b, key)) add(key);
+  for (const auto& [key, unused] : b.items())
+    if (!a.contains(key)) add(key);
+  return text;
+}
+
 TrainingState resume_training(const std::string& path, const std::string& origin, const dataset::TrialSource& source) {
   std::string progress;
   TrainingState state{model_from_bytes(read_file(path), path, &progress), {}};
   const std::string remedy = "resume with the options the training began with, or train without --resume";
   if (state.model.origin != origin)
-    throw Error(path, "was made with other settings (" + state.model.origin + ")", remedy);
+    throw Error(path, "was made with other settings: " + difference(state.model.origin, origin), remedy);
   if (dataset::to_json(state.model.protocol) != dataset::to_json(source.protocol()))
     throw Error(path, "was made for another protocol", remedy);
   try {
@@ -113,14 +131,16 @@ void train(const Options& options) {
   const std::string checkpoint = options.output + ".checkpoint";
   const std::string log_path = options.output + ".log.csv";
   const std::string best_path = options.output + ".best";  // with patience: the model of the best epoch so far
-  refuse_same_file(options.output, {options.data, options.architecture_file});
+  std::vector<std::string> files{options.data, options.architecture_file, options.image_file};
+  const sim::Protocol protocol = options.stream ? options.protocol.load(&files) : sim::default_protocol();
+  for (const std::string& path : {options.output, checkpoint, log_path, best_path}) refuse_same_file(path, files);
   // Unwritable places are told before the work, not after.
   for (const std::string& path : {options.output, checkpoint, log_path}) PendingFile probe(path);
-  const TrainingSettings settings = settings_from(options);
+  TrainingSettings settings = settings_from(options);
   const std::unique_ptr<dataset::TrialSource> source =
-      options.stream ? dataset::stream_source(options.protocol.load(), options.seed, options.stream_trials,
-                                              options.validation_trials)
+      options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
+  if (options.image_file.empty()) settings.preset.image = image_for(settings.preset, source->protocol());
   const std::string architecture =
       Model(source->protocol(), settings.preset.image, settings.preset.architecture).network.architecture();
   const std::string origin = origin_json(settings, architecture, *source);
@@ -138,6 +158,10 @@ void train(const Options& options) {
                   preset.name.c_str(), model.network.parameter_count(),
                   static_cast<double>(model.network.flops()) * 1e-6, trials, source->validation_trials(),
                   nn::kernels<float>().name));
+  if (!options.resume && std::filesystem::exists(checkpoint))
+    bar.line("warning: " + checkpoint +
+             " of an earlier training is there; this one replaces it when its first epoch is "
+             "done, while --resume would go on from it");
   long long done_before = 0;
   auto epoch_start = std::chrono::steady_clock::now();
   const bool finished = run_training(
@@ -169,7 +193,8 @@ void train(const Options& options) {
   if (early) {
     state.model = load_model(best_path);
     if (state.model.origin != origin)
-      throw Error(best_path, "was made with other settings (" + state.model.origin + ")", "train without --resume");
+      throw Error(best_path, "was made with other settings: " + difference(state.model.origin, origin),
+                  "train without --resume");
   }
   model.familiarity = learn_familiarity(model, *source, preset.epochs);
   write_file(options.output, to_bytes(model));
@@ -230,9 +255,7 @@ void add_train(CLI::App& program) {
   command->add_option("--weight-decay", options->weight_decay, "L2 regularisation of the weights")
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
-  command->add_option("--seed", options->seed, "Seed of weights, shuffling and, with --stream, trials")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  add_seed_option(*command, options->seed, "Seed of weights, shuffling and, with --stream, trials");
   command->add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
   command->add_option("-o,--output", options->output, "Model file to write (.safetensors)")->required();
   add_common_options(*command, options->common, true);

@@ -37,9 +37,73 @@ std::string wave(int k) {
 
 }  // namespace
 
+TEST_CASE("no output replaces what the call reads") {
+  const Folder folder;
+  REQUIRE(run_decid("stimulus --quiet -o " + folder / "tilt.csv").code == 0);
+  write_text(folder / "p.json", R"({"name": "p", "measured": {"file": "tilt.csv", "column": "tilt_deg"}})");
+  write_text(folder / "image.json", R"({"window": 110})");
+  write_text(folder / "r.csv", "time,com_sway_deg\n0,0\n0.01,0\n");
+  std::filesystem::create_symlink("tilt.csv", folder / "link.csv");
+  const std::string tilt = read_text(folder / "tilt.csv");
+  const std::string with = " --quiet --protocol " + folder / "p.json";
+  const std::string quick = " --stream --preset small --stream-trials 16 --validation-trials 4 --epochs 1";
+  for (const std::string output : {"p.json", "tilt.csv", "link.csv"}) {
+    const std::string o = " -o " + folder / output;
+    check_refused("simulate" + with + o, {output, "read or written already"});
+    check_refused("dataset --count 3" + with + o, {output, "read or written already"});
+    check_refused("dataset --count 3" + with + " -o " + folder / "d.npz" + " --report " + folder / output,
+                  {output, "read or written already"});
+    check_refused("train" + quick + with + o, {output, "read or written already"});
+    check_refused("fit " + folder / "r.csv" + " --start middle" + with + o, {output, "read or written already"});
+  }
+  check_refused("train" + quick + " --image " + folder / "image.json" + " -o " + folder / "image.json",
+                {"image.json", "read or written already"});
+  CHECK(read_text(folder / "tilt.csv") == tilt);
+  CHECK(folder.files() == 5);
+  // A built-in protocol's name is no file.
+  CHECK(run_decid("dataset --count 3 --quiet -o " + folder / "default").code == 0);
+}
+
+TEST_CASE("why a trial falls, and what to do") {
+  const Folder folder;
+  const std::string o = " --quiet -o " + folder / "t.csv";
+  check_refused("simulate --kp 0" + o, {"leaves 5 degrees", "must exceed", "raise --kp"});
+  check_refused("simulate --nv 10" + o, {"without vestibular noise it stands", "--nv"});
+  check_refused("simulate --delay 0.5" + o, {"shorten --delay"});
+  check_refused("simulate --model dip --hip-delay 0.5" + o, {"leg or trunk", "nearer to their defaults"});
+  write_text(folder / "p.json", R"({"sequence": {"amplitude_deg": 45}, "vestibular_noise": {"scale_deg": 0}})");
+  check_refused("simulate --kp-pass 300 --protocol " + folder / "p.json" + o, {"platform at rest", "amplitude"});
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a full standard output is no success") {
+  const Folder folder;
+  const int status = std::system((DECID_PROGRAM " info --json > /dev/full 2> " + folder / "err").c_str());
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 1);
+  CHECK(read_text(folder / "err").find("standard output") != std::string::npos);
+}
+
+TEST_CASE("a file beyond the shell's limit is an error, and nothing is left") {
+  const Folder folder;
+  const auto limited = run_decid("simulate --quiet -o " + folder / "t.csv", "ulimit -f 20; ");
+  CHECK(limited.code == 2);
+  CHECK(limited.err.find("File too large") != std::string::npos);
+  CHECK(folder.files() == 0);
+}
+
 TEST_CASE("wrong usage") {
   check_refused("", {"--help"});
-  check_refused("identfy x.csv", {});
+  check_refused("identfy x.csv", {"identfy", "no command", "--help"});
+  // What a shell makes of a variable that is not set.
+  check_refused("simulate --kp '' -o x.csv", {"--kp ''", "is empty"});
+  check_refused("simulate --kp= -o x.csv", {"--kp=", "is empty"});
+  check_refused("dataset --count 5 --sensor-noise '' -o x.npz", {"--sensor-noise ''", "is empty"});
+  check_refused("dataset --count 5 -o ''", {"-o ''", "is empty"});
+  check_refused("''", {"is empty"});
+  for (const std::string seed : {"-1", "18446744073709551616", "1.5", "1x"})
+    check_refused("simulate --seed " + seed + " -o x.csv", {"--seed", "'" + seed + "'", "18446744073709551615"});
+  CHECK(run_decid("simulate --seed 18446744073709551615 --quiet -o /dev/null").code != 2);
   check_refused("simulate", {"--output", "simulate --help"});
   check_refused("simulate --kp abc -o x.csv", {"--kp", "abc"});
   check_refused("simulate --kp nan -o x.csv", {"Kp"});

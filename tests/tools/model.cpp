@@ -96,4 +96,58 @@ TEST_CASE("presets fit the protocols they are for, and folded images no other") 
   }
 }
 
+TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency") {
+  const auto fitted = [](const char* preset, const sim::Protocol& protocol) {
+    const dataset::ImageSettings image = image_for(preset_named(preset), protocol);
+    CHECK(Model(protocol, image, preset_named(preset).architecture).network.parameter_count() > 1000);
+    return image;
+  };
+  // What they are made for stays as it is.
+  CHECK(fitted("best", sim::default_protocol()) == preset_named("best").image);
+  CHECK(fitted("firmware", sim::default_protocol()) == preset_named("firmware").image);
+  CHECK(fitted("short", sim::short_protocol()) == preset_named("short").image);
+  CHECK(fitted("paper", sim::short_protocol()) == preset_named("paper").image);
+
+  const dataset::ImageSettings brief = fitted("best", sim::short_protocol());
+  CHECK(brief.window == 2000);
+  CHECK(brief.fold == 3);
+  CHECK(brief.first_sample == 197);
+  CHECK(brief.rows == 85);  // 4.2 Hz of 0.05 each
+  CHECK(fitted("short", sim::default_protocol()).rows == 387);
+
+  sim::Protocol protocol;
+  protocol.sample_rate_hz = 50.0;
+  CHECK(fitted("best", protocol).window == 3025);
+  CHECK(fitted("best", protocol).rows == 256);
+  protocol.sample_rate_hz = 1000.0;
+  CHECK(fitted("best", protocol).window == 60'500);
+  // Cycles of 80.242 s are no whole number of samples: one window, all of them.
+  protocol.sample_rate_hz = 100.0;
+  protocol.sequence().state_s = 0.331;
+  const dataset::ImageSettings unfolded = fitted("best", protocol);
+  CHECK(unfolded.fold == 1);
+  CHECK(unfolded.window == 16'020);
+  CHECK(unfolded.rows == 678);
+
+  sim::Sines sines;
+  sines.components = {{.frequency_hz = 0.5, .amplitude_deg = 1.0}};
+  sines.cycle_s = 4.0;
+  sines.cycles = 1;
+  protocol.stimulus = sines;
+  protocol.vestibular_noise.low_hz = 0.25;
+  const dataset::ImageSettings tiny = fitted("best", protocol);
+  CHECK(tiny.window == 400);
+  CHECK(tiny.fold == 1);
+  CHECK(tiny.rows == 64);
+}
+
+TEST_CASE("other noise than the model's is told") {
+  const sim::Protocol ours;
+  sim::Protocol theirs;
+  theirs.sensor_noise = {0.01, 0.01};
+  CHECK(noise_difference(ours, theirs).empty());
+  theirs.vestibular_noise.scale_deg = 0.4;
+  CHECK(noise_difference(ours, theirs).find("0.4 degrees") != std::string::npos);
+}
+
 }  // namespace decid::tools

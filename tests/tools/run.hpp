@@ -59,11 +59,11 @@ struct Result {
   std::string out, err;
 };
 
-/// `arguments` as a shell reads them.
-inline Result run_decid(const std::string& arguments) {
+/// `arguments` as a shell reads them; `before`: its commands before the program.
+inline Result run_decid(const std::string& arguments, const std::string& before = {}) {
   const Folder folder;
   const std::string command =
-      std::string(DECID_PROGRAM) + " " + arguments + " >" + folder / "out" + " 2>" + folder / "err" + " </dev/null";
+      before + DECID_PROGRAM + " " + arguments + " >" + folder / "out" + " 2>" + folder / "err" + " </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder / "out"), read_text(folder / "err")};
 }

@@ -247,8 +247,14 @@ TEST_CASE("a data set and a model carry their protocol, whatever its kind; other
   check_refused("identify " + folder / "trial.csv", {"trial.csv", "2000 samples", "'default'", "12100"});
   check_refused("identify --protocol " + folder / "one.json " + folder / "trial.csv", {"--protocol"});
 
-  check_refused("train --preset best --epochs 1 --data " + folder / "one.npz" + " -o " + folder / "n.safetensors",
+  write_text(folder / "image.json", R"({"window": 6050, "half_spectrum": true, "rows": 256, "fold": 2})");
+  check_refused("train --preset best --epochs 1 --image " + folder / "image.json" + " --data " + folder / "one.npz" +
+                    " -o " + folder / "n.safetensors",
                 {"one.json", "cycles"});
+  // The preset's own image is made to fit.
+  CHECK(run_decid("train --quiet --preset best --epochs 1 --data " + folder / "one.npz" + " -o " +
+                  folder / "n.safetensors")
+            .code == 0);
   check_refused("train --protocol short --data " + folder / "one.npz" + " -o " + folder / "n.safetensors",
                 {"--protocol", "--stream"});
 }
