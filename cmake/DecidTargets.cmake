@@ -30,6 +30,7 @@ function(decid_library name)
 endfunction()
 
 # decid_test(name sources...): doctest program test_<name>, one CTest entry. What implements doctest is compiled once.
+# DECID_SANITIZED is defined where sanitizers are on, for what they cannot run or make too slow to be worth it.
 function(decid_test name)
   if(NOT TARGET decid_test_main)
     add_library(decid_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/main.cpp)
@@ -39,6 +40,7 @@ function(decid_test name)
   add_executable(test_${name} ${ARGN})
   decid_compile_options(test_${name})
   target_link_libraries(test_${name} PRIVATE decid_test_main)
+  target_compile_definitions(test_${name} PRIVATE $<$<BOOL:${DECID_SANITIZE}>:DECID_SANITIZED>)
   add_test(NAME ${name} COMMAND test_${name})
   # Small steps by the thousand: threads that spin while they wait cost minutes on a busy machine.
   set_tests_properties(${name} PROPERTIES ENVIRONMENT "OMP_WAIT_POLICY=passive")

@@ -12,14 +12,6 @@
 
 #include "helpers.hpp"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define DECID_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define DECID_SANITIZED
-#endif
-#endif
-
 using namespace decid;
 using namespace decid::dataset;
 using namespace decid::test;

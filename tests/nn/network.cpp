@@ -17,14 +17,6 @@
 using namespace decid::nn;
 using namespace decid::nn::testing;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define DECID_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define DECID_SANITIZED 1
-#endif
-#endif
-
 // Counts every allocation of the program; sanitizers have operators of their own.
 [[maybe_unused]] static std::atomic<long> allocations{0};
 #ifndef DECID_SANITIZED
