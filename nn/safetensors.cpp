@@ -116,7 +116,8 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
   std::uint64_t length = 0;
   if (bytes.size() < sizeof length) fail("is too short (" + std::to_string(bytes.size()) + " bytes) for a model");
   std::memcpy(&length, bytes.data(), sizeof length);
-  if (length > largest_header || length > bytes.size() - sizeof length)
+  if (length > largest_header) fail("is no safetensors file");
+  if (length > bytes.size() - sizeof length)
     fail("is truncated, or no safetensors file: its header should have " + std::to_string(length) + " bytes");
   const Json header = parse_header(bytes.substr(sizeof length, length), fail);
   const std::string_view data = bytes.substr(sizeof length + length);
