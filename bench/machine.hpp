@@ -1,6 +1,8 @@
 // What the machine itself can do, measured beside each kernel in the same run: the peak of fused multiply-adds and the
-// bandwidth of memory. Single thread, CPU time.
+// bandwidth of memory. One thread unless said otherwise, CPU time.
 #pragma once
+
+#include <omp.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -9,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "nn/kernels/kernels.hpp"
 #include "nn/tensor.hpp"
 
 #if defined(__x86_64__)
@@ -113,6 +116,24 @@ class FmaPeak {
  private:
   std::string isa_;
   std::vector<double> nanoseconds_a_flop_;
+};
+
+/// Peaks of all threads at once, each on its own CPU time, GFLOP/s.
+class TeamPeak {
+ public:
+  explicit TeamPeak(int threads) : peaks_(static_cast<std::size_t>(threads), FmaPeak(nn::kernels<float>().name)) {}
+  void measure() {
+#pragma omp parallel num_threads(static_cast <int>(peaks_.size()))
+    peaks_[static_cast<std::size_t>(omp_get_thread_num())].measure();
+  }
+  double best() const {
+    double sum = 0;
+    for (const FmaPeak& peak : peaks_) sum += peak.best();
+    return sum;
+  }
+
+ private:
+  std::vector<FmaPeak> peaks_;
 };
 
 /// Best of the sweeps y = y + k x so far over arrays far larger than a cache, in large pages as tensors are, GB/s. Each

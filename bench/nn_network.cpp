@@ -40,24 +40,6 @@ namespace {
 using namespace decid::nn;
 using namespace decid::bench;
 
-/// Peaks of all threads at once, each on its own CPU time, GFLOP/s.
-class TeamPeak {
- public:
-  explicit TeamPeak(int threads) : peaks_(static_cast<std::size_t>(threads), FmaPeak(kernels<float>().name)) {}
-  void measure() {
-#pragma omp parallel num_threads(static_cast <int>(peaks_.size()))
-    peaks_[static_cast<std::size_t>(omp_get_thread_num())].measure();
-  }
-  double best() const {
-    double sum = 0;
-    for (const FmaPeak& peak : peaks_) sum += peak.best();
-    return sum;
-  }
-
- private:
-  std::vector<FmaPeak> peaks_;
-};
-
 double wall_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
