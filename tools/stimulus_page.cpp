@@ -57,9 +57,10 @@ Points thinned(const Points& all) {
 template <class Value>
 Points sampled(const sim::Protocol& protocol, const Value& value) {
   Points points;
-  for (int k = 0; k < protocol.samples(); ++k) {
+  const int samples = protocol.samples(), steps_per_sample = protocol.steps_per_sample();
+  for (int k = 0; k < samples; ++k) {
     points.x.push_back(k / protocol.sample_rate_hz);
-    points.y.push_back(value(k * protocol.steps_per_sample()) / sim::rad_per_deg);
+    points.y.push_back(value(k * steps_per_sample) / sim::rad_per_deg);
   }
   return thinned(points);
 }

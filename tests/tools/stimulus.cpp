@@ -80,6 +80,21 @@ TEST_CASE("stimulus: every kind of protocol, its page, and its JSON that makes t
   }
 }
 
+TEST_CASE("stimulus: a long sequence is counted once, not at every sample") {
+  // 6,560 states of 0.25 s: counted at each of the 164,000 samples, this test would take minutes.
+  const Folder folder;
+  write_text(
+      folder / "long.json",
+      R"({"sequence": {"feedback": [0,0,0,0,1,0,0,1], "start": [0,0,0,0,0,0,0,1], "offset_s": 0, "cycles": 1}})");
+  const auto result = run_decid("stimulus --protocol " + folder / "long.json" + " -o " + folder / "a.csv" + " --plot " +
+                                folder / "a.html");
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  std::string header;
+  CHECK(columns_of(read_text(folder / "a.csv"), header)[1].size() == 164'000);
+  CHECK(data_of(read_text(folder / "a.html"))["duration_s"] == 1640.0);
+}
+
 TEST_CASE("stimulus: nothing but what is asked for, and no input overwritten") {
   const Folder folder;
   check_refused("stimulus", {"nothing to write", "-o", "--plot", "--write-protocol"});
