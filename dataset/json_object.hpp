@@ -17,8 +17,8 @@ using Json = nlohmann::ordered_json;
 /// Lists and objects within each other: no file of decid's has more than 6, and the library prints them recursively.
 inline constexpr int deepest_json = 32;
 
-/// Throws Error with line and column if `text` is not JSON or nested deeper than deepest_json, and for a key that stands
-/// twice in one object (the last would win without a word). `where` names the source.
+/// Throws Error with line and column if `text` is not JSON or nested deeper than deepest_json, and for a key that
+/// stands twice in one object (the last would win without a word). `where` names the source.
 Json parse_json(const std::string& text, const std::string& where);
 
 /// Two spaces of indentation; doubles read back to the same bits; text that is not UTF-8 is replaced, not refused.

@@ -66,6 +66,8 @@ Json json_of(const sim::Sequence& sequence) {
 void read_kind(JsonObject& object, const Context&, sim::Sequence& sequence) {
   object.read("feedback", sequence.feedback);
   object.read("start", sequence.start);
+  // Another sequence starts at its start: the default's offset says nothing of it.
+  if (object.find("feedback") || object.find("start")) sequence.offset_s = 0.0;
   object.read("state_s", sequence.state_s);
   object.read("amplitude_deg", sequence.amplitude_deg);
   object.read("offset_s", sequence.offset_s);

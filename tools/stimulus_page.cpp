@@ -16,14 +16,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t most_points = 20'000;
 
-int largest_prime_of(int number) {
-  int largest = 1;
-  for (int p = 2; p * p <= number; ++p) {
-    for (; number % p == 0; number /= p) largest = p;
-  }
-  return std::max(largest, number);
-}
-
 struct Points {
   std::vector<double> x, y;
 
@@ -97,7 +89,7 @@ AmplitudeSpectrum amplitude_spectrum(const sim::Protocol& protocol) {
   const int steps_per_sample = protocol.steps_per_sample();
   const auto first = static_cast<int>(std::lround(protocol.lead_in_s() * sim::steps_per_second));
   auto samples = static_cast<int>(std::lround(protocol.cycle_s() * sim::steps_per_second)) / steps_per_sample;
-  while (largest_prime_of(samples) > 100) --samples;
+  while (sim::largest_prime_factor(samples) > 100) --samples;
   std::vector<double> tilt;
   double sum = 0.0;
   for (int k = 0; k < samples; ++k) {
