@@ -119,6 +119,7 @@ void read_kind(JsonObject& object, const Context& context, sim::MeasuredTilt& me
   // A sample rate out of its bounds is the protocol's error to tell.
   if (!(context.sample_rate_hz >= 1.0 && context.sample_rate_hz <= sim::steps_per_second)) return;
   tilt.path = *context.source.folder / file;
+  tilt.is_cycle = measured.cycles > 1;
   if (context.source.files) context.source.files->push_back(tilt.path.string());
   try {
     measured.tilt_deg = read_tilt_deg(tilt, context.sample_rate_hz);
