@@ -209,8 +209,7 @@ double CsvTable::number(std::string_view cell, int column, std::size_t line, Mis
   if (parsed.is_number && std::isfinite(parsed.value)) return parsed.value;
   throw Error(where_,
               "line " + std::to_string(line) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
-              is_missing(cell) ? "give a value; short gaps of a recording are interpolated with --fill-gaps SECONDS"
-                               : "correct the cell, or put # before lines that are not data");
+              is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
 }
 
 std::vector<double> CsvTable::numbers(int column, Missing missing) const {

@@ -5,20 +5,87 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "base/error.hpp"
 
 namespace decid::dataset {
 
+namespace {
+
+constexpr std::size_t most_shown = 40;  // of a key or a value, in an error
+
+/// At most `most` bytes, "..." for the rest; no character of UTF-8 is cut.
+std::string shortened(std::string text, std::size_t most) {
+  if (text.size() <= most) return text;
+  std::size_t end = most - 3;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
+/// Counts the brackets outside of texts: what is nested too deeply is refused before it takes any memory.
+void check_depth(std::string_view text, const std::string& where) {
+  int depth = 0, line = 1;
+  bool quoted = false;
+  std::size_t line_start = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line, line_start = i + 1;
+    if (quoted && c == '\\') ++i;
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (c == ']' || c == '}') --depth;
+    if ((c == '[' || c == '{') && ++depth > deepest_json) {
+      throw Error(where,
+                  "has lists or objects nested deeper than " + std::to_string(deepest_json) + " levels at line " +
+                      std::to_string(line) + ", column " + std::to_string(i - line_start + 1),
+                  "correct the file there");
+    }
+  }
+}
+
+/// Prints the beginning of a value, until `text` is long enough to be shortened.
+void print_beginning(const Json& json, std::string& text) {
+  if (json.is_string()) {
+    const Json begin = json.get_ref<const std::string&>().substr(0, most_shown + 1);
+    text += begin.dump(-1, ' ', false, Json::error_handler_t::replace);
+  } else if (!json.is_structured()) {
+    text += json.dump();
+  } else {
+    const bool list = json.is_array();
+    text += list ? '[' : '{';
+    for (auto item = json.begin(); item != json.end() && text.size() <= most_shown; ++item) {
+      if (item != json.begin()) text += ", ";
+      if (!list) text += '"' + shortened(item.key(), most_shown) + "\": ";
+      print_beginning(*item, text);
+    }
+    text += list ? ']' : '}';
+  }
+}
+
+}  // namespace
+
 Json parse_json(const std::string& text, const std::string& where) {
+  check_depth(text, where);
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  const auto watch = [&](int, Json::parse_event_t event, Json& value) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second) {
+      throw Error(where, "the key '" + shortened(value.get<std::string>(), most_shown) + "' stands twice in one object",
+                  "keep one of them");
+    }
+    return true;
+  };
   try {
-    return Json::parse(text);
+    return Json::parse(text, watch);
   } catch (const Json::exception& exception) {
     // The library's text opens with its own tag, "[json.exception.parse_error.101] ", which says nothing to a reader.
     std::string problem = exception.what();
     if (const std::size_t tag = problem.find("] "); tag != std::string::npos) problem.erase(0, tag + 2);
-    throw Error(where, "is not valid JSON: " + problem, "correct the file there");
+    throw Error(where, "is not valid JSON: " + shortened(std::move(problem), 200), "correct the file there");
   }
 }
 
@@ -49,14 +116,13 @@ std::string JsonObject::name_of(std::string_view key) const {
 }
 
 void JsonObject::wrong_type(const char* key, const std::string& expected) const {
-  std::string found = print_json(json_.at(key));
-  if (found.size() > 40) found = found.substr(0, 37) + "...";
-  std::replace(found.begin(), found.end(), '\n', ' ');
-  throw Error(where_, name_of(key) + " is " + found, "make it " + expected);
+  std::string found;
+  print_beginning(json_.at(key), found);
+  throw Error(where_, name_of(key) + " is " + shortened(std::move(found), most_shown), "make it " + expected);
 }
 
 const Json* JsonObject::find(const char* key) {
-  known_.emplace_back(key);
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
   const auto found = json_.find(key);
   return found == json_.end() ? nullptr : &*found;
 }
@@ -129,7 +195,7 @@ void JsonObject::finish() const {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     std::string list;
     for (const std::string& known : known_) list += (list.empty() ? "" : ", ") + known;
-    throw Error(where_, "unknown key " + name_of(key), "the keys here are " + list);
+    throw Error(where_, "unknown key " + name_of(shortened(key, most_shown)), "the keys here are " + list);
   }
 }
 

@@ -1,5 +1,5 @@
 // JSON objects read key by key, so that every defect of a file is an Error that names the file and the key.
-// Private to dataset: the only header that shows nlohmann's library.
+// Not installed: for dataset and tools. The only header of dataset that shows nlohmann's library.
 // Format: RFC 8259.
 #pragma once
 
@@ -14,7 +14,11 @@ namespace decid::dataset {
 /// Keeps the keys in the order in which they were written.
 using Json = nlohmann::ordered_json;
 
-/// Throws Error with line and column if `text` is not JSON. `where` names the source.
+/// Lists and objects within each other: no file of decid's has more than 6, and the library prints them recursively.
+inline constexpr int deepest_json = 32;
+
+/// Throws Error with line and column if `text` is not JSON or nested deeper than deepest_json, and for a key that
+/// stands twice in one object (the last would win without a word). `where` names the source.
 Json parse_json(const std::string& text, const std::string& where);
 
 /// Two spaces of indentation; doubles read back to the same bits; text that is not UTF-8 is replaced, not refused.

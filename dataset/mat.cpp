@@ -260,7 +260,7 @@ std::vector<double> MatTable::numbers(int column, Missing missing) const {
     throw Error(where_,
                 place_of(k) + ", " + names_[static_cast<std::size_t>(column)] + ": " +
                     (std::isnan(values[k]) ? "NaN" : "an infinite value") + " is not a finite number",
-                "give a value; short gaps of a recording are interpolated with --fill-gaps SECONDS");
+                remedy_for(std::isnan(values[k]) ? missing : Missing::refused));
   }
   return values;
 }

@@ -13,6 +13,8 @@ namespace decid::dataset {
 namespace {
 
 constexpr double most_samples = 1e6;  // of a measured tilt, as sim::Protocol has it
+/// A rate given may differ by so much from that of even times: they may have been rounded (60 Hz as steps of 0.0167 s).
+constexpr double contradiction = 0.01;
 
 int find_tilt(const Table& table, int time, const std::string& where) {
   for (const char* name : {"tilt", "platform_tilt", "platform", "a_fs", "fs", "stimulus", "support_surface"}) {
@@ -28,10 +30,27 @@ int find_tilt(const Table& table, int time, const std::string& where) {
               "name one as measured.column");
 }
 
+/// The rate that the file itself tells without doubt.
+std::optional<double> stated_rate(const Table& table, int time, const std::string& where) {
+  if (time < 0) return table.rate_hz();
+  try {
+    const Clock clock = read_clock(table, time, where, "measured.rate_hz");
+    if (clock.place.empty()) return clock.rate_hz;
+  } catch (const Error&) {  // measured.rate_hz is there for files whose times are of no use
+  }
+  return {};
+}
+
 double find_rate(const Table& table, int time, const TiltFile& file, const std::string& where) {
   if (file.rate_hz) {
-    if (std::isfinite(*file.rate_hz) && *file.rate_hz > 0.0) return *file.rate_hz;
-    throw Error(where, "measured.rate_hz is " + six_digits(*file.rate_hz), "give the samples per second");
+    const double rate = *file.rate_hz;
+    if (!(std::isfinite(rate) && rate > 0.0)) {
+      throw Error(where, "measured.rate_hz is " + six_digits(rate), "give the samples per second");
+    }
+    const std::optional<double> stated = stated_rate(table, time, where);
+    if (!stated || std::abs(rate - *stated) <= contradiction * *stated) return rate;
+    throw Error(where, "measured.rate_hz is " + six_digits(rate) + ", its times say " + six_digits(*stated) + " Hz",
+                "leave measured.rate_hz out, or correct the times");
   }
   if (time >= 0) {
     const Clock clock = read_clock(table, time, where, "measured.rate_hz");
@@ -69,11 +88,25 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz) {
                 "give 2 to 1,000,000; is the rate right?");
   }
   std::vector<double> tilt = table.numbers(column);
-  if (!same_rate) tilt = resample(tilt, rate, sample_rate_hz);
   if (*unit == Unit::radian) {
     for (double& value : tilt) value /= sim::rad_per_deg;
   }
-  return tilt;
+  if (file.is_cycle) {
+    // Before it is resampled, which would spread a jump over its neighbours.
+    if (const std::string problem = sim::broken_joint(tilt); !problem.empty()) {
+      throw Error(where, problem, "give cycles 1, or a recording of whole cycles");
+    }
+  }
+  if (same_rate) return tilt;
+  if (!file.is_cycle) return resample(tilt, rate, sample_rate_hz, Ends::reflected);
+  const double whole = std::round(samples);
+  if (std::abs(samples - whole) > rate_tolerance * samples) {
+    throw Error(where,
+                "its " + std::to_string(rows) + " samples at " + six_digits(rate) + " Hz are " + six_digits(samples) +
+                    " at the protocol's " + six_digits(sample_rate_hz) + " Hz, so its cycles cannot follow each other",
+                "give cycles 1, or a cycle of whole sample periods, measured at another rate or cut to length");
+  }
+  return resample_cycle(tilt, static_cast<std::size_t>(whole));
 }
 
 }  // namespace decid::dataset

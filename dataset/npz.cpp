@@ -332,6 +332,14 @@ StoredDataset::StoredDataset(const std::filesystem::path& path) {
 }
 
 void StoredDataset::read(int index, std::span<float> sway_rad) const {
+  if (index < 0 || index >= trials()) {
+    throw Error("data set", "has no trial " + std::to_string(index),
+                "ask for trials 0 to " + std::to_string(trials() - 1));
+  }
+  if (sway_rad.size() != static_cast<std::size_t>(data_.samples)) {
+    throw Error("data set", "the output holds " + std::to_string(sway_rad.size()) + " samples",
+                "make room for " + std::to_string(data_.samples));
+  }
   if (!file_) {
     std::ranges::copy(data_.trial(index), sway_rad.begin());
     return;

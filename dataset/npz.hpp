@@ -63,8 +63,8 @@ class StoredDataset {
   const Dataset& about() const noexcept { return data_; }
   int trials() const noexcept { return data_.trials(); }
   bool in_memory() const noexcept { return !file_; }
-  /// sway_rad: about().samples values of trial `index`. May be called from many threads. Throws Error if the file is
-  /// shorter than it was.
+  /// sway_rad: about().samples values of trial `index`. May be called from many threads. Throws Error for an index that
+  /// is no trial's, a span of another length, and if the file is shorter than it was.
   void read(int index, std::span<float> sway_rad) const;
 
  private:

@@ -93,6 +93,7 @@ sim::Protocol parse_protocol(const std::string& text, const ProtocolSource& sour
   const Json json = parse_json(text, where);
   sim::Protocol protocol = sim::default_protocol();
   JsonObject object(json, where);
+  protocol.name = source.name;
   object.read("name", protocol.name);
   object.read("sample_rate_hz", protocol.sample_rate_hz);
   read_stimulus(object, source, protocol.sample_rate_hz, protocol.stimulus);
@@ -103,6 +104,7 @@ sim::Protocol parse_protocol(const std::string& text, const ProtocolSource& sour
   object.finish();
   try {
     protocol.validate();
+    if (source.folder) protocol.refuse_implausible();
   } catch (const Error& error) {
     // validate() knows the setting, not the file.
     throw Error(where, error.where() + ": " + error.problem(), error.remedy());
@@ -113,7 +115,7 @@ sim::Protocol parse_protocol(const std::string& text, const ProtocolSource& sour
 }  // namespace
 
 sim::Protocol protocol_from_json(const std::string& text, const std::string& where) {
-  return parse_protocol(text, {where});
+  return parse_protocol(text, {.where = where});
 }
 
 sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files) {
@@ -125,8 +127,9 @@ sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::st
                 "use default, short, or the path of a JSON file");
   }
   if (files) files->push_back(name_or_path);
-  const std::filesystem::path folder = std::filesystem::path(name_or_path).parent_path();
-  return parse_protocol(read_file(name_or_path, protocol_limit_bytes), {name_or_path, &folder, files});
+  const std::filesystem::path path = name_or_path, folder = path.parent_path();
+  return parse_protocol(read_file(name_or_path, protocol_limit_bytes),
+                        {.where = name_or_path, .name = path.stem().string(), .folder = &folder, .files = files});
 }
 
 }  // namespace decid::dataset

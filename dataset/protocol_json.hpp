@@ -7,7 +7,8 @@
 //   "sines": {"components": [{"frequency_hz", "amplitude_deg", "phase_deg"}, ..], "cycle_s"}
 //   "raised_cosines": {"moves": [{"shape": "pulse" | "step", "start_s", "duration_s", "amplitude_deg"}, ..], "cycle_s"}
 // The body may be {"subject": {"mass_kg", "height_m"}} instead: Winter's segments (sim/segments.hpp).
-// Anything left out takes the default protocol's value; an unknown key is an error. Every setting: docs/protocols.md.
+// Anything left out takes the default protocol's value, but offset_s beside feedback or start, which is 0 then; an
+// unknown key, or one that stands twice, is an error. Every setting: docs/protocols.md.
 #pragma once
 
 #include <string>
@@ -27,9 +28,10 @@ sim::Protocol protocol_from_json(const std::string& text, const std::string& whe
 
 /// A built-in protocol by name ("default", "short"), or else a JSON file. A measured tilt's file is relative to it; its
 /// columns and times are found as in recordings (recording.hpp): the tilt is the column named, else the first called
-/// tilt, platform, a_fs or the like, else the only one beside the time. It is resampled to the protocol's rate. Throws
-/// Error as above, and for a tilt whose unit is neither given nor in the column's name. `files` gets the names of the
-/// files that were read.
+/// tilt, platform, a_fs or the like, else the only one beside the time. It is resampled to the protocol's rate. A file
+/// that says no name gives its own, without ".json". Throws Error as above, for a tilt whose unit is neither given nor
+/// in the column's name, and for what Protocol::refuse_implausible refuses. `files` gets the names of the files that
+/// were read.
 sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files = nullptr);
 
 }  // namespace decid::dataset

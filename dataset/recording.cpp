@@ -81,7 +81,7 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
 /// A column on the clock's even grid, its gaps filled if they may be.
 std::vector<double> read_column(const Table& table, int column, const Clock& clock, double fill_gaps_s,
                                 Recording& recording) {
-  const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::refused;
+  const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
   std::vector<double> values = place_evenly(table.numbers(column, missing), clock);
   const std::string filled =
       fill_gaps(values, clock.rate_hz, fill_gaps_s, table.names()[static_cast<std::size_t>(column)], recording.file);

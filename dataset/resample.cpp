@@ -55,50 +55,89 @@ std::vector<double> make_filter() {
   return filter;
 }
 
-}  // namespace
-
-std::vector<double> resample(const std::vector<double>& signal, double from_hz, double to_hz) {
-  if (from_hz == to_hz && std::isfinite(to_hz) && to_hz > 0.0) return signal;
-  // A length that is whole but for rounding is meant whole.
-  const double length = std::floor(static_cast<double>(signal.size()) * (to_hz / from_hz) + 1e-6);
-  const auto count = length >= 0.0 && length <= longest_result ? static_cast<std::size_t>(length) : std::size_t{0};
-  if (length > longest_result && std::isfinite(length)) {
-    throw Error("resample", "the result would have more than 100 million samples", "check the sample rates");
-  }
-  return resample(signal, from_hz, to_hz, 0.0, count);
-}
-
-std::vector<double> resample(const std::vector<double>& signal, double from_hz, double to_hz, double start_s,
-                             std::size_t count) {
-  const auto usable = [](double rate) { return std::isfinite(rate) && rate > 0.0; };
-  if (!usable(from_hz) || !usable(to_hz)) {
-    throw Error("resample",
-                "the sample rates " + std::to_string(from_hz) + " Hz and " + std::to_string(to_hz) +
-                    " Hz are not both positive",
-                "give positive rates");
-  }
-  if (signal.empty()) return {};
+/// `count` samples, the first at `start` and then every `step` samples of a signal whose sample k, also beyond its
+/// ends, is at(k); k is whole.
+template <class At>
+std::vector<double> filtered(const At& at, double start, double step, std::size_t count) {
   static const std::vector<double> filter = make_filter();
-  const double step = from_hz / to_hz;                  // old samples to a new one
   const double shrink = step > 1.0 ? 1.0 / step : 1.0;  // old samples -> samples of the lower rate
   const double reach = half_length / shrink;            // of the filter, in old samples
-  const auto last = static_cast<double>(signal.size() - 1);
   std::vector<double> result(count);
   for (std::size_t i = 0; i < result.size(); ++i) {
-    const double centre = start_s * from_hz + static_cast<double>(i) * step;
+    const double centre = start + static_cast<double>(i) * step;
     double sum = 0.0, weights = 0.0;
     for (double k = std::ceil(centre - reach); k <= centre + reach; k += 1.0) {
       const double position = std::abs(k - centre) * shrink * resolution;
       const auto entry = static_cast<std::size_t>(position);
       const double fraction = position - static_cast<double>(entry);
       const double weight = filter[entry] + fraction * (filter[entry + 1] - filter[entry]);
-      const double held = k < 0.0 ? 0.0 : k > last ? last : k;
-      sum += weight * signal[static_cast<std::size_t>(held)];
+      sum += weight * at(k);
       weights += weight;
     }
     result[i] = sum / weights;  // a constant stays itself
   }
   return result;
+}
+
+auto held(const std::vector<double>& signal) {
+  return [&signal, last = static_cast<double>(signal.size() - 1)](double k) {
+    return signal[static_cast<std::size_t>(k < 0.0 ? 0.0 : k > last ? last : k)];
+  };
+}
+
+/// Turned about either end again and again, the signal repeats every 2 last samples, 2 (x(last) - x(0)) higher each
+/// time.
+auto reflected(const std::vector<double>& signal) {
+  return [&signal, last = static_cast<double>(signal.size() - 1)](double k) {
+    if (k >= 0.0 && k <= last) return signal[static_cast<std::size_t>(k)];
+    if (last == 0.0) return signal.front();
+    const double repeats = std::floor(k / (2.0 * last)), place = k - repeats * 2.0 * last;
+    const double value = place <= last ? signal[static_cast<std::size_t>(place)]
+                                       : 2.0 * signal.back() - signal[static_cast<std::size_t>(2.0 * last - place)];
+    return value + repeats * 2.0 * (signal.back() - signal.front());
+  };
+}
+
+auto periodic(const std::vector<double>& signal) {
+  return [&signal, period = static_cast<double>(signal.size())](double k) {
+    return signal[static_cast<std::size_t>(k - period * std::floor(k / period))];
+  };
+}
+
+void check_rates(double from_hz, double to_hz) {
+  const auto usable = [](double rate) { return std::isfinite(rate) && rate > 0.0; };
+  if (usable(from_hz) && usable(to_hz)) return;
+  throw Error(
+      "resample",
+      "the sample rates " + std::to_string(from_hz) + " Hz and " + std::to_string(to_hz) + " Hz are not both positive",
+      "give positive rates");
+}
+
+}  // namespace
+
+std::vector<double> resample(const std::vector<double>& signal, double from_hz, double to_hz, Ends ends) {
+  check_rates(from_hz, to_hz);
+  if (from_hz == to_hz || signal.empty()) return signal;
+  // A length that is whole but for rounding is meant whole.
+  const double length = std::floor(static_cast<double>(signal.size()) * (to_hz / from_hz) + 1e-6);
+  if (length > longest_result) {
+    throw Error("resample", "the result would have more than 100 million samples", "check the sample rates");
+  }
+  const auto count = static_cast<std::size_t>(length);
+  const double step = from_hz / to_hz;
+  return ends == Ends::held ? filtered(held(signal), 0.0, step, count) : filtered(reflected(signal), 0.0, step, count);
+}
+
+std::vector<double> resample_cycle(const std::vector<double>& signal, std::size_t count) {
+  if (signal.empty()) return {};
+  return filtered(periodic(signal), 0.0, static_cast<double>(signal.size()) / static_cast<double>(count), count);
+}
+
+std::vector<double> resample(const std::vector<double>& signal, double from_hz, double to_hz, double start_s,
+                             std::size_t count) {
+  check_rates(from_hz, to_hz);
+  if (signal.empty()) return {};
+  return filtered(held(signal), start_s * from_hz, from_hz / to_hz, count);
 }
 
 }  // namespace decid::dataset

@@ -66,6 +66,8 @@ Json json_of(const sim::Sequence& sequence) {
 void read_kind(JsonObject& object, const Context&, sim::Sequence& sequence) {
   object.read("feedback", sequence.feedback);
   object.read("start", sequence.start);
+  // Another sequence starts at its start: the default's offset says nothing of it.
+  if (object.find("feedback") || object.find("start")) sequence.offset_s = 0.0;
   object.read("state_s", sequence.state_s);
   object.read("amplitude_deg", sequence.amplitude_deg);
   object.read("offset_s", sequence.offset_s);
@@ -117,6 +119,7 @@ void read_kind(JsonObject& object, const Context& context, sim::MeasuredTilt& me
   // A sample rate out of its bounds is the protocol's error to tell.
   if (!(context.sample_rate_hz >= 1.0 && context.sample_rate_hz <= sim::steps_per_second)) return;
   tilt.path = *context.source.folder / file;
+  tilt.is_cycle = measured.cycles > 1;
   if (context.source.files) context.source.files->push_back(tilt.path.string());
   try {
     measured.tilt_deg = read_tilt_deg(tilt, context.sample_rate_hz);

@@ -14,6 +14,7 @@ namespace decid::dataset {
 /// Where a protocol comes from.
 struct ProtocolSource {
   std::string where;                              ///< names it in errors
+  std::string name = "default";                   ///< of a protocol that says none
   const std::filesystem::path* folder = nullptr;  ///< what its files are relative to; null: it may not name any
   std::vector<std::string>* files = nullptr;      ///< gets the names of the files that were read
 };

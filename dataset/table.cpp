@@ -17,6 +17,12 @@ constexpr std::size_t file_limit_bytes = std::size_t{1} << 30;
 
 }  // namespace
 
+const char* remedy_for(Missing missing) {
+  return missing == Missing::fillable
+             ? "give a value; short gaps of a recording are interpolated with --fill-gaps SECONDS"
+             : "give a value";
+}
+
 std::unique_ptr<Table> read_table(const std::filesystem::path& path) {
   std::string end = path.extension().string();
   std::transform(end.begin(), end.end(), end.begin(),

@@ -11,8 +11,11 @@
 
 namespace decid::dataset {
 
-/// What to do with cells that say that there is no value: empty, nan, NA, null, -.
-enum class Missing { refused, kept };
+/// What to do with cells that say that there is no value: empty, nan, NA, null, -. Those that may be filled are refused
+/// too, with the option that fills them.
+enum class Missing { refused, fillable, kept };
+/// What to do about a cell that was refused.
+const char* remedy_for(Missing missing);
 
 class Table {
  public:

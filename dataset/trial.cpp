@@ -74,8 +74,9 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
 
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
   const sim::Stimulus stimulus = sim::make_stimulus(protocol);
+  const int samples = protocol.samples(), steps_per_sample = protocol.steps_per_sample();
   std::vector<double> tilt;
-  for (int k = 0; k < protocol.samples(); ++k) tilt.push_back(stimulus.tilt_at(k * protocol.steps_per_sample()));
+  for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
   return tilt;
 }
 
@@ -152,10 +153,10 @@ double mean(const std::vector<double>& signal, std::size_t begin, std::size_t en
 
 void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind) {
   if (kind == Detrend::none) return;
-  const double rate = protocol.sample_rate_hz;
+  const double rate = protocol.sample_rate_hz, lead_in_s = protocol.lead_in_s(), cycle_s = protocol.cycle_s();
   const int cycles = protocol.cycles();
   const auto sample_at = [&](int cycle) {
-    const double at = std::round((protocol.lead_in_s() + cycle * protocol.cycle_s()) * rate);
+    const double at = std::round((lead_in_s + cycle * cycle_s) * rate);
     return std::min(static_cast<std::size_t>(at), sway.size());
   };
   const std::size_t begin = sample_at(0), end = sample_at(cycles);
@@ -173,7 +174,7 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
       product += at * (value - whole);
       squares += at * at;
     }
-    slope = product / squares / (by_cycle ? protocol.cycle_s() * rate : 1.0);
+    slope = product / squares / (by_cycle ? cycle_s * rate : 1.0);
   }
   for (std::size_t k = 0; k < sway.size(); ++k) sway[k] -= slope * static_cast<double>(k);
   const double offset = mean(sway, begin, end);

@@ -8,8 +8,10 @@ namespace decid::sim {
 
 struct Protocol;
 
-/// Nine or ten significant digits: "0.25", "121.0000001".
+/// Ten significant digits, of what was computed: "0.25", "121.0000001".
 std::string setting_text(double value);
+/// As many digits as bring back the value, of what was given: "1.00000000001".
+std::string given_text(double value);
 
 /// The whole milliseconds nearest to a time.
 int milliseconds(double seconds);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "sim/checker.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid::sim {
@@ -65,8 +66,8 @@ inline void check_parameters(const Parameters& parameters, const std::string& wh
     const double value = parameters[i];
     const double largest = i == Delay ? longest_delay_s : std::numeric_limits<double>::max();
     if (value >= 0.0 && value <= largest) continue;  // false for NaN
-    throw Error(whose + "parameter " + parameter_info[i].name, "is " + std::to_string(value),
-                i == Delay ? "give a delay from 0 to " + std::to_string(longest_delay_s) + " s"
+    throw Error(whose + "parameter " + parameter_info[i].name, "is " + given_text(value),
+                i == Delay ? "give a delay from 0 to " + given_text(longest_delay_s) + " s"
                            : "give a finite value, 0 or above");
   }
 }

@@ -79,9 +79,10 @@ class DoubleSimulator {
   const Stimulus& stimulus() const noexcept { return stimulus_; }
   int samples() const noexcept { return samples_; }
 
-  /// One trial from rest, upright, as Simulator::run; largest_sway_rad is the centre of mass's. The hip's vestibular
-  /// noise is the ankle's realisation with its own Nv: there is one head. Throws Error for a non-finite or negative
-  /// parameter, a delay above longest_delay_s, or spans of another length.
+  /// One trial from rest, upright, as Simulator::run; largest_sway_rad is the centre of mass's. If a bound is left,
+  /// end_s is the end of that step, not of its sample period. The hip's vestibular noise is the ankle's realisation
+  /// with its own Nv: there is one head. Throws Error for a non-finite or negative parameter, a delay above
+  /// longest_delay_s, or spans of another length.
   Outcome run(const DoubleParameters& parameters, const Random& noise, const DoubleSway& sway) const;
 
  private:

@@ -37,6 +37,14 @@ constexpr const FftKernels& plain = fft_kernels<One, 1>;
 
 }  // namespace
 
+int largest_prime_factor(int number) {
+  int largest = 1;
+  for (int p = 2; p <= number / p; ++p) {
+    for (; number % p == 0; number /= p) largest = p;
+  }
+  return std::max(largest, number);
+}
+
 std::vector<int> fft_radices(int length) {
   if (length < 1 || length > longest_fft) {
     throw Error("FFT", "cannot transform " + std::to_string(length) + " values",
@@ -51,9 +59,10 @@ std::vector<int> fft_radices(int length) {
     if (radix * radix > rest) radix = rest;
     for (; rest % radix == 0; rest /= radix) radices.push_back(radix);
   }
-  if (!radices.empty() && radices.back() > largest_fft_prime) {
+  if (largest_prime_factor(length) > largest_fft_prime) {
     throw Error("FFT",
-                "a length of " + std::to_string(length) + " has the prime factor " + std::to_string(radices.back()),
+                "a length of " + std::to_string(length) + " has the prime factor " +
+                    std::to_string(largest_prime_factor(length)),
                 "change the length a little, to one whose prime factors are below " +
                     std::to_string(largest_fft_prime) + "; best are 2, 3 and 5");
   }

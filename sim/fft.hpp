@@ -24,6 +24,9 @@ inline constexpr int largest_fft_prime = 10'000;
 /// complex value n are at [2 n * fft_lanes + l] and [(2 n + 1) * fft_lanes + l].
 inline constexpr int fft_lanes = 8;
 
+/// 1 of 1; number >= 1.
+int largest_prime_factor(int number);
+
 /// The radices of a transform's passes, in their order. Throws Error if length < 1, length > longest_fft or a prime
 /// factor exceeds largest_fft_prime.
 std::vector<int> fft_radices(int length);

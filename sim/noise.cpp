@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "sim/checker.hpp"
 #include "sim/kernels/generic_fft.hpp"
 #include "sim/kernels/kernels.hpp"
 
@@ -19,17 +20,21 @@ double power_of(double base, double exponent) {
   return exponent == 1.0 ? base : decid::exp(exponent * decid::log(base));
 }
 
-// A band edge that is meant to be a harmonic, as 1/121 Hz is, belongs to the band whatever its rounding.
-constexpr double slack = 1e-9;
-
-int first_harmonic(const Protocol& protocol) {
-  return static_cast<int>(std::ceil(protocol.vestibular_noise.low_hz * protocol.duration_s() - slack));
-}
-int last_harmonic(const Protocol& protocol) {
-  return static_cast<int>(std::floor(protocol.vestibular_noise.high_hz * protocol.duration_s() + slack));
-}
+constexpr double slack = 1e-9;  // of a harmonic's number
 
 }  // namespace
+
+NoiseBand noise_band(const Protocol& protocol) {
+  const VestibularNoise& noise = protocol.vestibular_noise;
+  const double duration_s = protocol.duration_s();
+  const NoiseBand band{static_cast<int>(std::ceil(noise.low_hz * duration_s - slack)),
+                       static_cast<int>(std::floor(noise.high_hz * duration_s + slack))};
+  if (band.first <= band.last || noise.scale_deg == 0.0) return band;
+  throw Error("protocol " + protocol.name + ", vestibular_noise",
+              "no harmonic of the trial lies between low_hz and high_hz",
+              "widen the band to hold a multiple of " + setting_text(1.0 / duration_s) + " Hz, 1 / " +
+                  setting_text(duration_s) + " s");
+}
 
 int VestibularNoiseMaker::transform_length(int samples, int last) {
   for (int length = 2 * last + 2; length < samples; length += 2) {
@@ -40,18 +45,13 @@ int VestibularNoiseMaker::transform_length(int samples, int last) {
 
 VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
     : samples_(protocol.samples()),
-      first_(first_harmonic(protocol)),
-      fft_(transform_length(samples_, last_harmonic(protocol))),
+      first_(noise_band(protocol).first),
+      fft_(transform_length(samples_, noise_band(protocol).last)),
       phases_(samples_ / fft_.length()) {
   const VestibularNoise& noise = protocol.vestibular_noise;
   const double duration_s = protocol.duration_s();
-  const int last = last_harmonic(protocol);
+  const int last = noise_band(protocol).last;
   if (noise.scale_deg == 0.0) return;
-  if (first_ > last) {
-    throw Error("protocol " + protocol.name + ", vestibular_noise",
-                "no harmonic of the trial lies between low_hz and high_hz",
-                "widen the band to hold a multiple of 1 / " + std::to_string(duration_s) + " Hz");
-  }
   for (int k = first_; k <= last; ++k) {
     const double frequency_hz = k / duration_s;
     const double scale = noise.scale_deg * rad_per_deg;

@@ -10,6 +10,14 @@
 
 namespace decid::sim {
 
+/// The harmonics of a trial that carry vestibular noise: k / duration from low_hz to high_hz. An edge that is meant to
+/// be a harmonic, as 1/121 Hz is, belongs to the band whatever its rounding.
+struct NoiseBand {
+  int first, last;
+};
+/// Throws Error if there is none, unless the noise is silent (scale_deg 0): first > last then.
+NoiseBand noise_band(const Protocol& protocol);
+
 /// Makes realisations of the vestibular noise of a protocol: independent Gaussian harmonics of the trial's length T,
 /// nu(t) = sum over k of a_k cos(2 pi k t / T) + b_k sin(2 pi k t / T), where a_k and b_k have the variance PSD(k/T)/T
 /// for low <= k/T <= high and are zero elsewhere. As the band is narrow, `phases` short inverse FFTs make it, each of
@@ -19,7 +27,7 @@ namespace decid::sim {
 /// exact inside the band.
 class VestibularNoiseMaker {
  public:
-  /// The protocol must be valid. Throws Error if no harmonic of the trial lies in a band that is not silent.
+  /// The protocol must be valid. Throws Error as noise_band and RealFft do; a valid protocol makes neither throw.
   explicit VestibularNoiseMaker(const Protocol& protocol);
 
   /// rate[k] = d/dt nu at t = k / sample_rate, k = 0 .. samples (the trial is periodic: rate[samples] = rate[0]),

@@ -1,12 +1,14 @@
 // Protocols: see protocol.hpp. Their stimulus is sim/stimulus.cpp's part.
 #include "sim/protocol.hpp"
 
+#include <charconv>
 #include <cmath>
 #include <sstream>
 #include <variant>
 
 #include "base/error.hpp"
 #include "sim/checker.hpp"
+#include "sim/noise.hpp"
 
 namespace decid::sim {
 
@@ -21,24 +23,29 @@ std::string setting_text(double value) {
   return out.str();
 }
 
+std::string given_text(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
 void Checker::fail(const std::string& setting, const std::string& problem, const std::string& remedy) const {
   throw Error(prefix_ + setting, problem, remedy);
 }
 
 void Checker::within(const std::string& setting, double value, double low, double high) const {
   if (value >= low && value <= high) return;
-  fail(setting, "is " + setting_text(value), "give a value from " + setting_text(low) + " to " + setting_text(high));
+  fail(setting, "is " + given_text(value), "give a value from " + setting_text(low) + " to " + setting_text(high));
 }
 
 void Checker::positive(const std::string& setting, double value, double high) const {
   if (value > 0.0 && value <= high) return;
-  fail(setting, "is " + setting_text(value), "give a value above 0 and at most " + setting_text(high));
+  fail(setting, "is " + given_text(value), "give a value above 0 and at most " + setting_text(high));
 }
 
 void Checker::whole_milliseconds(const std::string& setting, double seconds) const {
   const double steps = seconds * steps_per_second;
   if (std::abs(steps - std::floor(steps + 0.5)) <= 1e-6) return;
-  fail(setting, "is " + setting_text(seconds) + " s", "give a multiple of 0.001 s, the integration step");
+  fail(setting, "is " + given_text(seconds) + " s", "give a multiple of 0.001 s, the integration step");
 }
 
 namespace {
@@ -56,6 +63,19 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
     check.fail("sensor_noise_deg low", "is 0 though high is not",
                "give a value above 0, as the level is drawn from a log-uniform distribution; or 0 for both");
   }
+  static_cast<void>(noise_band(protocol));
+}
+
+/// Noise and spectra are made by transforms of the trial's length.
+void validate_length(const Checker& check, const Protocol& protocol) {
+  const int samples = protocol.samples(), largest = largest_prime_factor(samples);
+  if (largest <= largest_fft_prime) return;
+  int more = 1;
+  while (largest_prime_factor(samples + more) > largest_fft_prime) ++more;
+  check.fail("the trial",
+             "has " + std::to_string(samples) + " samples, a multiple of the prime " + std::to_string(largest) +
+                 "; primes up to " + std::to_string(largest_fft_prime) + " can be transformed",
+             "lengthen lead_out_s by " + setting_text(more / protocol.sample_rate_hz) + " s");
 }
 
 }  // namespace
@@ -64,17 +84,42 @@ void Protocol::validate() const {
   const Checker check(name);
   check.within("sample_rate_hz", sample_rate_hz, 1.0, steps_per_second);
   if (std::fmod(steps_per_second, sample_rate_hz) != 0.0 || sample_rate_hz != std::floor(sample_rate_hz)) {
-    check.fail("sample_rate_hz", "is " + setting_text(sample_rate_hz), "give a whole number that divides 1000");
+    check.fail("sample_rate_hz", "is " + given_text(sample_rate_hz), "give a whole number that divides 1000");
   }
   check_stimulus(check, *this);
   if (steps() % steps_per_sample() != 0) {
     check.fail("the trial", "lasts " + setting_text(duration_s()) + " s, not a whole number of samples",
                "change lead_out_s or sample_rate_hz");
   }
+  validate_length(check, *this);
   check.positive("body mass_kg", body.mass_kg, 500.0);
   check.positive("body com_height_m", body.com_height_m, 5.0);
   check.positive("body inertia_kgm2", body.inertia_kgm2, 10'000.0);
   validate_noise(check, *this);
+}
+
+void Protocol::refuse_implausible() const {
+  // Those of ASCII, and those of Unicode from U+0080 to U+009F, which terminals obey too.
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(name[i]);
+    const bool second = i + 1 < name.size() && byte == 0xC2 && static_cast<unsigned char>(name[i + 1]) < 0xA0;
+    if (byte >= 0x20 && byte != 0x7F && !second) continue;
+    throw Error("protocol name", "has a control character at byte " + std::to_string(i + 1),
+                "give a name of plain text, on one line");
+  }
+  const Checker check(name);
+  const double least = body.mass_kg * body.com_height_m * body.com_height_m;
+  if (!(body.inertia_kgm2 >= least * (1.0 - 1e-6))) {
+    check.fail("body inertia_kgm2",
+               "is " + given_text(body.inertia_kgm2) + ", below mass_kg * com_height_m^2 = " + setting_text(least) +
+                   ", the least that a body can have about the ankles",
+               "give the inertia about the ankles: that about the centre of mass plus mass_kg * com_height_m^2; or a "
+               "subject");
+  }
+  const MeasuredTilt* measured = std::get_if<MeasuredTilt>(&stimulus);
+  if (measured == nullptr || measured->cycles == 1) return;
+  const std::string problem = broken_joint(measured->tilt_deg);
+  if (!problem.empty()) check.fail("measured tilt_deg", problem, "give cycles 1, or a recording of whole cycles");
 }
 
 Sequence& Protocol::sequence() {

@@ -35,7 +35,7 @@ double Segments::inertia_kgm2() const {
 Segments segments_of(const Subject& subject) {
   const auto check = [](const char* setting, double value, double high) {
     if (value > 0.0 && value <= high) return;
-    throw Error("subject " + std::string(setting), "is " + setting_text(value),
+    throw Error("subject " + std::string(setting), "is " + given_text(value),
                 "give a value above 0 and at most " + setting_text(high));
   };
   check("mass_kg", subject.mass_kg, 500.0);

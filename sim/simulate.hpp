@@ -31,9 +31,10 @@ inline constexpr double longest_delay_s = 1.0;
 double dead_band(double x, double theta);
 
 struct Outcome {
-  bool valid;               ///< stayed within sway_limit_rad
+  bool valid;               ///< stayed within sway_limit_rad; of two segments, each within segment_limit_rad too
   double largest_sway_rad;  ///< max |a| over the steps up to then; infinite if it is not finite
-  double end_s;             ///< its length, or the end of the sample period in which the body left the bound
+  double end_s;             ///< its length, or the end of the sample period (DoubleSimulator: of the step) in which
+                            ///< the body left the bound
 };
 
 /// What a trial depends on besides the protocol. `noise` gives the vestibular noise's normals.
@@ -54,7 +55,7 @@ class Simulator {
 
   /// One trial from rest, upright. sway_rad: samples() values, sample k at t = k / rate; if the body leaves the bound
   /// the rest of them is not written. `noise` gives the vestibular noise's normals. No sensor noise is added.
-  /// Throws Error for a non-finite or negative parameter, or a delay above longest_delay_s.
+  /// Throws Error for a non-finite or negative parameter, a delay above longest_delay_s, or a span of another length.
   Outcome run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const;
 
   /// Simulates trial_of(0) .. trial_of(count - 1) on OpenMP's threads, with the bits that run() gives each of them.

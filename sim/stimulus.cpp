@@ -22,6 +22,8 @@ constexpr int largest_cycles = 100'000;
 constexpr std::size_t most_samples = 1'000'000, most_components = 100, most_moves = 10'000;
 /// Lines between samples follow a sine of this many samples a period to 3%.
 constexpr int fewest_samples_a_period = 10;
+/// Bounds of broken_joint.
+constexpr double most_joint_steps = 5.0, least_joint_deg = 0.01;
 
 // ---- bounds: check_kind(check, kind, steps_per_sample)
 // ---------------------------------------------------------------
@@ -37,7 +39,7 @@ void check_common(const Checker& check, const std::string& prefix, const Kind& k
 
 void check_whole_samples(const Checker& check, const std::string& setting, double seconds, int steps_per_sample) {
   if (milliseconds(seconds) % steps_per_sample == 0) return;
-  check.fail(setting, "is " + setting_text(seconds) + " s, not a whole number of samples",
+  check.fail(setting, "is " + given_text(seconds) + " s, not a whole number of samples",
              "give a multiple of " + setting_text(static_cast<double>(steps_per_sample) / steps_per_second) + " s");
 }
 
@@ -62,30 +64,38 @@ void check_count(const Checker& check, const std::string& setting, std::size_t c
              "give " + std::to_string(least) + " to " + std::to_string(most));
 }
 
-void check_kind(const Checker& check, const Sequence& sequence, int) {
-  for (const int coefficient : sequence.feedback) check.within("feedback", coefficient, -2, 2);
-  for (const int value : sequence.start) check.within("start", value, 0, 2);
-  if (std::ranges::all_of(sequence.start, [](int value) { return value == 0; })) {
-    check.fail("start", "is all zero", "set at least one stage to 1 or 2");
+std::vector<int> checked_sequence(const Checker& check, const Sequence& sequence) {
+  try {
+    return ternary_sequence(sequence);
+  } catch (const Error& error) {
+    check.fail("sequence", error.problem(), error.remedy());
   }
-  check.positive("state_s", sequence.state_s, longest_trial_s);
-  check.within("state_s", sequence.state_s, 1e-3, longest_trial_s);
-  check.whole_milliseconds("state_s", sequence.state_s);
-  check.positive("amplitude_deg", sequence.amplitude_deg, largest_tilt_deg);
-  check_common(check, "", sequence);
+}
 
-  const std::vector<int> values = ternary_sequence(sequence);
+void check_kind(const Checker& check, const Sequence& sequence, int) {
+  for (const int coefficient : sequence.feedback) check.within("sequence feedback", coefficient, -2, 2);
+  for (const int value : sequence.start) check.within("sequence start", value, 0, 2);
+  if (std::ranges::all_of(sequence.start, [](int value) { return value == 0; })) {
+    check.fail("sequence start", "is all zero", "set at least one stage to 1 or 2");
+  }
+  check.positive("sequence state_s", sequence.state_s, longest_trial_s);
+  check.within("sequence state_s", sequence.state_s, 1e-3, longest_trial_s);
+  check.whole_milliseconds("sequence state_s", sequence.state_s);
+  check.positive("sequence amplitude_deg", sequence.amplitude_deg, largest_tilt_deg);
+  check_common(check, "sequence ", sequence);
+
+  const std::vector<int> values = checked_sequence(check, sequence);
   const int sum = std::accumulate(values.begin(), values.end(), 0);
   if (sum != 0) {
-    check.fail("feedback", "makes a sequence that sums to " + std::to_string(sum),
+    check.fail("sequence feedback", "makes a sequence that sums to " + std::to_string(sum),
                "use a primitive feedback; the platform would not return at the end of a cycle");
   }
   const double cycle_s = static_cast<double>(values.size()) * sequence.state_s;
   if (!(sequence.offset_s >= 0.0 && sequence.offset_s < cycle_s)) {
-    check.fail("offset_s", "is " + setting_text(sequence.offset_s),
+    check.fail("sequence offset_s", "is " + given_text(sequence.offset_s),
                "give a value from 0 to below the cycle's " + setting_text(cycle_s));
   }
-  check.whole_milliseconds("offset_s", sequence.offset_s);
+  check.whole_milliseconds("sequence offset_s", sequence.offset_s);
 }
 
 void check_kind(const Checker& check, const MeasuredTilt& measured, int steps_per_sample) {
@@ -142,7 +152,7 @@ void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_pe
     check.within(prefix + "amplitude_deg", move.amplitude_deg, -largest_tilt_deg, largest_tilt_deg);
     if (move.amplitude_deg == 0.0) check.fail(prefix + "amplitude_deg", "is 0", "leave the move out");
     if (milliseconds(move.start_s) < end) {
-      check.fail(prefix + "start_s", "is " + setting_text(move.start_s) + ", before the move before it has ended",
+      check.fail(prefix + "start_s", "is " + given_text(move.start_s) + ", before the move before it has ended",
                  "write the moves in the order of time, each after the one before");
     }
     end = milliseconds(move.start_s) + milliseconds(move.duration_s);
@@ -336,6 +346,19 @@ std::vector<int> ternary_sequence(const Sequence& sequence) {
     }
   } while (reg != sequence.start);
   return values;
+}
+
+std::string broken_joint(const std::vector<double>& tilt_deg) {
+  if (tilt_deg.empty()) return {};
+  double largest = 0.0;
+  for (std::size_t k = 1; k < tilt_deg.size(); ++k) {
+    largest = std::max(largest, std::abs(tilt_deg[k] - tilt_deg[k - 1]));
+  }
+  const double joint = std::abs(tilt_deg.front() - tilt_deg.back());
+  if (joint <= std::max(most_joint_steps * largest, least_joint_deg)) return {};
+  return "jumps by " + setting_text(joint) +
+         " degrees from its last sample to its first, where the next cycle follows; " + "within a cycle by " +
+         setting_text(largest) + " at most";
 }
 
 double Stimulus::tilt_at(int step) const {

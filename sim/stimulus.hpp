@@ -1,10 +1,11 @@
 // What the platform plays: kinds of stimulus as data, and the tilt made of them.
 // Every kind describes one cycle, which is played `cycles` times between a lead-in and a lead-out at rest; the tilt at
 // the start of the trial is called 0. A new kind is a struct here, in StimulusKind, with its functions in
-// sim/stimulus.cpp and its keys in dataset/protocol_json.cpp.
+// sim/stimulus.cpp and its keys in dataset/stimulus_json.cpp.
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -100,9 +101,14 @@ struct Stimulus {
   double peak_to_peak_rad() const;
 };
 
-/// The whole sequence, values -1, 0, 1; 3^stages - 1 states if the feedback is primitive. Throws Error if the
-/// register never returns to its start.
+/// The whole sequence, values -1, 0, 1; 3^stages - 1 states if the feedback is primitive. Throws Error unless feedback
+/// and start have the same number of stages, 2 to 12, and if the register never returns to its start.
 std::vector<int> ternary_sequence(const Sequence& sequence);
+
+/// Why the last of these samples cannot be followed by the first, at a measured tilt's joint between two cycles; empty
+/// if it can. The step there may be 5 times the largest one within - a recording that was cut a few samples short, or
+/// noise at its ends - or 0.01 degrees, but not more.
+std::string broken_joint(const std::vector<double>& tilt_deg);
 
 /// Length of one cycle in 1 ms steps. It may exceed the bounds of a trial; a stimulus that is not valid yields
 /// anything.

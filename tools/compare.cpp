@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "dataset/json_object.hpp"
 #include "embedded/compare_js.hpp"
 #include "embedded/comparison_js.hpp"
 #include "tools/page.hpp"
@@ -94,8 +95,7 @@ std::string comparison_text(const json& comparison) {
 
 json read_comparison(const std::string& file) {
   const char* advice = "give the JSON file that decid compare -o wrote";
-  json comparison = json::parse(read_file(file), nullptr, false);
-  if (comparison.is_discarded()) throw Error(file, "is not JSON", advice);
+  json comparison = dataset::parse_json(read_file(file), file);
   try {
     comparison_text(comparison);
     for (const char* key : {"weights_sha256", "version"}) comparison.at(key).get<std::string>();

@@ -16,14 +16,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t most_points = 20'000;
 
-int largest_prime_of(int number) {
-  int largest = 1;
-  for (int p = 2; p * p <= number; ++p) {
-    for (; number % p == 0; number /= p) largest = p;
-  }
-  return std::max(largest, number);
-}
-
 struct Points {
   std::vector<double> x, y;
 
@@ -57,9 +49,10 @@ Points thinned(const Points& all) {
 template <class Value>
 Points sampled(const sim::Protocol& protocol, const Value& value) {
   Points points;
-  for (int k = 0; k < protocol.samples(); ++k) {
+  const int samples = protocol.samples(), steps_per_sample = protocol.steps_per_sample();
+  for (int k = 0; k < samples; ++k) {
     points.x.push_back(k / protocol.sample_rate_hz);
-    points.y.push_back(value(k * protocol.steps_per_sample()) / sim::rad_per_deg);
+    points.y.push_back(value(k * steps_per_sample) / sim::rad_per_deg);
   }
   return thinned(points);
 }
@@ -96,7 +89,7 @@ AmplitudeSpectrum amplitude_spectrum(const sim::Protocol& protocol) {
   const int steps_per_sample = protocol.steps_per_sample();
   const auto first = static_cast<int>(std::lround(protocol.lead_in_s() * sim::steps_per_second));
   auto samples = static_cast<int>(std::lround(protocol.cycle_s() * sim::steps_per_second)) / steps_per_sample;
-  while (largest_prime_of(samples) > 100) --samples;
+  while (sim::largest_prime_factor(samples) > 100) --samples;
   std::vector<double> tilt;
   double sum = 0.0;
   for (int k = 0; k < samples; ++k) {

@@ -335,6 +335,13 @@ TEST_CASE("a stored data set reads its sway from the file") {
     CHECK(std::equal(a.begin(), a.end(), data.trial(i).begin()));
     CHECK(a == b);
   }
+  for (const StoredDataset* data_set : {&stored, &in_memory}) {
+    for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, {"no trial", "0 to 39"});
+    std::vector<float> wrong(399);
+    check_error([&] { data_set->read(0, wrong); }, {"holds 399 samples", "room for 400"});
+    wrong.resize(401);
+    check_error([&] { data_set->read(0, wrong); }, {"holds 401 samples", "room for 400"});
+  }
   // The members in another order: into memory.
   const std::string script =
       "import sys, numpy as np\nd = dict(np.load(sys.argv[1]))\n"

@@ -53,7 +53,7 @@ TEST_CASE("protocols come back to the bit") {
   check_round_trip(sim::short_protocol());
   check_round_trip(tiny_protocol());
   sim::Protocol odd = sim::default_protocol();
-  odd.name = "a \"quoted\" n\xC3\xA4me\n";
+  odd.name = "a \"quoted\" n\xC3\xA4me\n";  // nobody may write that any more, but files may hold it
   odd.sequence().amplitude_deg = std::nextafter(1.0, 2.0);
   odd.body.mass_kg = 1.0 / 3.0 + 70.0;
   odd.body.inertia_kgm2 = 100.0 * 1.1;
@@ -250,73 +250,50 @@ TEST_CASE("stimuli that are not clear are refused by key") {
   check_error(parsing(R"({"measured": {"file": "tilt.csv"}})"), {"my.json", "'measured.file' names a file"});
 }
 
-TEST_CASE("a measured tilt is read from the file beside its protocol") {
+TEST_CASE("a file without a name is named after itself") {
   const TemporaryFolder folder;
-  std::string csv = "time,fs_deg,other\n";
-  for (int k = 0; k < 50; ++k) csv += std::to_string(k * 0.01) + "," + std::to_string(0.125 * (k % 8) + 1.0) + ",1\n";
-  write_text(folder / "tilt.csv", csv);
-  const auto load = [&](const std::string& measured, const std::string& more = "") {
-    return load_protocol(write_text(folder / "p.json", R"({"measured": {)" + measured + "}" + more + "}").string());
-  };
-  const sim::Protocol protocol = load(R"("file": "tilt.csv", "cycles": 2)");
-  const auto& tilt = std::get<sim::MeasuredTilt>(protocol.stimulus).tilt_deg;
-  REQUIRE(tilt.size() == 50);
-  for (std::size_t k = 0; k < 50; ++k) CHECK(tilt[k] == 0.125 * static_cast<double>(k % 8) + 1.0);
-  CHECK(protocol.samples() == 100);
-  // Its JSON needs the file no more.
-  std::filesystem::remove(folder / "tilt.csv");
-  CHECK(protocol_from_json(to_json(protocol), "copy").stimulus == protocol.stimulus);
-
-  // By number, in radians, without header and time, at half the rate: the resampler's work.
-  std::string plain;
-  for (int k = 0; k < 500; ++k) plain += "7 " + std::to_string(0.017 * std::sin(0.02 * k)) + "\n";
-  write_text(folder / "plain.txt", plain);
-  const sim::Protocol slow = load(R"("file": "plain.txt", "column": "2", "unit": "rad", "rate_hz": 50)");
-  const auto& resampled = std::get<sim::MeasuredTilt>(slow.stimulus).tilt_deg;
-  REQUIRE(resampled.size() == 1000);
-  // Text of six decimals, and the resampler's 80 dB.
-  for (std::size_t k = 100; k < 900; ++k)
-    CHECK(std::abs(resampled[k] - 0.017 * std::sin(0.01 * static_cast<double>(k)) / sim::rad_per_deg) <
-          (0.5e-6 + 0.017e-4) / sim::rad_per_deg);
-  // An absolute name is itself.
-  CHECK(load("\"file\": \"" + (folder / "plain.txt").string() + R"(", "column": "2", "unit": "rad", "rate_hz": 50)")
-            .stimulus == slow.stimulus);
+  CHECK(load_protocol(write_text(folder / "my exp.v2.json", "{}").string()).name == "my exp.v2");
+  CHECK(load_protocol(write_text(folder / "a.json", R"({"name": "b"})").string()).name == "b");
+  check_error([&] { load_protocol(write_text(folder / "mine.json", R"({"sample_rate_hz": -1})").string()); },
+              {"mine.json: protocol mine, sample_rate_hz"});
+  CHECK(protocol_from_json("{}", "data set").name == "default");
 }
 
-TEST_CASE("measured tilts that cannot be read are refused with file and setting") {
-  const TemporaryFolder folder;
-  const auto check = [&](const std::string& csv, const std::string& measured,
-                         std::initializer_list<const char*> parts) {
-    write_text(folder / "t.csv", csv);
-    const auto path = write_text(folder / "p.json", R"({"measured": {)" + measured + "}}");
-    INFO(csv, measured);
-    check_error([&] { load_protocol(path.string()); }, parts);
+TEST_CASE("another sequence starts at its start, unless its offset is given") {
+  const auto sequence = [](const std::string& keys) {
+    return protocol_from_json("{\"sequence\": {" + keys + "}}", "p.json").sequence();
   };
-  const std::string good = "time,tilt_deg\n0,0\n0.01,1\n0.02,2\n";
-  const char* file = R"("file": "t.csv")";
-  check(good, R"("file": "none.csv")", {"p.json", "none.csv", "'measured.file'"});
-  check(good, R"("file": "")", {"p.json", "'measured.file'"});
-  check(good, R"("file": 3)", {"'measured.file' is 3", "a text"});
-  check(good, R"("file": "t.csv", "column": "x")", {"p.json", "no column 'x'", "measured.column"});
-  check(good, R"("file": "t.csv", "column": 2)", {"'measured.column' is 2", "a text"});
-  check(good, R"("file": "t.csv", "unit": "m")", {"'measured.unit' is \"m\"", "\"deg\" or \"rad\""});
-  check(good, R"("file": "t.csv", "rate_hz": 0)", {"measured.rate_hz is 0"});
-  check(good, R"("file": "t.csv", "rate_hz": 1e-9)", {"t.csv", "1,000,000"});
-  check(good, R"("file": "t.csv", "rate_hz": 1e9)", {"t.csv", "make 0 at"});
-  check(good, R"("file": "t.csv", "angle": 1)", {"unknown key 'measured.angle'"});
-  check(good, R"("file": "t.csv", "lead_in_s": 0.005)", {"p.json", "measured lead_in_s"});
-  check("", file, {"p.json", "t.csv", "no lines of data"});
-  check("tilt_deg\n1\n2\n", file, {"t.csv", "no column of time", "measured.rate_hz"});
-  check("time,tilt_deg\n0,0\n", file, {"t.csv", "only one sample"});
-  check("time,tilt_deg\n0,0\n0.01,nan\n", file, {"t.csv", "line 3", "'nan' is not a finite number"});
-  check("time,tilt_deg\n0,0\n0.01,x\n", file, {"t.csv", "line 3", "'x'"});
-  check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, {"t.csv", "line 4", "measured.rate_hz"});
-  check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, {"t.csv", "'a_deg', 'b_deg'", "measured.column"});
-  check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the unit of tilt", "measured.unit"});
-  check("time,tilt_deg\n0,0\n0.01,50\n", file, {"p.json", "sample 1 is 50", "unit"});
-  // The sample rate's error comes first.
-  const auto path = write_text(folder / "p.json", R"({"sample_rate_hz": -5, "measured": {"file": "t.csv"}})");
-  check_error([&] { load_protocol(path.string()); }, {"sample_rate_hz", "is -5"});
+  const std::string other = R"("feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1])";
+  CHECK(sequence(other).offset_s == 0.0);
+  CHECK(sequence(other + R"(, "offset_s": 3.5)").offset_s == 3.5);
+  CHECK(sequence(R"("start": [0, 0, 0, 0, 1])").offset_s == 0.0);
+  CHECK(sequence(R"("amplitude_deg": 2)").offset_s == 25.63);
+  // Its keys carry their object's name in errors.
+  check_error(parsing(R"({"sequence": {"state_s": 0}})"), {"my.json: protocol default, sequence state_s: is 0"});
+  check_error(parsing(R"({"sequence": {"feedback": [0, 1]}})"), {"protocol default, sequence: feedback has 2 stages"});
+}
+
+TEST_CASE("implausible protocols: refused in files that people write, read from data sets and models") {
+  const TemporaryFolder folder;
+  const auto check = [&](const std::string& text, std::initializer_list<const char*> parts) {
+    const auto path = write_text(folder / "p.json", text);
+    check_error([&] { load_protocol(path.string()); }, parts);
+    CHECK_NOTHROW(protocol_from_json(text, "a model from before"));
+  };
+  check(R"({"name": "a\u001b[2Jb"})", {"p.json", "protocol name", "control character at byte 2"});
+  check(R"({"body": {"inertia_kgm2": 80}})", {"p.json", "body inertia_kgm2: is 80", "mass_kg * com_height_m^2"});
+  std::string ramp = "0";
+  for (int k = 1; k <= 1000; ++k) ramp += ", " + std::to_string(0.04 * k);
+  check(R"({"measured": {"cycles": 3, "tilt_deg": [)" + ramp + "]}}",
+        {"p.json", "measured tilt_deg", "jumps by 40 degrees", "cycles 1"});
+}
+
+TEST_CASE("a trial that cannot have its noise is refused on loading, with file, key and remedy") {
+  check_error(parsing(R"({"vestibular_noise": {"low_hz": 0.501, "high_hz": 0.502}})"),
+              {"my.json", "vestibular_noise", "low_hz and high_hz", "multiple of 0.00826446281 Hz"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1}], "cycle_s": 200.11}})"),
+              {"my.json", "the trial", "20011 samples", "lengthen lead_out_s by 0.01 s"});
+  check_error(parsing(R"({"sequence": {"lead_out_s": 79.11}})"), {"my.json", "20011 samples", "lead_out_s"});
 }
 
 TEST_CASE("the files in examples/ can be loaded") {

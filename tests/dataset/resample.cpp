@@ -100,6 +100,62 @@ TEST_CASE("ends are held: a constant stays itself up to both ends") {
   for (const double value : resample({0.5, 0.5}, 1000.0, 999.0)) CHECK(value == doctest::Approx(0.5).epsilon(1e-14));
 }
 
+TEST_CASE("one cycle of a periodic signal is exact all around") {
+  // 2 to 8 periods in 10 s, so that the phase of 0.3 stands anywhere at the joint.
+  struct Case {
+    double from, to;
+  };
+  for (const Case& c : {Case{20, 100}, {1000, 100}, {99.5, 100}, {240, 100}, {100, 100}}) {
+    for (const double frequency : {0.2, 0.5, 0.8}) {
+      const auto count = static_cast<std::size_t>(10 * c.to);
+      const auto result = resample_cycle(sine(frequency, c.from, static_cast<std::size_t>(10 * c.from)), count);
+      CAPTURE(c.from);
+      CAPTURE(frequency);
+      REQUIRE(result.size() == count);
+      CHECK(deviation(result, frequency, c.to, 0.0).from_sine < 2e-4);
+    }
+  }
+  // Far fewer samples than the filter reaches: it goes round more than once.
+  for (const double value : resample_cycle({0.5, 0.5, 0.5}, 7)) CHECK(value == doctest::Approx(0.5).epsilon(1e-14));
+  const auto triangle = resample_cycle({1.0, -0.5, -0.5}, 12);  // cos(2 pi k / 3)
+  for (std::size_t k = 0; k < 12; ++k) {
+    CHECK(std::abs(triangle[k] - std::cos(2.0 * sim::pi * static_cast<double>(k) / 12.0)) < 1e-3);
+  }
+  CHECK(resample_cycle({}, 5).empty());
+}
+
+TEST_CASE("reflected ends: a movement goes on, where held ones stop it") {
+  // A straight line has no end that could be seen: to 1e-3 of an old step, as in its middle.
+  std::vector<double> line;
+  for (int k = 0; k < 200; ++k) line.push_back(3.0 - 0.02 * k);
+  for (const double rate : {100.0, 7.0}) {
+    const auto result = resample(line, 20.0, rate, Ends::reflected);
+    REQUIRE(result.size() == static_cast<std::size_t>(10.0 * rate));
+    CHECK(result[0] == doctest::Approx(3.0).epsilon(1e-14));
+    double error = 0.0;
+    for (std::size_t k = 0; k < result.size(); ++k)
+      error = std::max(error, std::abs(result[k] - (3.0 - 0.4 / rate * static_cast<double>(k))));
+    CHECK(error < 1e-3 * 0.02);
+  }
+  // A signal much shorter than the filter.
+  const auto two = resample({1.0, 2.0}, 10.0, 30.0, Ends::reflected);
+  REQUIRE(two.size() == 6);
+  for (std::size_t k = 0; k < 6; ++k) CHECK(std::abs(two[k] - (1.0 + static_cast<double>(k) / 3.0)) < 1e-3);
+  for (const double value : resample({0.7}, 60.0, 100.0, Ends::reflected)) CHECK(value == doctest::Approx(0.7));
+
+  // Its curve is what a reflection turns over: 0.2 Hz at 20 samples a second, the velocity within 3% of the largest.
+  const auto swing = resample(sine(0.2, 20.0, 200), 20.0, 100.0, Ends::reflected);
+  const auto swing_held = resample(sine(0.2, 20.0, 200), 20.0, 100.0);
+  double worst = 0.0, worst_held = 0.0;
+  for (std::size_t k = 0; k + 1 < swing.size(); ++k) {
+    const double exact = 0.4 * sim::pi * std::cos(0.4 * sim::pi * (static_cast<double>(k) + 0.5) / 100.0 + 0.3);
+    worst = std::max(worst, std::abs((swing[k + 1] - swing[k]) * 100.0 - exact));
+    worst_held = std::max(worst_held, std::abs((swing_held[k + 1] - swing_held[k]) * 100.0 - exact));
+  }
+  CHECK(worst < 0.03 * 0.4 * sim::pi);
+  CHECK(worst_held > 0.5 * 0.4 * sim::pi);
+}
+
 TEST_CASE("impossible rates are refused") {
   const std::vector<double> signal(10, 1.0);
   for (const double rate : {0.0, -1.0, std::nan(""), HUGE_VAL}) {

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "sim/noise.hpp"
 
 using namespace decid::sim;
 
@@ -196,34 +197,34 @@ TEST_CASE("Protocol::validate: every bound") {
          p.sequence().start = {1, 0, 0};
        }},
       {"sequence", [](Protocol& p) { p.sequence().feedback.back() = 0; }},
-      {"feedback", [](Protocol& p) { p.sequence().feedback[0] = 3; }},
-      {"feedback", [](Protocol& p) { p.sequence().feedback[0] = -3; }},
-      {"feedback",
+      {"sequence feedback", [](Protocol& p) { p.sequence().feedback[0] = 3; }},
+      {"sequence feedback", [](Protocol& p) { p.sequence().feedback[0] = -3; }},
+      {"sequence feedback",
        [](Protocol& p) {
          p.sequence().feedback = {0, 1}, p.sequence().start = {1, 1};
        }},  // 1 1 1 ...: a ramp
-      {"start", [](Protocol& p) { p.sequence().start[1] = 3; }},
-      {"start", [](Protocol& p) { p.sequence().start[1] = -1; }},
-      {"start", [](Protocol& p) { p.sequence().start.assign(5, 0); }},
-      {"state_s", [](Protocol& p) { p.sequence().state_s = 0.0; }},
-      {"state_s", [](Protocol& p) { p.sequence().state_s = 0.2505; }},
-      {"state_s", [](Protocol& p) { p.sequence().state_s = not_a_number; }},
-      {"state_s", [](Protocol& p) { p.sequence().state_s = infinity; }},
-      {"amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = 0.0; }},
-      {"amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = -1.0; }},
-      {"amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = 46.0; }},
-      {"amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = not_a_number; }},
-      {"offset_s", [](Protocol& p) { p.sequence().offset_s = -0.001; }},
-      {"offset_s", [](Protocol& p) { p.sequence().offset_s = 60.5; }},
-      {"offset_s", [](Protocol& p) { p.sequence().offset_s = 1.0005; }},
-      {"offset_s", [](Protocol& p) { p.sequence().offset_s = not_a_number; }},
-      {"cycles", [](Protocol& p) { p.sequence().cycles = 0; }},
-      {"cycles", [](Protocol& p) { p.sequence().cycles = std::numeric_limits<int>::max(); }},
-      {"lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = -1.0; }},
-      {"lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = 0.0005; }},
-      {"lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = not_a_number; }},
-      {"lead_out_s", [](Protocol& p) { p.sequence().lead_out_s = infinity; }},
-      {"lead_out_s", [](Protocol& p) { p.sequence().lead_out_s = 1.0001; }},
+      {"sequence start", [](Protocol& p) { p.sequence().start[1] = 3; }},
+      {"sequence start", [](Protocol& p) { p.sequence().start[1] = -1; }},
+      {"sequence start", [](Protocol& p) { p.sequence().start.assign(5, 0); }},
+      {"sequence state_s", [](Protocol& p) { p.sequence().state_s = 0.0; }},
+      {"sequence state_s", [](Protocol& p) { p.sequence().state_s = 0.2505; }},
+      {"sequence state_s", [](Protocol& p) { p.sequence().state_s = not_a_number; }},
+      {"sequence state_s", [](Protocol& p) { p.sequence().state_s = infinity; }},
+      {"sequence amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = 0.0; }},
+      {"sequence amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = -1.0; }},
+      {"sequence amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = 46.0; }},
+      {"sequence amplitude_deg", [](Protocol& p) { p.sequence().amplitude_deg = not_a_number; }},
+      {"sequence offset_s", [](Protocol& p) { p.sequence().offset_s = -0.001; }},
+      {"sequence offset_s", [](Protocol& p) { p.sequence().offset_s = 60.5; }},
+      {"sequence offset_s", [](Protocol& p) { p.sequence().offset_s = 1.0005; }},
+      {"sequence offset_s", [](Protocol& p) { p.sequence().offset_s = not_a_number; }},
+      {"sequence cycles", [](Protocol& p) { p.sequence().cycles = 0; }},
+      {"sequence cycles", [](Protocol& p) { p.sequence().cycles = std::numeric_limits<int>::max(); }},
+      {"sequence lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = -1.0; }},
+      {"sequence lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = 0.0005; }},
+      {"sequence lead_in_s", [](Protocol& p) { p.sequence().lead_in_s = not_a_number; }},
+      {"sequence lead_out_s", [](Protocol& p) { p.sequence().lead_out_s = infinity; }},
+      {"sequence lead_out_s", [](Protocol& p) { p.sequence().lead_out_s = 1.0001; }},
       {"at most 3600 s", [](Protocol& p) { p.sequence().cycles = 60; }},
       {"at most 3600 s", [](Protocol& p) { p.sequence().state_s = 3600.0; }},
       {"at most 3600 s", [](Protocol& p) { p.sequence().lead_in_s = 3600.0; }},
@@ -281,6 +282,93 @@ TEST_CASE("Protocol::validate: every bound") {
     CAPTURE(message);
     CHECK(message.find(cases[i].setting) != std::string::npos);
   }
+}
+
+TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is silent") {
+  Protocol protocol;
+  protocol.vestibular_noise.low_hz = 0.501;
+  protocol.vestibular_noise.high_hz = 0.502;
+  // 61 / 121 Hz is above, 60 / 121 Hz below.
+  CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("multiple of 0.00826446281 Hz, 1 / 121 s"), decid::Error);
+  CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("protocol default, vestibular_noise"), decid::Error);
+  protocol.vestibular_noise.high_hz = 61.0 / 121.0;
+  CHECK_NOTHROW(protocol.validate());
+  CHECK(noise_band(protocol).first == 61);
+  CHECK(noise_band(protocol).last == 61);
+  protocol.vestibular_noise.high_hz = 0.502;
+  protocol.vestibular_noise.scale_deg = 0.0;
+  CHECK_NOTHROW(protocol.validate());
+  CHECK_NOTHROW(VestibularNoiseMaker{protocol});
+  const NoiseBand band = noise_band(Protocol{});
+  CHECK(band.first == 1);
+  CHECK(band.last == 121);
+}
+
+TEST_CASE("Protocol::validate: trials of all lengths that can be transformed, and of no others") {
+  Protocol protocol;
+  Sines sines{.components = {{.frequency_hz = 0.1, .amplitude_deg = 0.5}}, .cycle_s = 200.11};
+  protocol.stimulus = sines;  // 20,011 is a prime, 20,012 = 4 * 5,003
+  CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("the trial: has 20011 samples"), decid::Error);
+  CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("lengthen lead_out_s by 0.01 s"), decid::Error);
+  CHECK_THROWS_AS(VestibularNoiseMaker{protocol}, decid::Error);
+  sines.lead_out_s = 0.01;
+  protocol.stimulus = sines;
+  CHECK_NOTHROW(protocol.validate());
+  CHECK_NOTHROW(VestibularNoiseMaker{protocol});
+  Protocol sequence;
+  sequence.sequence().lead_out_s = 79.11;  // 20,011 samples
+  CHECK_THROWS_WITH_AS(sequence.validate(), doctest::Contains("20011"), decid::Error);
+  sines = {.components = sines.components, .cycle_s = 99.73};  // 9,973 is the largest prime that can be
+  protocol.stimulus = sines;
+  CHECK_NOTHROW(protocol.validate());
+}
+
+TEST_CASE("Protocol::refuse_implausible: names, bodies and joints") {
+  CHECK_NOTHROW(Protocol{}.refuse_implausible());
+  CHECK_NOTHROW(short_protocol().refuse_implausible());
+  const auto message = [](const auto& change) -> std::string {
+    Protocol protocol;
+    change(protocol);
+    protocol.validate();
+    try {
+      protocol.refuse_implausible();
+    } catch (const decid::Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const char* name : {"a\nb", "\x1b[2J", "tab\t", "del\x7f", "csi\xC2\x9B"}) {
+    const std::string said = message([&](Protocol& p) { p.name = name; });
+    CHECK(said.find("protocol name: has a control character at byte") == 0);
+    CHECK(said.find(name) == std::string::npos);
+  }
+  for (const char* name : {"", "plain", "\xC3\xA4 \xC2\xB0 \xE2\x82\xAC"}) {
+    CHECK(message([&](Protocol& p) { p.name = name; }).empty());
+  }
+
+  // 86.283 kg at 0.99119 m.
+  const double least = 86.283 * 0.99119 * 0.99119;
+  const auto inertia = [&](double value) { return message([=](Protocol& p) { p.body.inertia_kgm2 = value; }); };
+  CHECK(inertia(least).empty());
+  CHECK(inertia(least * (1.0 - 0.9e-6)).empty());
+  CHECK(inertia(least * (1.0 - 1.1e-6)).find("body inertia_kgm2: is 84.7") != std::string::npos);
+  CHECK(inertia(80.0).find("is 80, below mass_kg * com_height_m^2 = 84.76") != std::string::npos);
+
+  const auto joint = [&](std::vector<double> tilt, int cycles) {
+    return message([&](Protocol& p) {
+      p.stimulus = MeasuredTilt{.tilt_deg = tilt, .cycles = cycles};
+      p.vestibular_noise.scale_deg = 0.0;
+    });
+  };
+  std::vector<double> ramp;
+  for (int k = 0; k <= 1000; ++k) ramp.push_back(0.04 * k);
+  CHECK(joint(ramp, 1).empty());
+  CHECK(joint(ramp, 3).find("measured tilt_deg: jumps by 40 degrees") != std::string::npos);
+  CHECK(joint(ramp, 3).find("cycles 1") != std::string::npos);
+  CHECK(joint({0.0, 0.1, 0.2, 0.3, 0.4, 0.5}, 2).empty());  // 5 steps
+  CHECK(joint({0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6}, 2).find("by 0.1 at most") != std::string::npos);
+  CHECK(joint({0.0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.009}, 2).empty());  // below 0.01 degrees
+  CHECK(joint({1.0, 1.0, 1.0}, 2).empty());
 }
 
 TEST_CASE("Protocol::validate: the ends of the bounds are inside") {

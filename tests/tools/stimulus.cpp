@@ -80,6 +80,21 @@ TEST_CASE("stimulus: every kind of protocol, its page, and its JSON that makes t
   }
 }
 
+TEST_CASE("stimulus: a long sequence is counted once, not at every sample") {
+  // 6,560 states of 0.25 s: counted at each of the 164,000 samples, this test would take minutes.
+  const Folder folder;
+  write_text(
+      folder / "long.json",
+      R"({"sequence": {"feedback": [0,0,0,0,1,0,0,1], "start": [0,0,0,0,0,0,0,1], "offset_s": 0, "cycles": 1}})");
+  const auto result = run_decid("stimulus --protocol " + folder / "long.json" + " -o " + folder / "a.csv" + " --plot " +
+                                folder / "a.html");
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  std::string header;
+  CHECK(columns_of(read_text(folder / "a.csv"), header)[1].size() == 164'000);
+  CHECK(data_of(read_text(folder / "a.html"))["duration_s"] == 1640.0);
+}
+
 TEST_CASE("stimulus: nothing but what is asked for, and no input overwritten") {
   const Folder folder;
   check_refused("stimulus", {"nothing to write", "-o", "--plot", "--write-protocol"});
@@ -107,11 +122,40 @@ TEST_CASE("protocol files with a measured tilt that cannot be used") {
   };
   check("", R"({"file": "t.csv"})", {"p.json", "t.csv", "no lines"});
   check("time,tilt_deg\n0,0\n0.01,nan\n", R"({"file": "t.csv"})", {"t.csv", "line 3", "nan"});
+  check("time,tilt_deg\n0,0\n0.01,\n", R"({"file": "t.csv"})", {"t.csv", "line 3", "empty; give a value"});
+  check("time,tilt_deg\n0,0\n0.01,1\n", R"({"file": "t.csv", "rate_hz": 50})", {"p.json", "measured.rate_hz is 50"});
   check("x", R"({"file": "absent.csv"})", {"absent.csv"});
   check("x", R"({"file": ["t.csv"]})", {"measured.file"});
   check("time,tilt_deg\n0,0\n0.01,1\n", R"({"file": "t.csv", "cycles": 1e9})", {"measured.cycles"});
   check("time,tilt_deg\n0,0\n0.01,1\n", R"({"file": "t.csv", "cycles": 100000000})", {"measured cycles"});
   check("time,tilt_deg\n0,0\n0.01,1\n", R"({"file": "t.csv", "lead_out_s": 1e300})", {"measured lead_out_s"});
+}
+
+TEST_CASE("protocol files that the simulator could not play are refused by every command alike") {
+  const Folder folder;
+  const auto check = [&](const std::string& text, std::initializer_list<std::string> fragments) {
+    write_text(folder / "p.json", text);
+    const std::string protocol = " --protocol " + folder / "p.json" + " -o " + folder / "out";
+    for (const std::string command : {"stimulus", "simulate", "dataset --count 1", "train --stream"})
+      check_refused(command + protocol, fragments);
+    CHECK(folder.files() == 1);
+  };
+  check(R"({"vestibular_noise": {"low_hz": 0.501, "high_hz": 0.502}})", {"p.json", "protocol p, vestibular_noise"});
+  check(R"({"sequence": {"lead_out_s": 79.11}})", {"p.json", "20011 samples", "lengthen lead_out_s by 0.01 s"});
+  check("{\"name\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}",
+        {"p.json", "32 levels", "column 42"});
+  check(R"({"name": "a", "name": "b"})", {"p.json", "'name' stands twice"});
+  check(R"({"measured": {"tilt_deg": [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6], "lead_out_s": 2, "cycles": 3}})",
+        {"p.json", "measured tilt_deg", "jumps by 0.6 degrees", "cycles 1"});
+  check(R"({"name": "\u001b]0;x\u0007"})", {"p.json", "control character"});
+}
+
+TEST_CASE("simulate: errors show the digits that were given") {
+  const Folder folder;
+  check_refused("simulate --delay 1.0000001 -o " + folder / "x", {"is 1.0000001; give a delay from 0 to 1 s"});
+  check_refused("simulate --kp -0.0000001 -o " + folder / "x", {"is -1e-07; give a finite value, 0 or above"});
+  write_text(folder / "p.json", R"({"sequence": {"amplitude_deg": 45.000000000001}})");
+  check_refused("stimulus --protocol " + folder / "p.json -o " + folder / "x", {"is 45.000000000001; give a value"});
 }
 
 TEST_CASE("amplitude_spectrum: a sine's amplitude stands at its frequency") {
@@ -205,7 +249,7 @@ TEST_CASE("simulate --model dip: wrong input") {
   check_refused("simulate --model dip --hip-delay 2" + output, {"hip parameter delay"});
   check_refused("simulate --model dip --kp 0 --kd 0" + output, {"5 degrees"});
   check_refused("simulate --model dip --hip-kp 800 --hip-delay 0.2" + output, {"leg or trunk", "--hip-delay"});
-  write_text(folder / "p.json", R"({"body": {"inertia_kgm2": 80}})");
+  write_text(folder / "p.json", R"({"body": {"inertia_kgm2": 103}})");
   check_refused("simulate --model dip --protocol " + folder / "p.json" + output, {"inertia", "subject"});
   CHECK(folder.files() == 1);
 }

@@ -119,11 +119,8 @@ std::vector<Cost> Likelihood::costs(std::span<const sim::Parameters> candidates,
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const auto index = static_cast<std::size_t>(i);
-        stood_s[index] = outcome.valid ? simulator_.protocol().duration_s() : outcome.end_s;
-        if (outcome.valid)
-          spectrum_.of(sway, std::span(spectra).subspan(index * bins, bins));
-        else
-          stood_s[index] = -outcome.end_s;  // negative: fell
+        stood_s[index] = outcome.valid ? outcome.end_s : -outcome.end_s;  // negative: fell
+        if (outcome.valid) spectrum_.of(sway, std::span(spectra).subspan(index * bins, bins));
       });
   std::vector<Cost> costs(candidates.size());
   for (std::size_t c = 0; c < costs.size(); ++c)
