@@ -131,8 +131,8 @@ void CsvTable::for_each_line(const Visit& visit) const {
   const std::string_view text = text_;
   std::size_t line_number = 0;
   for (std::size_t begin = 0; begin < text.size();) {
-    std::size_t end = text.find_first_of("\r\n", begin);
-    if (end == std::string_view::npos) end = text.size();
+    std::size_t end = begin;
+    while (end < text.size() && text[end] != '\n' && text[end] != '\r') ++end;
     const std::string_view line = text.substr(begin, end - begin);
     begin = end + (text.substr(end, 2) == "\r\n" ? 2 : 1);
     ++line_number;
@@ -204,9 +204,9 @@ bool CsvTable::read_units(const std::vector<std::string_view>& cells) {
 }
 
 double CsvTable::number(std::string_view cell, int column, std::size_t line, Missing missing) const {
-  if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
   const Parsed parsed = parse(cell);
   if (parsed.is_number && std::isfinite(parsed.value)) return parsed.value;
+  if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
   throw Error(where_,
               "line " + std::to_string(line) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
               is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
