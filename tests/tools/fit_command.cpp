@@ -143,7 +143,7 @@ TEST_CASE("compare: the table, the JSON and the page say the same") {
   write_text(folder / "other.json", other.dump());
   check_refused(study + " --comparison " + folder / "other.json", {"other.json", "not a comparison"});
   write_text(folder / "other.json", "{");
-  check_refused(study + " --comparison " + folder / "other.json", {"other.json", "not JSON"});
+  check_refused(study + " --comparison " + folder / "other.json", {"other.json", "not valid JSON"});
   // Whoever looks at the page needs nothing else.
   const std::string page = read_text(folder / "c.html");
   CHECK(page.find("fit from network") != std::string::npos);

@@ -98,7 +98,7 @@ TEST_CASE("stimulus: a long sequence is counted once, not at every sample") {
 TEST_CASE("stimulus: nothing but what is asked for, and no input overwritten") {
   const Folder folder;
   check_refused("stimulus", {"nothing to write", "-o", "--plot", "--write-protocol"});
-  write_text(folder / "p.json", R"({"measured": {"file": "tilt.csv"}})");
+  write_text(folder / "p.json", R"({"measured": {"file": "tilt.csv", "lead_out_s": 2}})");
   const std::string tilt = "time,tilt_deg\n0,0\n0.01,0.1\n0.02,0.2\n";
   write_text(folder / "tilt.csv", tilt);
   const std::string protocol = "--protocol " + folder / "p.json" + " ";
@@ -143,7 +143,7 @@ TEST_CASE("protocol files that the simulator could not play are refused by every
   check(R"({"vestibular_noise": {"low_hz": 0.501, "high_hz": 0.502}})", {"p.json", "protocol p, vestibular_noise"});
   check(R"({"sequence": {"lead_out_s": 79.11}})", {"p.json", "20011 samples", "lengthen lead_out_s by 0.01 s"});
   check("{\"name\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}",
-        {"p.json", "32 levels", "column 42"});
+        {"p.json", "32 levels", "column 41"});
   check(R"({"name": "a", "name": "b"})", {"p.json", "'name' stands twice"});
   check(R"({"measured": {"tilt_deg": [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6], "lead_out_s": 2, "cycles": 3}})",
         {"p.json", "measured tilt_deg", "jumps by 0.6 degrees", "cycles 1"});
