@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "sim/fft.hpp"
 
 namespace decid::tools {
 
@@ -103,11 +104,13 @@ dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& prot
   const double highest_hz = 100.0 * image.rows / image.window, rate_hz = protocol.sample_rate_hz;
   const double cycle = protocol.cycle_s() * rate_hz, lead_in = protocol.lead_in_s() * rate_hz;
   const auto whole = [](double samples) { return std::abs(samples - std::round(samples)) < 1e-6; };
-  const bool folds = whole(cycle) && whole(lead_in);
+  const auto transformed = [](int samples) { return sim::largest_prime_factor(samples) <= sim::largest_fft_prime; };
+  const bool folds = whole(cycle) && whole(lead_in) && transformed(static_cast<int>(std::lround(cycle)));
   const double window = folds ? cycle : cycle * protocol.cycles();
   const int fold = folds ? protocol.cycles() : 1, first_sample = static_cast<int>(std::ceil(lead_in - 1e-6));
-  const int window_samples = std::min({static_cast<int>(std::floor(window + 1e-6)), dataset::largest_window,
-                                       (protocol.samples() - first_sample) / fold});
+  int window_samples = std::min({static_cast<int>(std::floor(window + 1e-6)), dataset::largest_window,
+                                 (protocol.samples() - first_sample) / fold});
+  while (!transformed(window_samples)) --window_samples;
   if (window_samples == image.window && fold == image.fold && first_sample == image.first_sample) return image;
   image.window = window_samples;
   image.fold = fold;

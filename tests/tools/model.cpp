@@ -135,6 +135,16 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
   sines.cycles = 1;
   protocol.stimulus = sines;
   protocol.vestibular_noise.low_hz = 0.25;
+  sines.cycle_s = 200.11;  // a prime number of samples
+  sines.lead_out_s = 0.39;
+  protocol.stimulus = sines;
+  const dataset::ImageSettings prime = fitted("best", protocol);
+  CHECK(prime.fold == 1);
+  CHECK(prime.window == 20'010);
+
+  sines.cycle_s = 4.0;
+  sines.lead_out_s = 0.0;
+  protocol.stimulus = sines;
   const dataset::ImageSettings tiny = fitted("best", protocol);
   CHECK(tiny.window == 400);
   CHECK(tiny.fold == 1);
