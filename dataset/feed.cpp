@@ -7,7 +7,9 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <string>
 
+#include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "base/random.hpp"
 
@@ -53,6 +55,10 @@ class Collector {
         together_(static_cast<std::size_t>(encoding.images.trials_together())) {}
 
   void take(std::size_t place, std::span<const float> sway_rad) {
+    if (place >= inputs_.size() / values_)
+      throw Error("images",
+                  "place " + std::to_string(place) + " in room for " + std::to_string(inputs_.size() / values_),
+                  "make room for all of them");
     if (together_ == 1) return encoding_.encode(sway_rad, inputs_.subspan(place * values_, values_));
     std::unique_ptr<Waiting> waiting = pick();
     if (waiting->sways.size() == waiting->places.size()) waiting->sways.emplace_back();
@@ -136,18 +142,28 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
   return {standardize ? rows.finish() : RowScaling{}, target_scaling(parameters)};
 }
 
+namespace {
+
+/// The trials of a block: whole batches, as many as the source likes to give and memory allows.
+int block_trials(const TrialSource& source, const ImageMaker& images, int batch) {
+  if (batch < 1) throw Error("feed", "batches of " + std::to_string(batch) + " trials", "ask for 1 or more");
+  const std::size_t image_bytes = static_cast<std::size_t>(images.shape().size()) * sizeof(float);
+  const auto fitting = static_cast<int>(std::min<std::size_t>(most_block_bytes / image_bytes, 1 << 20));
+  return std::max(std::min(source.trials_at_once(), fitting) / batch, 1) * batch;
+}
+
+}  // namespace
+
 Feed::Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
            int first_epoch, int last_epoch)
     : source_(source),
       encoding_(encoding),
       targets_(targets),
       batch_(batch),
+      block_trials_(block_trials(source, encoding.images, batch)),
       seed_(seed),
       epoch_(first_epoch),
       last_epoch_(last_epoch) {
-  const std::size_t image_bytes = static_cast<std::size_t>(encoding.images.shape().size()) * sizeof(float);
-  const auto fitting = static_cast<int>(std::min<std::size_t>(most_block_bytes / image_bytes, 1 << 20));
-  block_trials_ = std::max(std::min(source.trials_at_once(), fitting) / batch, 1) * batch;
   start();
 }
 
@@ -157,6 +173,7 @@ Feed::~Feed() {
 
 Feed::Batch Feed::next() {
   if (taken_ == current_.trials) {
+    if (!making_.valid()) throw Error("feed", "has no batch left", "ask for those of its epochs only");
     making_.get();
     std::swap(current_, coming_);
     taken_ = 0;
@@ -171,7 +188,7 @@ Feed::Batch Feed::next() {
 }
 
 void Feed::start() {
-  if (epoch_ == last_epoch_) return;
+  if (epoch_ >= last_epoch_) return;
   if (first_ == 0) order_ = shuffled(source_.training_trials(), seed_, epoch_);
   const int count = std::min(block_trials_, static_cast<int>(order_.size()) - first_);
   std::vector<int> indices(order_.begin() + first_, order_.begin() + first_ + count);

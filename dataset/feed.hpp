@@ -28,7 +28,8 @@ struct Encoding {
 
 /// Encodes the trials that `hand_over` gives to the function it is called with, take(place, sway_rad): in any order and
 /// from many threads; sway_rad may be void afterwards. inputs: of place 0, of place 1, ... Trials whose images share
-/// lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are encode()'s.
+/// lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are encode()'s. Throws Error for a
+/// place without room, and what hand_over throws.
 using TakeSway = std::function<void(std::size_t place, std::span<const float> sway_rad)>;
 void encode_all(const Encoding& encoding, const std::function<void(const TakeSway& take)>& hand_over,
                 std::span<float> inputs);
@@ -44,7 +45,8 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
 class Feed {
  public:
   /// Batches of `batch` trials from epoch `first_epoch` up to `last_epoch`, each in the order that `seed` shuffles it
-  /// to; an epoch's last batch is smaller if they do not divide. Source and encoding must outlive the feed.
+  /// to; an epoch's last batch is smaller if they do not divide. Source and encoding must outlive the feed. Throws
+  /// Error if batch < 1.
   Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
        int first_epoch, int last_epoch);
   /// Waits for what is being made.
@@ -57,7 +59,7 @@ class Feed {
     std::span<const float> images;   ///< trials x images.shape().size(), row scaling applied
     std::span<const float> targets;  ///< trials x 7, z-scored
   };
-  /// The next batch; valid until the call after it. To be called once for each of them. Throws what the source throws.
+  /// The next batch; valid until the call after it. Throws what the source throws, and Error after the last epoch.
   Batch next();
 
  private:

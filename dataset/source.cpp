@@ -62,7 +62,12 @@ class StoredSource final : public TrialSource {
 class StreamSource final : public TrialSource {
  public:
   StreamSource(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch, int validation)
-      : simulator_(std::move(protocol)), seed_(seed), training_(trials_per_epoch), validation_(validation) {}
+      : simulator_(std::move(protocol)), seed_(seed), training_(trials_per_epoch), validation_(validation) {
+    if (training_ < 1 || validation_ < 1)
+      throw Error("stream",
+                  std::to_string(training_) + " training and " + std::to_string(validation_) + " validation trials",
+                  "ask for 1 or more of each");
+  }
 
   const sim::Protocol& protocol() const override { return simulator_.protocol(); }
   std::string identity() const override { return "simulated for each epoch from seed " + std::to_string(seed_); }

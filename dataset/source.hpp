@@ -39,7 +39,8 @@ class TrialSource {
 std::unique_ptr<TrialSource> stored_source(StoredDataset data);
 
 /// Trials simulated when they are asked for, each used in one epoch only. A trial depends on (seed, its number) alone:
-/// number n is the first valid one of attempts 1024 n, 1024 n + 1, ... Validation trials are the first numbers.
+/// number n is the first valid one of attempts 1024 n, 1024 n + 1, ... Validation trials are the first numbers. Throws
+/// Error for a protocol that is not valid, or less than one trial of either.
 std::unique_ptr<TrialSource> stream_source(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch,
                                            int validation_trials);
 

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "base/parallel.hpp"
 #include "helpers.hpp"
 
 using namespace decid;
@@ -60,6 +61,8 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   // Another length of the epoch renumbers, but trial 4 + 2 * 10 + 7 stays what it is.
   CHECK(training_trial(*stream_source(noisy_protocol(), 3, 27, 4), 1, {0}) == first);
   CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
+  check_error([] { stream_source(noisy_protocol(), 3, 0, 4); }, {"0 training"});
+  check_error([] { stream_source(noisy_protocol(), 3, 10, 0); }, {"0 validation"});
   // What a training has not seen is the next epoch's.
   source->unseen(2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, std::span<const float> sway) {
     CHECK(Taken{p, {sway.begin(), sway.end()}} == first);
@@ -111,10 +114,10 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
       for (const int count : {1, 4, 6, 29}) {
         std::vector<float> inputs(static_cast<std::size_t>(count) * values, -99.0F), alone(values);
         const auto hand_over = [&](const TakeSway& take) {
-#pragma omp parallel for schedule(dynamic, 1)
-          for (int i = 0; i < count; ++i) take(static_cast<std::size_t>(i), data.trial(i));
+          parallel_for(count, [&](int i) { take(static_cast<std::size_t>(i), data.trial(i)); });
         };
         encode_all(encoding, hand_over, inputs);
+        check_error([&] { encode_all(encoding, hand_over, std::span(inputs).first(inputs.size() - 1)); }, {"room for"});
         for (int i = 0; i < count; ++i) {
           encoding.encode(data.trial(i), alone);
           CHECK(std::ranges::equal(alone, std::span(inputs).subspan(static_cast<std::size_t>(i) * values, values)));
@@ -177,6 +180,8 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
     CHECK(read_epoch(later) == fed[2]);
   }
   omp_set_num_threads(before);
+  Feed no_epochs(*source, encoding, scaling.targets, batch, 9, epochs, epochs);
+  check_error([&] { no_epochs.next(); }, {"feed", "no batch left"});
   Feed other(*source, encoding, scaling.targets, batch, 10, 0, 1);
   CHECK(read_epoch(other) != fed[0]);
 }
@@ -207,7 +212,9 @@ TEST_CASE("a feed passes on what its source throws") {
   const Broken source;
   const ImageMaker images = two_columns(source.protocol().samples(), false);
   const RowScaling rows;
+  check_error([&] { Feed(source, {images, rows}, {}, 0, 1, 0, 1); }, {"feed", "0 trials"});
   Feed feed(source, {images, rows}, {}, 4, 1, 0, 1);
   CHECK(feed.next().trials == 4);
   CHECK_THROWS_WITH_AS(feed.next(), "the disk is gone", std::runtime_error);
+  check_error([&] { feed.next(); }, {"feed", "no batch left"});
 }
