@@ -309,9 +309,19 @@ TEST_CASE("an interrupted training goes on, with its own data and settings only"
     CHECK(refused.code == 2);
     CHECK(refused.err.find("other settings") != std::string::npos);
   }
+  // What differs is said, and nothing else.
+  const std::string slower = run_decid(train("a.npz", "--resume --lr 0.001")).err;
+  CHECK(slower.find("learning_rate 0.02 there, 0.001 here") != std::string::npos);
+  CHECK(slower.find("batch") == std::string::npos);
+  const std::string checkpoint = read_text(model + ".checkpoint");
   CHECK(run_decid(train("a.npz", "--resume")).code == 0);
   CHECK(std::filesystem::exists(model));
   CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));
+  // Beginning anew loses a checkpoint: that is told.
+  decid::test::write_text(model + ".checkpoint", checkpoint);
+  const auto anew = run_decid("train --preset small --epochs 1 --data " + folder / "a.npz" + " -o " + model);
+  CHECK(anew.code == 0);
+  CHECK(anew.err.find("warning: " + model + ".checkpoint of an earlier training is there") != std::string::npos);
 }
 
 TEST_CASE("patience keeps the model of the best epoch") {
