@@ -158,8 +158,8 @@ constexpr Octic far_denominator{1.0,
                                 1.42151175831644588870e-7,
                                 2.04426310338993978564e-15};
 
-/// The inverse normal distribution: in its middle, |p - 1/2| <= central_half, and in its tails. Each is some number
-/// where the other is asked for.
+/// The inverse normal distribution: in its middle, |p - 1/2| <= central_half, and in its tails. Outside of its own part
+/// each returns a number that means nothing.
 constexpr double central_half = 0.425;
 template <class V, class D = typename V::D>
 [[gnu::always_inline]] inline D central_normal_lanes(D p) {

@@ -1,5 +1,6 @@
 // Feeds a training: the images and targets of an epoch's trials in its order, made a block ahead while the network
-// works on the one before. What a trial gives depends on its epoch and index alone, not on when it is made.
+// works on the one before, if there are processors for both; else a block at a time between its steps. What a trial
+// gives depends on its epoch and index alone, not on when it is made.
 //
 //   const auto source = stream_source(protocol, seed, 25600, 1000);
 //   const ImageMaker images(settings, protocol.samples());
@@ -39,7 +40,7 @@ struct Scaling {
   RowScaling rows;  ///< empty unless the images' settings have standardize_rows
   TargetScaling targets;
 };
-/// From the first `trials` training trials of epoch 0, or all if there are fewer.
+/// From the first `trials` training trials of epoch 0, or all if there are fewer. Throws Error if trials < 1.
 Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int trials);
 
 class Feed {
@@ -80,7 +81,7 @@ class Feed {
   std::vector<int> order_;
   Block current_, coming_;
   int taken_ = 0;  // trials of the current block
-  std::future<void> making_;
+  std::shared_future<void> making_;
 };
 
 }  // namespace decid::dataset

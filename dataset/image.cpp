@@ -72,7 +72,9 @@ void ImageSettings::validate() const {
   if (first_sample < 0 || first_sample > 1'000'000'000) {
     throw Error("image", "a first_sample of " + std::to_string(first_sample), "choose 0 or more");
   }
-  if (fold < 1 || fold > 1000) throw Error("image", "a fold of " + std::to_string(fold), "choose 1 to 1000 cycles");
+  if (fold < 1 || fold > largest_fold)
+    throw Error("image", "a fold of " + std::to_string(fold),
+                "choose 1 to " + std::to_string(largest_fold) + " cycles");
 }
 
 std::string to_json(const ImageSettings& settings) {

@@ -18,6 +18,8 @@ Channel channel_from_name(const std::string& name);
 
 /// The longest window, samples.
 inline constexpr int largest_window = 1 << 17;
+/// The most cycles that are folded.
+inline constexpr int largest_fold = 1000;
 
 struct ImageSettings {
   int window = 110;            ///< samples a window

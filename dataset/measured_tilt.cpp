@@ -15,6 +15,9 @@ namespace {
 constexpr double most_samples = 1e6;  // of a measured tilt, as sim::Protocol has it
 /// A rate given may differ by so much from that of even times: they may have been rounded (60 Hz as steps of 0.0167 s).
 constexpr double contradiction = 0.01;
+/// What a cycle may be longer or shorter than a whole number of samples, in samples: each cycle adds as much to its lag
+/// behind the platform.
+constexpr double most_drift = 0.05;
 
 int find_tilt(const Table& table, int time, const std::string& where) {
   for (const char* name : {"tilt", "platform_tilt", "platform", "a_fs", "fs", "stimulus", "support_surface"}) {
@@ -100,7 +103,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz) {
   if (same_rate) return tilt;
   if (!file.is_cycle) return resample(tilt, rate, sample_rate_hz, Ends::reflected);
   const double whole = std::round(samples);
-  if (std::abs(samples - whole) > rate_tolerance * samples) {
+  if (std::abs(samples - whole) > most_drift) {
     throw Error(where,
                 "its " + std::to_string(rows) + " samples at " + six_digits(rate) + " Hz are " + six_digits(samples) +
                     " at the protocol's " + six_digits(sample_rate_hz) + " Hz, so its cycles cannot follow each other",

@@ -23,7 +23,7 @@ struct TiltFile {
 /// another tilt with its ends reflected (recording.hpp: Ends). Throws Error for a file that cannot be read, columns,
 /// units or rates that are not clear, a rate given that differs by more than 1% from that of even times, cells that are
 /// no numbers, more samples than a protocol may have, and a cycle whose ends do not join (sim::broken_joint) or that
-/// is, by more than 1e-4 of it, no whole number of samples. Errors name the settings as a protocol does
+/// is, by more than 0.05 of one, no whole number of samples. Errors name the settings as a protocol does
 /// ("measured.column").
 std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz);
 

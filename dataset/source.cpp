@@ -10,6 +10,13 @@
 namespace decid::dataset {
 namespace {
 
+void check_indices(std::span<const int> indices, int trials) {
+  for (const int index : indices) {
+    if (index < 0 || index >= trials)
+      throw Error("trials", "there is no trial " + std::to_string(index), "ask for 0 to " + std::to_string(trials - 1));
+  }
+}
+
 class StoredSource final : public TrialSource {
  public:
   explicit StoredSource(StoredDataset stored) : stored_(std::move(stored)) {
@@ -45,6 +52,7 @@ class StoredSource final : public TrialSource {
  private:
   const Dataset& about() const { return stored_.about(); }
   void read(const std::vector<int>& half, std::span<const int> indices, const Take& take) const {
+    check_indices(indices, static_cast<int>(half.size()));
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       thread_local std::vector<float> sway;
       sway.resize(static_cast<std::size_t>(about().samples));
@@ -75,11 +83,15 @@ class StreamSource final : public TrialSource {
   int validation_trials() const override { return validation_; }
   int trials_at_once() const override { return 512; }
   void training(int epoch, std::span<const int> indices, const Take& take) const override {
+    check_indices(indices, training_);
     simulate(static_cast<std::uint64_t>(validation_) +
                  static_cast<std::uint64_t>(epoch) * static_cast<std::uint64_t>(training_),
              indices, take);
   }
-  void validation(std::span<const int> indices, const Take& take) const override { simulate(0, indices, take); }
+  void validation(std::span<const int> indices, const Take& take) const override {
+    check_indices(indices, validation_);
+    simulate(0, indices, take);
+  }
   int unseen_trials() const override { return training_; }
   void unseen(int next_epoch, std::span<const int> indices, const Take& take) const override {
     training(next_epoch, indices, take);

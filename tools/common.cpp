@@ -31,13 +31,16 @@ void add_protocol_options(CLI::App& command, ProtocolOptions& options) {
 }
 
 void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& description) {
-  const auto is_whole = [](const std::string& text) -> std::string {
+  // Decimal, whatever it begins with: CLI11 takes 010 for octal.
+  const auto to_decimal = [](std::string& text) -> std::string {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const bool good = error == std::errc() && end == text.data() + text.size();
-    return good ? "" : "'" + text + "' is no whole number from 0 to 18446744073709551615";
+    if (error != std::errc() || end != text.data() + text.size())
+      return "'" + text + "' is no whole number from 0 to 18446744073709551615";
+    text = std::to_string(value);
+    return {};
   };
-  command.add_option("--seed", seed, description)->capture_default_str()->check(is_whole);
+  command.add_option("--seed", seed, description)->capture_default_str()->transform(CLI::Validator(to_decimal, "UINT"));
 }
 
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others) {

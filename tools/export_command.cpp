@@ -198,7 +198,9 @@ struct SwayOptions {
 };
 
 void export_sway(const SwayOptions& options) {
-  refuse_same_file(options.output, options.recordings);
+  std::vector<std::string> inputs = options.recordings;
+  inputs.push_back(options.model);
+  refuse_same_file(options.output, inputs);
   const Model model = model_or_built_in(options.model);
   std::string bytes;
   for (const std::string& path : options.recordings) {

@@ -25,9 +25,14 @@ std::string layer_text(const nn::Layer<float>& layer) {
   return text;
 }
 
-/// The JSON text without its line breaks.
-std::string compact(const std::string& json) {
-  return Json::parse(json).dump();
+/// The JSON text without its line breaks, the samples of a measured tilt as their number.
+std::string compact(const std::string& text) {
+  Json json = Json::parse(text);
+  if (json.contains("measured") && json["measured"].contains("tilt_deg")) {
+    Json& tilt = json["measured"]["tilt_deg"];
+    tilt = std::to_string(tilt.size()) + " samples";
+  }
+  return json.dump();
 }
 
 std::string shape_text(const nn::Shape& s) {

@@ -27,6 +27,12 @@ void refuse_empty(int argc, char** argv) {
   }
 }
 
+/// A full disk is told by no single write.
+void require_written_output() {
+  std::cout.flush();
+  if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
+}
+
 int run(int argc, char** argv) {
   refuse_empty(argc, argv);
   CLI::App program{"decid identifies the posture controller behind a recording of body sway on a tilting platform"};
@@ -48,7 +54,11 @@ int run(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
+    if (error.get_exit_code() == 0) {  // --help, --version
+      program.exit(error);
+      require_written_output();
+      return 0;
+    }
     std::string command;
     for (const CLI::App* sub : program.get_subcommands()) command = " " + sub->get_name();
     if (command.empty() && argc > 1 && argv[1][0] != '-')
@@ -56,9 +66,7 @@ int run(int argc, char** argv) {
     complain(std::string(error.what()) + "; see decid" + command + " --help");
     return 2;
   }
-  // A full disk is told by no single write.
-  std::cout.flush();
-  if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
+  require_written_output();
   return 0;
 }
 

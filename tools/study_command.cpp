@@ -96,6 +96,11 @@ void run_study(const Options& options) {
 
   stage("drawing");
   const std::vector<Figure> figures = study_figures(study);
+  std::vector<std::string> inputs = options.comparisons, outputs{"table.txt", "study.json", "report.html"};
+  for (const std::string& input : {options.model, options.data, log, options.recording, options.learning_curve})
+    inputs.push_back(input);
+  for (const Figure& figure : figures) outputs.insert(outputs.end(), {figure.id + ".svg", figure.id + ".csv"});
+  for (const std::string& output : outputs) refuse_same_file((folder / output).string(), inputs);
   const std::string text = study_text(study);
   // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
   const std::string json =

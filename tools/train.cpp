@@ -101,14 +101,19 @@ std::string difference(const std::string& there, const std::string& here) {
   return text;
 }
 
-TrainingState resume_training(const std::string& path, const std::string& origin, const dataset::TrialSource& source) {
+TrainingState resume_training(const std::string& path, const std::string& origin, const dataset::ImageSettings& image,
+                              const dataset::TrialSource& source) {
   std::string progress;
   TrainingState state{model_from_bytes(read_file(path), path, &progress), {}};
   const std::string remedy = "resume with the options the training began with, or train without --resume";
   if (state.model.origin != origin)
     throw Error(path, "was made with other settings: " + difference(state.model.origin, origin), remedy);
-  if (dataset::to_json(state.model.protocol) != dataset::to_json(source.protocol()))
+  sim::Protocol same_name = source.protocol();  // a file may have been renamed
+  same_name.name = state.model.protocol.name;
+  if (dataset::to_json(state.model.protocol) != dataset::to_json(same_name))
     throw Error(path, "was made for another protocol", remedy);
+  if (state.model.image != image)
+    throw Error(path, "was made with another image (" + one_line(dataset::to_json(state.model.image)) + ")", remedy);
   try {
     for (const Json& line : Json::parse(progress))
       state.log.push_back(
@@ -144,8 +149,8 @@ void train(const Options& options) {
   const std::string architecture =
       Model(source->protocol(), settings.preset.image, settings.preset.architecture).network.architecture();
   const std::string origin = origin_json(settings, architecture, *source);
-  TrainingState state =
-      options.resume ? resume_training(checkpoint, origin, *source) : start_training(*source, settings);
+  TrainingState state = options.resume ? resume_training(checkpoint, origin, settings.preset.image, *source)
+                                       : start_training(*source, settings);
   state.model.origin = origin;
   Model& model = state.model;
 

@@ -63,6 +63,11 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
   check_error([] { stream_source(noisy_protocol(), 3, 0, 4); }, {"0 training"});
   check_error([] { stream_source(noisy_protocol(), 3, 10, 0); }, {"0 validation"});
+  for (const int index : {-1, 10}) {
+    const std::vector<int> wrong{index};
+    check_error([&] { source->training(0, wrong, [](std::size_t, const auto&, auto) {}); }, {"no trial", "0 to 9"});
+    check_error([&] { source->validation(wrong, [](std::size_t, const auto&, auto) {}); }, {"no trial", "0 to 3"});
+  }
   // What a training has not seen is the next epoch's.
   source->unseen(2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, std::span<const float> sway) {
     CHECK(Taken{p, {sway.begin(), sway.end()}} == first);
@@ -92,6 +97,8 @@ TEST_CASE("a data set's halves are its training and its validation trials") {
       source->validation(indices, take);
     CHECK(std::ranges::all_of(visits, [](int n) { return n == 1; }));
   }
+  const std::vector<int> beyond{source->training_trials()};
+  check_error([&] { source->training(0, beyond, [](std::size_t, const auto&, auto) {}); }, {"no trial"});
   CHECK(source->identity() == stored_source(data)->identity());
   CHECK(source->identity() != stored_source(generate({noisy_protocol(), 21, 0, 6}))->identity());
   Dataset one_half = data;
@@ -128,9 +135,36 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
   omp_set_num_threads(before);
 }
 
+namespace {
+
+/// A stream that gives few trials at once, so that a feed makes several blocks an epoch.
+class InSmallBlocks final : public TrialSource {
+ public:
+  InSmallBlocks(int trials, int at_once) : stream_(stream_source(noisy_protocol(), 3, trials, 4)), at_once_(at_once) {}
+  const sim::Protocol& protocol() const override { return stream_->protocol(); }
+  std::string identity() const override { return stream_->identity(); }
+  int training_trials() const override { return stream_->training_trials(); }
+  int validation_trials() const override { return stream_->validation_trials(); }
+  int trials_at_once() const override { return at_once_; }
+  void training(int epoch, std::span<const int> indices, const Take& take) const override {
+    stream_->training(epoch, indices, take);
+  }
+  void validation(std::span<const int> indices, const Take& take) const override { stream_->validation(indices, take); }
+  int unseen_trials() const override { return stream_->unseen_trials(); }
+  void unseen(int next_epoch, std::span<const int> indices, const Take& take) const override {
+    stream_->unseen(next_epoch, indices, take);
+  }
+
+ private:
+  std::unique_ptr<TrialSource> stream_;
+  int at_once_;
+};
+
+}  // namespace
+
 TEST_CASE("a feed gives every trial of an epoch once, the same for any number of threads and wherever it begins") {
   constexpr int trials = 23, batch = 5, epochs = 3;
-  const auto source = stream_source(noisy_protocol(), 3, trials, 4);
+  const auto source = std::make_unique<InSmallBlocks>(trials, 12);  // two batches a block
   const ImageMaker images = two_columns(source->protocol().samples(), true);
   const Scaling scaling = measure_scaling(*source, images, trials);
   const Encoding encoding{images, scaling.rows};
@@ -173,8 +207,11 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
   }
 
   const int before = omp_get_max_threads();
-  for (const int threads : {1, 2, 8}) {
+  const auto one_block = stream_source(noisy_protocol(), 3, trials, 4);
+  for (const int threads : {1, 2, 8}) {  // beside the caller, and not
     omp_set_num_threads(threads);
+    Feed whole(*one_block, encoding, scaling.targets, batch, 9, 0, epochs);
+    CHECK(read_epoch(whole) == fed[0]);
     Feed later(*source, encoding, scaling.targets, batch, 9, 1, epochs);
     CHECK(read_epoch(later) == fed[1]);
     CHECK(read_epoch(later) == fed[2]);
@@ -216,5 +253,5 @@ TEST_CASE("a feed passes on what its source throws") {
   Feed feed(source, {images, rows}, {}, 4, 1, 0, 1);
   CHECK(feed.next().trials == 4);
   CHECK_THROWS_WITH_AS(feed.next(), "the disk is gone", std::runtime_error);
-  check_error([&] { feed.next(); }, {"feed", "no batch left"});
+  CHECK_THROWS_WITH_AS(feed.next(), "the disk is gone", std::runtime_error);
 }

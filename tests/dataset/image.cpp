@@ -347,10 +347,15 @@ TEST_CASE("images of several trials are those of each alone, with every instruct
   for (int i = 0; i < 19; ++i) sways.push_back(noise(samples, static_cast<std::uint64_t>(i)));
   const std::vector<std::span<const float>> all(sways.begin(), sways.end());
   // Windows of which a trial has 1, 2, 3 or 36: eight, four, two or one trial share the lanes.
-  for (const auto& [window, fold, together] :
-       {std::tuple{180, 2, 8}, {360, 1, 8}, {180, 1, 4}, {120, 1, 2}, {10, 1, 1}}) {
-    CAPTURE(window);
-    ImageSettings settings{.window = window, .half_spectrum = true, .fold = fold, .rows = 5};
+  for (const auto& [settings_of_it, together] : {std::pair{ImageSettings{.window = 180, .fold = 2}, 8},
+                                                 {{.window = 360}, 8},
+                                                 {{.window = 180}, 4},
+                                                 {{.window = 120}, 2},
+                                                 {{.window = 10}, 1}}) {
+    ImageSettings settings = settings_of_it;
+    CAPTURE(settings.window);
+    settings.half_spectrum = true;
+    settings.rows = 5;
     settings.channels = {Channel::log_modulus, Channel::phase, Channel::log_residual};
     const ImageMaker maker(settings, samples);
     CHECK(maker.trials_together() == together);

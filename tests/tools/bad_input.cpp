@@ -60,6 +60,10 @@ TEST_CASE("no output replaces what the call reads") {
                 {"image.json", "read or written already"});
   CHECK(read_text(folder / "tilt.csv") == tilt);
   CHECK(folder.files() == 5);
+  write_text(folder / "m.safetensors", "a model");
+  check_refused(
+      "export sway " + folder / "r.csv" + " --model " + folder / "m.safetensors" + " -o " + folder / "m.safetensors",
+      {"m.safetensors", "read or written already"});
   // A built-in protocol's name is no file.
   CHECK(run_decid("dataset --count 3 --quiet -o " + folder / "default").code == 0);
 }
@@ -73,15 +77,24 @@ TEST_CASE("why a trial falls, and what to do") {
   check_refused("simulate --model dip --hip-delay 0.5" + o, {"leg or trunk", "nearer to their defaults"});
   write_text(folder / "p.json", R"({"sequence": {"amplitude_deg": 45}, "vestibular_noise": {"scale_deg": 0}})");
   check_refused("simulate --kp-pass 300 --protocol " + folder / "p.json" + o, {"platform at rest", "amplitude"});
+  // A band that holds harmonics of this trial only.
+  write_text(folder / "p.json",
+             R"({"sines": {"components": [{"frequency_hz": 0.1, "amplitude_deg": 40}], "cycle_s": 600},
+                                    "vestibular_noise": {"low_hz": 0.002, "high_hz": 0.004}})");
+  check_refused("simulate --kp-pass 300 --protocol " + folder / "p.json" + o, {"leaves 5 degrees", "amplitude"});
   CHECK(folder.files() == 1);
 }
 
 TEST_CASE("a full standard output is no success") {
   const Folder folder;
-  const int status = std::system((DECID_PROGRAM " info --json > /dev/full 2> " + folder / "err").c_str());
-  CHECK(WIFEXITED(status));
-  CHECK(WEXITSTATUS(status) == 1);
-  CHECK(read_text(folder / "err").find("standard output") != std::string::npos);
+  for (const std::string arguments : {"info --json", "--help", "--version", "train --help"}) {
+    CAPTURE(arguments);
+    const std::string command = DECID_PROGRAM " " + arguments + " > /dev/full 2> " + folder / "err";
+    const int status = std::system(command.c_str());
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 1);
+    CHECK(read_text(folder / "err").find("standard output") != std::string::npos);
+  }
 }
 
 TEST_CASE("a file beyond the shell's limit is an error, and nothing is left") {
@@ -104,6 +117,13 @@ TEST_CASE("wrong usage") {
   for (const std::string seed : {"-1", "18446744073709551616", "1.5", "1x"})
     check_refused("simulate --seed " + seed + " -o x.csv", {"--seed", "'" + seed + "'", "18446744073709551615"});
   CHECK(run_decid("simulate --seed 18446744073709551615 --quiet -o /dev/null").code != 2);
+  // Zeros before a number do not make it octal.
+  const Folder folder;
+  for (const std::string seed : {"8", "08", "10", "010"})
+    CHECK(run_decid("simulate --quiet --seed " + seed + " -o " + folder / seed).code == 0);
+  CHECK(read_text(folder / "08") == read_text(folder / "8"));
+  CHECK(read_text(folder / "010") == read_text(folder / "10"));
+  CHECK(read_text(folder / "8") != read_text(folder / "10"));
   check_refused("simulate", {"--output", "simulate --help"});
   check_refused("simulate --kp abc -o x.csv", {"--kp", "abc"});
   check_refused("simulate --kp nan -o x.csv", {"Kp"});

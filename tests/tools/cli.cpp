@@ -314,6 +314,10 @@ TEST_CASE("an interrupted training goes on, with its own data and settings only"
   CHECK(slower.find("learning_rate 0.02 there, 0.001 here") != std::string::npos);
   CHECK(slower.find("batch") == std::string::npos);
   const std::string checkpoint = read_text(model + ".checkpoint");
+  decid::test::write_text(folder / "image.json", R"({"window": 55})");
+  const auto other_image = run_decid(train("a.npz", "--resume --image " + folder / "image.json"));
+  CHECK(other_image.code == 2);
+  CHECK(other_image.err.find("another image") != std::string::npos);
   CHECK(run_decid(train("a.npz", "--resume")).code == 0);
   CHECK(std::filesystem::exists(model));
   CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));

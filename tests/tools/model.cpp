@@ -142,8 +142,24 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
   CHECK(prime.fold == 1);
   CHECK(prime.window == 20'010);
 
-  sines.cycle_s = 4.0;
   sines.lead_out_s = 0.0;
+  // Cycles that are too long for a window, or too many to fold.
+  sines.cycle_s = 200.0;
+  sines.cycles = 2;
+  protocol.stimulus = sines;
+  protocol.sample_rate_hz = 1000.0;
+  const dataset::ImageSettings long_cycles = fitted("best", protocol);
+  CHECK(long_cycles.fold == 1);
+  CHECK(long_cycles.window == dataset::largest_window);
+  sines.cycle_s = 2.0;
+  sines.cycles = 1200;
+  protocol.stimulus = sines;
+  protocol.sample_rate_hz = 20.0;
+  CHECK(fitted("best", protocol).fold == 1);
+
+  protocol.sample_rate_hz = 100.0;
+  sines.cycles = 1;
+  sines.cycle_s = 4.0;
   protocol.stimulus = sines;
   const dataset::ImageSettings tiny = fitted("best", protocol);
   CHECK(tiny.window == 400);

@@ -316,4 +316,11 @@ TEST_CASE("a stopped training on fresh trials goes on with its own protocol only
   REQUIRE(std::system(command.c_str()) == 0);
   check_refused(train(examples + "raised_cosines.json", "--resume"), {".checkpoint", "another protocol"});
   check_refused(train(examples + "sines.json", "--resume --sensor-noise 0.01"), {".checkpoint", "another protocol"});
+  // Another name is no other protocol: it goes on, until it is stopped again.
+  Json renamed = Json::parse(read_text(examples + "sines.json"));
+  renamed["name"] = "another name";
+  write_text(folder / "renamed.json", renamed.dump());
+  const std::string again = std::string(DECID_PROGRAM) + " " + train(folder / "renamed.json", "--resume") + " 2>" +
+                            folder / "err" + " & child=$!; sleep 1; kill -INT $child; wait $child; test $? -eq 1";
+  CHECK(std::system(again.c_str()) == 0);
 }
