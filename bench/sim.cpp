@@ -196,14 +196,15 @@ void bench_fft(benchmark::State& state, int length, Isa isa) {
 
 /// The image of a trial, made with `trials` others of its kind. Beside its FFTs (fft/110x110), whose operations count:
 /// real_imaginary adds copies, the others their functions.
-void bench_image(benchmark::State& state, const dataset::ImageSettings& settings, int trials, Isa isa) {
+void bench_image(benchmark::State& state, const dataset::ImageSettings& settings, std::size_t trials, Isa isa) {
   constexpr int samples = 12100;
   const dataset::ImageMaker maker(settings, samples);
   std::vector<float> sway_rad(samples), image(trials * static_cast<std::size_t>(maker.shape().size()));
   for (std::size_t i = 0; i < sway_rad.size(); ++i) sway_rad[i] = 1e-4F * static_cast<float>(i * 7919 % 100);
   FmaPeak peak(name(isa));
   const std::vector<std::span<const float>> sways(trials, sway_rad);
-  const double seconds = best_seconds(state, peak, [&] { maker.make_all(sways, image, isa); }) / trials;
+  const double seconds =
+      best_seconds(state, peak, [&] { maker.make_all(sways, image, isa); }) / static_cast<double>(trials);
   state.counters["us"] = seconds * 1e6;
   state.counters["images/s"] = 1 / seconds;
   state.counters["ns/value"] = seconds / maker.shape().size() * 1e9;
@@ -226,10 +227,10 @@ int main(int argc, char** argv) {
     add("sensor_noise", isa, bench_normals, isa);
     add("fft/110x110", isa, bench_fft, 110, isa);
     add("fft/110x100", isa, bench_fft, 100, isa);
-    add("image/modulus_phase", isa, bench_image, paper, 1, isa);
-    add("image/real_imaginary", isa, bench_image, copies, 1, isa);
-    add("image/best", isa, bench_image, tools::preset_named("best").image, 1, isa);
-    add("image/best/trials:8", isa, bench_image, tools::preset_named("best").image, 8, isa);
+    add("image/modulus_phase", isa, bench_image, paper, 1U, isa);
+    add("image/real_imaginary", isa, bench_image, copies, 1U, isa);
+    add("image/best", isa, bench_image, tools::preset_named("best").image, 1U, isa);
+    add("image/best/trials:8", isa, bench_image, tools::preset_named("best").image, 8U, isa);
   }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;

@@ -193,10 +193,8 @@ void Feed::start() {
   if (first_ == 0) order_ = shuffled(source_.training_trials(), seed_, epoch_);
   const int count = std::min(block_trials_, static_cast<int>(order_.size()) - first_);
   std::vector<int> indices(order_.begin() + first_, order_.begin() + first_ + count);
-  // A thread of its own has OpenMP's threads of its own, as many as the caller's. Where there are no processors for
-  // both teams, they would wait for each other now and then; there the block is made when it is asked for.
-  const bool room_for_both = 2 * thread_count() <= omp_get_num_procs();
-  making_ = std::async(room_for_both ? std::launch::async : std::launch::deferred,
+  // A thread of its own has OpenMP's threads of its own, as many as the caller's.
+  making_ = std::async(std::launch::async,
                        [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
                          omp_set_num_threads(threads);
                          fill(coming_, epoch, std::move(indices));

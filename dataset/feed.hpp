@@ -1,6 +1,5 @@
 // Feeds a training: the images and targets of an epoch's trials in its order, made a block ahead while the network
-// works on the one before, if there are processors for both; else a block at a time between its steps. What a trial
-// gives depends on its epoch and index alone, not on when it is made.
+// works on the one before. What a trial gives depends on its epoch and index alone, not on when it is made.
 //
 //   const auto source = stream_source(protocol, seed, 25600, 1000);
 //   const ImageMaker images(settings, protocol.samples());

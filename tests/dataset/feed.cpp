@@ -208,7 +208,7 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
 
   const int before = omp_get_max_threads();
   const auto one_block = stream_source(noisy_protocol(), 3, trials, 4);
-  for (const int threads : {1, 2, 8}) {  // beside the caller, and not
+  for (const int threads : {1, 2, 8}) {
     omp_set_num_threads(threads);
     Feed whole(*one_block, encoding, scaling.targets, batch, 9, 0, epochs);
     CHECK(read_epoch(whole) == fed[0]);
