@@ -27,20 +27,7 @@ class StoredSource final : public TrialSource {
   }
 
   const sim::Protocol& protocol() const override { return about().protocol; }
-  std::string identity() const override {
-    Sha256 hash;
-    hash.update(about().parameters.data(), about().parameters.size() * sizeof(sim::Parameters));
-    hash.update(about().split.data(), about().split.size());
-    std::vector<float> sway(static_cast<std::size_t>(about().samples));
-    std::size_t left = std::size_t{1} << 20;  // values of sway: no need to read all
-    for (int i = 0; i < stored_.trials() && left > 0; ++i) {
-      stored_.read(i, sway);
-      const std::size_t taken = std::min(left, sway.size());
-      hash.update(sway.data(), taken * sizeof(float));
-      left -= taken;
-    }
-    return "data set " + hash.hex();
-  }
+  TrialIdentity identity() const override { return identity_of(stored_); }
   int training_trials() const override { return static_cast<int>(training_.size()); }
   int validation_trials() const override { return static_cast<int>(validation_.size()); }
   int trials_at_once() const override { return 64; }
@@ -78,7 +65,7 @@ class StreamSource final : public TrialSource {
   }
 
   const sim::Protocol& protocol() const override { return simulator_.protocol(); }
-  std::string identity() const override { return "simulated for each epoch from seed " + std::to_string(seed_); }
+  TrialIdentity identity() const override { return {TrialIdentity::Kind::stream, seed_, {}}; }
   int training_trials() const override { return training_; }
   int validation_trials() const override { return validation_; }
   int trials_at_once() const override { return 512; }
@@ -98,21 +85,16 @@ class StreamSource final : public TrialSource {
   }
 
  private:
-  static constexpr int attempts = 1024;
-
   void simulate(std::uint64_t first, std::span<const int> indices, const Take& take) const {
-    const auto number = [&](int i) { return first + static_cast<std::uint64_t>(indices[static_cast<std::size_t>(i)]); };
-    simulator_.run_until_valid(
-        static_cast<int>(indices.size()), attempts,
-        [&](int i, int attempt) {
-          return base_trial(seed_, number(i) * attempts + static_cast<std::uint64_t>(attempt));
-        },
-        [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
+    std::vector<std::uint64_t> numbers;
+    for (const int index : indices) numbers.push_back(first + static_cast<std::uint64_t>(index));
+    simulate_stream(
+        simulator_, seed_, numbers, [&](std::size_t place, const sim::Parameters& parameters, std::span<double> sway) {
           thread_local std::vector<float> stored;
-          sim::add_sensor_noise(protocol().sensor_noise, seed_, number(i), sway);
+          sim::add_sensor_noise(protocol().sensor_noise, seed_, numbers[place], sway);
           stored.resize(sway.size());
           std::ranges::transform(sway, stored.begin(), [](double value) { return static_cast<float>(value); });
-          take(static_cast<std::size_t>(i), parameters, stored);
+          take(place, parameters, stored);
         });
   }
 
@@ -122,6 +104,35 @@ class StreamSource final : public TrialSource {
 };
 
 }  // namespace
+
+TrialIdentity identity_of(const StoredDataset& data) {
+  const Dataset& about = data.about();
+  Sha256 hash;
+  hash.update(about.parameters.data(), about.parameters.size() * sizeof(sim::Parameters));
+  hash.update(about.split.data(), about.split.size());
+  std::vector<float> sway(static_cast<std::size_t>(about.samples));
+  std::size_t left = std::size_t{1} << 20;  // values of sway: no need to read all
+  for (int i = 0; i < data.trials() && left > 0; ++i) {
+    data.read(i, sway);
+    const std::size_t taken = std::min(left, sway.size());
+    hash.update(sway.data(), taken * sizeof(float));
+    left -= taken;
+  }
+  return {TrialIdentity::Kind::stored, about.seed, hash.hex()};
+}
+
+void simulate_stream(const sim::Simulator& simulator, std::uint64_t seed, std::span<const std::uint64_t> numbers,
+                     const TakeExact& take) {
+  constexpr int attempts = 1024;
+  simulator.run_until_valid(
+      static_cast<int>(numbers.size()), attempts,
+      [&](int i, int attempt) {
+        return base_trial(seed, numbers[static_cast<std::size_t>(i)] * attempts + static_cast<std::uint64_t>(attempt));
+      },
+      [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
+        take(static_cast<std::size_t>(i), parameters, sway);
+      });
+}
 
 std::unique_ptr<TrialSource> stored_source(StoredDataset data) {
   return std::make_unique<StoredSource>(std::move(data));

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "dataset/npz/npz.hpp"
-#include "dataset/recording/recording.hpp"
-#include "identify/identification.hpp"
+#include "identify/recordings.hpp"
 #include "identify/training/training.hpp"
 
 namespace decid {

@@ -90,22 +90,11 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   return values;
 }
 
-/// Brings the sway to radians and holds its size against what a standing body does.
-void convert(Recording& recording, const RecordingOptions& options) {
-  const std::optional<Unit> unit = options.unit ? options.unit : unit_in(recording.column);
-  const std::string last_word = words(recording.column).back();
-  if (!unit && words(recording.column).size() > 1 && one_of(last_word, {"mm", "cm", "m", "meter", "metre"})) {
-    throw Error(recording.file, recording.column + " is a length by its name, not an angle",
-                "divide it by the height of the centre of mass above the ankles, or give --unit if it is an angle");
-  }
-  if (!unit) recording.warnings.push_back("no unit in the name of " + recording.column + ": degrees are assumed");
-  if (unit.value_or(Unit::degree) == Unit::degree) {
-    for (double& value : recording.sway_rad) value *= sim::rad_per_deg;
-  }
+/// Holds the sway's size against what a standing body does. `guessed`: its unit was.
+void check_size(Recording& recording, bool guessed, const char* other) {
   const auto [least, most] = std::minmax_element(recording.sway_rad.begin(), recording.sway_rad.end());
   const double peak_deg = std::max(-*least, *most) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
-  const char* other = "if the unit is another, give --unit";
   if (*least == *most) {
     throw Error(recording.file, recording.column + " is constant, " + six_digits(*most / sim::rad_per_deg) + " degrees",
                 "name the column of sway with --column");
@@ -118,10 +107,25 @@ void convert(Recording& recording, const RecordingOptions& options) {
     recording.warnings.push_back("sway reaches " + six_digits(peak_deg) + " degrees, more than a standing body does; " +
                                  other);
   }
-  if (peak_to_peak_deg < smallest_plausible_deg || (!unit && peak_to_peak_deg < small_for_a_guess_deg)) {
+  if (peak_to_peak_deg < smallest_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
     recording.warnings.push_back("sway is only " + six_digits(peak_to_peak_deg) + " degrees peak to peak, " +
                                  six_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
   }
+}
+
+/// Brings the sway to radians.
+void convert(Recording& recording, const RecordingOptions& options) {
+  const std::optional<Unit> unit = options.unit ? options.unit : unit_in(recording.column);
+  const std::string last_word = words(recording.column).back();
+  if (!unit && words(recording.column).size() > 1 && one_of(last_word, {"mm", "cm", "m", "meter", "metre"})) {
+    throw Error(recording.file, recording.column + " is a length by its name, not an angle",
+                "divide it by the height of the centre of mass above the ankles, or give --unit if it is an angle");
+  }
+  if (!unit) recording.warnings.push_back("no unit in the name of " + recording.column + ": degrees are assumed");
+  if (unit.value_or(Unit::degree) == Unit::degree) {
+    for (double& value : recording.sway_rad) value *= sim::rad_per_deg;
+  }
+  check_size(recording, !unit, "if the unit is another, give --unit");
 }
 
 /// The tilt's column in radians. Of its size nothing is asked here: it is held against the protocol's.
@@ -172,6 +176,23 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
     for (double& value : recording.sway_rad) value = -value;
   }
   if (!options.tilt_column.empty()) read_tilt(table, sway, clock, options, recording);
+  return recording;
+}
+
+Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
+  Recording recording;
+  recording.file = "recording";
+  recording.column = "sway";
+  recording.rate_hz = rate_hz;
+  if (!(rate_hz > 0.0 && std::isfinite(rate_hz)))
+    throw Error(recording.file, "a rate of " + six_digits(rate_hz) + " Hz", "give the samples a second");
+  if (sway_rad.size() < 2)
+    throw Error(recording.file, std::to_string(sway_rad.size()) + " samples", "give a whole recording");
+  for (std::size_t k = 0; k < sway_rad.size(); ++k)
+    if (!std::isfinite(sway_rad[k]))
+      throw Error(recording.file, "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
+  recording.sway_rad.assign(sway_rad.begin(), sway_rad.end());
+  check_size(recording, false, "give radians");
   return recording;
 }
 

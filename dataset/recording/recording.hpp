@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,5 +49,10 @@ struct Recording {
 /// constant signal, sway beyond 90 degrees. Warns if the unit had to be assumed, if it looks wrong (peak beyond 20
 /// degrees, or peak to peak under 0.001 degrees), and if a rate given contradicts the time.
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options);
+
+/// A recording from samples in memory, rad. Throws Error for fewer than 2 samples, one that is not finite, a constant
+/// signal, sway beyond 90 degrees, and a rate that is not positive. Warns as read_recording does of sizes that no
+/// standing body's sway has.
+Recording recording_of(std::span<const double> sway_rad, double rate_hz);
 
 }  // namespace decid::dataset

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "identify/fit/fit.hpp"
-#include "identify/model.hpp"
 #include "identify/recordings.hpp"
 
 namespace decid {
@@ -22,16 +21,23 @@ struct FitRequest {
 };
 
 /// What the network says of a trial of its protocol.
-sim::Parameters ask_network(Model& model, std::span<const float> sway_rad);
+sim::Parameters ask_network(Identifier& network, const dataset::Trial& trial);
 
 /// `network`: what the network says of the recording; needed for StartKind::network only. Its search begins closer.
 std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::Parameters& network);
 
-struct Fitted {
-  Identification identification;  ///< its parameters are result.parameters; no image. Nothing below if it has an error
-  std::string start;              ///< whose search found them: "network", "middle", "random"
+/// What a fit found besides the parameters and how well they explain the recording.
+struct FitFigures {
+  std::string start;  ///< whose search found them: "network", "middle", "random"
   fit::Result result;
   double seconds = 0.0;
+};
+
+/// The recordings of one call; their estimates are the fits', without images. fits: in their order; of a recording with
+/// an error nothing in it means anything.
+struct FittedRecordings {
+  Identifications identified;
+  std::vector<FitFigures> fits;
 };
 
 /// Called with the number of recordings done; returns false to stop.
@@ -40,8 +46,8 @@ using FitDone = std::function<bool(std::size_t done)>;
 /// Reads and fits each recording in `protocol`; one that cannot be used has an `error` and costs the others nothing.
 /// model: for the network's start; may be null for the others. Throws Error if the model's experiment is not the
 /// protocol's, and for too small a budget.
-std::vector<Fitted> fit_recordings(Model* model, const sim::Protocol& protocol,
-                                   const std::vector<std::filesystem::path>& files, const ReadOptions& options,
-                                   const FitRequest& request, const FitDone& done);
+FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,
+                                const std::vector<std::filesystem::path>& files, const ReadOptions& options,
+                                const FitRequest& request, const FitDone& done);
 
 }  // namespace decid

@@ -36,10 +36,10 @@ void run_fit(const Options& options) {
   request.start = options.start == "network"  ? StartKind::network
                   : options.start == "middle" ? StartKind::middle
                                               : StartKind::random;
-  Model model = model_or_built_in(options.model);
+  const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = given.value_or(model.protocol);
   const auto files = static_cast<long long>(options.recordings.files.size());
-  std::vector<Fitted> all;
+  FittedRecordings all;
   {
     ProgressBar bar("fit", "recordings", files, options.common.quiet || files == 1);
     all = fit_recordings(&model, protocol, options.recordings.paths(), reading, request, [&](std::size_t done) {
@@ -47,16 +47,14 @@ void run_fit(const Options& options) {
       return !interrupted();
     });
   }
-  if (static_cast<long long>(all.size()) < files)
-    throw std::runtime_error("stopped after " + std::to_string(all.size()) + " of " + std::to_string(files) +
+  if (static_cast<long long>(all.fits.size()) < files)
+    throw std::runtime_error("stopped after " + std::to_string(all.fits.size()) + " of " + std::to_string(files) +
                              " recordings; nothing was written");
-  std::vector<Identification> identifications;
-  for (const Fitted& fitted : all) identifications.push_back(fitted.identification);
-  refuse_alone(identifications);
+  refuse_alone(all.identified.recordings);
   const std::string json = fits_json(model_name(options.model), all);
   if (!options.output.empty()) write_file(options.output, json);
   std::cout << (options.common.json ? json : fits_text(all));
-  tell_errors("fit", identifications);
+  tell_errors("fit", all.identified.recordings);
 }
 
 }  // namespace

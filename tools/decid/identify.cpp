@@ -1,5 +1,4 @@
 // decid identify: recordings in, parameters, JSON and report out.
-#include "identify/identify.hpp"
 
 #include <iostream>
 #include <memory>
@@ -32,16 +31,16 @@ void run_identify(const Options& options) {
   for (const std::string& path : {options.output, options.report})
     if (!path.empty()) PendingFile probe(path);
 
-  Model model = model_or_built_in(options.model);
-  const std::vector<Identification> all = identify(model, options.recordings.paths(), reading);
-  refuse_alone(all);
+  const Model model = model_or_built_in(options.model);
+  const Identifications all = identify_files(model, options.recordings.paths(), reading);
+  refuse_alone(all.recordings);
   const std::string json = identifications_json(model_name(options.model), all);
   if (!options.report.empty())
     write_file(options.report,
                report_html({model_name(options.model), nn::weights_sha256(model.network), version}, all));
   if (!options.output.empty()) write_file(options.output, json);
   std::cout << (options.common.json ? json : identifications_text(all));
-  tell_errors("identify", all);
+  tell_errors("identify", all.recordings);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "identify/identify.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/report/comparison_page.hpp"
@@ -48,15 +47,16 @@ void prepare(const std::filesystem::path& folder) {
   PendingFile probe(folder / "report.html");
 }
 
-void add_recording(const Options& options, Model& model, Study& study) {
+void add_recording(const Options& options, const Model& model, Study& study) {
   ReadOptions how;
   how.recording.column = options.column;
   how.recording.rate_hz = options.rate;
   if (!options.unit.empty()) how.recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
-  study.recording = identify(model, {options.recording}, how).front();
+  study.recording = std::move(identify_files(model, {options.recording}, how).recordings.front());
   if (study.recording->error) throw *study.recording->error;
   for (std::size_t p = 0; p < sim::parameter_count; ++p)
-    study.recording_output[p] = (study.recording->parameters[p] - model.targets.mean[p]) / model.targets.deviation[p];
+    study.recording_output[p] =
+        (study.recording->estimate.parameters[p] - model.targets.mean[p]) / model.targets.deviation[p];
 }
 
 void run_study(const Options& options) {

@@ -274,13 +274,13 @@ std::vector<Figure> study_figures(const Study& study) {
   }
   if (study.recording) {
     const Identification& id = *study.recording;
-    const auto recorded = in_degrees(id.sway_rad), fitted = in_degrees(id.fitted_rad);
+    const auto recorded = in_degrees(id.estimate.trial.sway_rad), fitted = in_degrees(id.explanation.fitted_rad);
     figures.push_back(
         {"recording",
          "A recording",
          format("%s: identified parameters (z-scores of the training set), and its sway, %.4f degrees peak "
                 "to peak, beside that simulated from them without noise.",
-                id.file.c_str(), id.peak_to_peak_deg),
+                id.file.c_str(), id.peak_to_peak_deg()),
          parameters_and_sway({{"identified", &study.recording_output}},
                              {{"recorded", recorded}, {"simulated, noise-free", fitted}},
                              study.protocol.sample_rate_hz),

@@ -139,7 +139,7 @@ std::vector<Row> rows_of(const Study& study) {
                     format("%.4f", mean(study.dip->squared_errors)), "", ""});
   }
   if (study.recording)
-    rows.push_back({"recording, peak to peak (deg)", format("%.4f", study.recording->peak_to_peak_deg), "",
+    rows.push_back({"recording, peak to peak (deg)", format("%.4f", study.recording->peak_to_peak_deg()), "",
                     format("%.4f", paper::human_peak_to_peak_deg)});
   for (const auto& [name, seconds] : study.seconds)
     rows.push_back({"time, " + name, duration_text(seconds), "", "not given"});
@@ -194,11 +194,11 @@ Json study_json(const Study& study) {
   json["recording"] = nullptr;
   if (study.recording)
     json["recording"] = {{"file", study.recording->file},
-                         {"identified", by_parameter(study.recording->parameters)},
-                         {"peak_to_peak_deg", study.recording->peak_to_peak_deg},
-                         {"rms_residual_deg", number(study.recording->rms_residual_deg)},
-                         {"variance_accounted_for", number(study.recording->variance_accounted_for)},
-                         {"warnings", study.recording->warnings}};
+                         {"identified", by_parameter(study.recording->estimate.parameters)},
+                         {"peak_to_peak_deg", study.recording->peak_to_peak_deg()},
+                         {"rms_residual_deg", number(study.recording->explanation.rms_residual_deg)},
+                         {"variance_accounted_for", number(study.recording->explanation.variance_accounted_for)},
+                         {"warnings", study.recording->warnings()}};
   json["worth"] = Json::array();
   for (const NoiseLevel& level : study.levels) {
     Json entry{{"sensor_noise_deg", level.sensor_noise_deg}};
