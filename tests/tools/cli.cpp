@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/parameters.hpp"
+#include "sim/protocol.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/run.hpp"
 
@@ -114,8 +115,8 @@ TEST_CASE("identify prints, writes JSON and a report") {
     CHECK(parameter.at("name") == info.name);
     CHECK(parameter.at("unit") == info.unit);
     if (info.per_mgh)
-      // Half a unit of the last digit of 838.99.
-      CHECK(near(parameter.at("normalized").get<double>(), parameter.at("value").get<double>() / 838.99, 6e-6));
+      CHECK(near(parameter.at("normalized").get<double>(),
+                 parameter.at("value").get<double>() / decid::sim::Body{}.mgh(), 1e-15));
     else
       CHECK(parameter.at("normalized").is_null());
   }
@@ -205,9 +206,9 @@ TEST_CASE("a measured tilt puts a recording that started early in time") {
   const Json plain = Json::parse(run_decid("identify --json " + folder / "a.csv").out)["recordings"][0];
   const Json timed =
       Json::parse(run_decid("identify --json --tilt-column tilt_deg " + folder / "early.csv").out)["recordings"][0];
-  CHECK(near(timed.at("tilt").at("delay_s").get<double>(), 3.0, 0.001));
+  CHECK(near(timed.at("tilt").at("delay_s").get<double>(), 3.0, 1e-9));  // the digits in the file
   CHECK(timed.at("tilt").at("correlation").get<double>() > 0.9999);
-  CHECK(near(timed.at("tilt").at("gain").get<double>(), 1.0, 1e-6));  // the digits in the file
+  CHECK(near(timed.at("tilt").at("gain").get<double>(), 1.0, 1e-9));
   const Json told = Json::parse(run_decid("identify --json --start 3 " + folder / "early.csv").out)["recordings"][0];
   CHECK(told.at("parameters") == timed.at("parameters"));
   for (std::size_t p = 0; p < 7; ++p) {  // but for the digits in the file
