@@ -13,6 +13,7 @@
 
 #include "base/error.hpp"
 #include "sim/protocol.hpp"
+#include "tests/near.hpp"
 
 namespace decid::test {
 

@@ -8,9 +8,11 @@
 
 #include "base/error.hpp"
 #include "sim/simulate.hpp"
+#include "tests/near.hpp"
 
 using namespace decid;
 using namespace decid::sim;
+using decid::test::near;
 
 namespace {
 
@@ -60,7 +62,7 @@ TEST_CASE("FrequencyResponse: without noise it is the closed loop's") {
       CHECK(std::abs(points[i].response - expected[i]) < bound);
       CHECK(points[i].coherence > 0.999);
     }
-    CHECK(points.front().frequency_hz == doctest::Approx(1.0 / protocol.cycle_s()).epsilon(1e-9));
+    CHECK(near(points.front().frequency_hz, 1.0 / protocol.cycle_s(), 1e-15));
     CHECK(last > 2.0);
     CHECK(last < 4.0);
   }

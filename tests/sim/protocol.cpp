@@ -10,10 +10,14 @@
 
 #include "base/error.hpp"
 #include "sim/noise.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::sim;
+using decid::test::near;
 
 namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
 
 const auto not_a_number = std::numeric_limits<double>::quiet_NaN();
 const auto infinity = std::numeric_limits<double>::infinity();
@@ -86,7 +90,6 @@ TEST_CASE("make_stimulus: default protocol") {
   REQUIRE(tilt.size() == 12'101);
   REQUIRE(stimulus.rate_rad_s.size() == 12'100);
   CHECK(tilt[0] == 0.0);
-  constexpr double eps = std::numeric_limits<double>::epsilon();
   CHECK(std::abs(peak_to_peak(tilt) / rad_per_deg - 1.0) < 2.0 * eps);
 
   const double rate = rad_per_deg / 4.25;
@@ -125,7 +128,7 @@ TEST_CASE("make_stimulus: the trial starts at its offset, 120 ms before a new st
   for (const Case& c : {Case{0, 102}, Case{119, 102}, Case{120, 103}, Case{369, 103}, Case{370, 104}}) {
     const double expected = values[c.state] * rate;
     CAPTURE(c.step);
-    CHECK(stimulus.rate_at(c.step) == doctest::Approx(expected).epsilon(1e-14));
+    CHECK(near(stimulus.rate_at(c.step), expected, 4.0 * eps));  // four roundings each way
   }
   // Where it starts is in the middle of the range, to within a state.
   const auto [low, high] = std::minmax_element(stimulus.tilt_rad.begin(), stimulus.tilt_rad.end());
@@ -140,7 +143,7 @@ TEST_CASE("make_stimulus: short protocol") {
   CHECK(protocol.cycle_s() == 20.0);
   const Stimulus stimulus = make_stimulus(protocol);
   REQUIRE(stimulus.interval_steps == 10);
-  CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(rad_per_deg).epsilon(1e-15));
+  CHECK(near(peak_to_peak(stimulus.tilt_rad), rad_per_deg, 2.0 * eps));
   const auto& rate = stimulus.rate_rad_s;
   const auto is_zero = [](double x) { return x == 0.0; };
   CHECK(std::all_of(rate.begin(), rate.begin() + 197, is_zero));
@@ -151,7 +154,7 @@ TEST_CASE("make_stimulus: short protocol") {
   const std::vector<int> values = ternary_sequence(protocol.sequence());
   for (const std::size_t state : {0u, 1u, 2u, 3u, 79u}) {
     const double expected = values[state] * rad_per_deg / (0.25 * divisor(values));
-    CHECK(rate[197 + 25 * state] == doctest::Approx(expected).epsilon(1e-14));
+    CHECK(near(rate[197 + 25 * state], expected, 4.0 * eps));
   }
 }
 
@@ -162,7 +165,7 @@ TEST_CASE("make_stimulus: amplitude scales the tilt; rest after the last cycle k
   protocol.sequence().lead_out_s = 0.5;
   const Stimulus stimulus = make_stimulus(protocol);
   CHECK(stimulus.tilt_rad.size() == 6'101);
-  CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(4.0 * rad_per_deg).epsilon(1e-15));
+  CHECK(near(peak_to_peak(stimulus.tilt_rad), 4.0 * rad_per_deg, 2.0 * eps));
   CHECK(stimulus.tilt_rad.back() == 0.0);
 }
 

@@ -11,10 +11,12 @@
 
 #include "base/error.hpp"
 #include "base/sha256.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
+using decid::test::near;
 
 namespace {
 
@@ -87,7 +89,7 @@ double disagreement(const Protocol& protocol, const Parameters& parameters, cons
     const double a = sway[k * static_cast<std::size_t>(protocol.steps_per_sample())];
     difference = std::max(difference, std::abs(trial.sway[k] - a));
   }
-  CHECK(trial.outcome.largest_sway_rad == doctest::Approx(largest).epsilon(1e-11));
+  CHECK(near(trial.outcome.largest_sway_rad, largest, 1e-12));
   return difference / largest;
 }
 

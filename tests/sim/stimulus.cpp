@@ -14,8 +14,11 @@
 #include "base/sha256.hpp"
 #include "sim/protocol.hpp"
 #include "sim/simulate.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::sim;
+using decid::test::near;
+using decid::test::within;
 
 namespace {
 
@@ -81,8 +84,9 @@ TEST_CASE("measured tilt: the samples, their first called 0, at the sample rate"
   const std::vector<double> expected_deg{0.0, 0.25, -0.25, -0.5, 0.0, 0.5, 0.5};
   for (std::size_t k = 0; k < expected_deg.size(); ++k) CHECK(stimulus.tilt_rad[k] == expected_deg[k] * rad_per_deg);
   CHECK(stimulus.rate_rad_s[5] == 0.0);
-  CHECK(stimulus.tilt_at(15) == doctest::Approx(0.0).epsilon(1e-15));
-  CHECK(stimulus.peak_to_peak_rad() == doctest::Approx(rad_per_deg).epsilon(1e-15));
+  // Half of 0.25 to -0.25 degrees: roundings of what is below half a degree.
+  CHECK(within(stimulus.tilt_at(15), 0.0, eps * rad_per_deg));
+  CHECK(stimulus.peak_to_peak_rad() == rad_per_deg);
 }
 
 TEST_CASE("every kind: lead-in, cycles and lead-out") {
@@ -132,15 +136,17 @@ TEST_CASE("raised cosines: there and back, to stay, and rest between") {
   check_lines(stimulus, protocol);
   const auto deg = [&](double t) { return stimulus.tilt_at(static_cast<int>(std::lround(1000.0 * t))) / rad_per_deg; };
   for (const double t : {0.0, 0.5, 1.0, 3.0, 7.0, 7.99, 8.0}) CHECK(std::abs(deg(t)) <= eps);
-  CHECK(deg(2.0) == doctest::Approx(1.0).epsilon(1e-15));
-  CHECK(deg(1.5) == doctest::Approx(0.5).epsilon(1e-15));
-  CHECK(deg(1.2) == doctest::Approx(0.5 * (1.0 - std::cos(2.0 * pi * 0.1))).epsilon(1e-14));
-  CHECK(deg(3.25) == doctest::Approx(-1.0).epsilon(1e-15));
-  CHECK(deg(3.1) == doctest::Approx(-1.0 + std::cos(pi * 0.2)).epsilon(1e-14));
-  for (const double t : {3.5, 3.9, 4.0, 5.0, 6.0}) CHECK(deg(t) == doctest::Approx(-2.0).epsilon(1e-15));
+  // The cosine is right to 3/4 of eps, and what takes it to degrees rounds five times; where both subtract, of 2
+  // degrees.
+  CHECK(near(deg(2.0), 1.0, 4.0 * eps));
+  CHECK(near(deg(1.5), 0.5, 4.0 * eps));
+  CHECK(within(deg(1.2), 0.5 * (1.0 - std::cos(2.0 * pi * 0.1)), 4.0 * eps));
+  CHECK(near(deg(3.25), -1.0, 4.0 * eps));
+  CHECK(within(deg(3.1), -1.0 + std::cos(pi * 0.2), 8.0 * eps));
+  for (const double t : {3.5, 3.9, 4.0, 5.0, 6.0}) CHECK(near(deg(t), -2.0, 4.0 * eps));
   // The move starts 5 ms after a sample.
-  CHECK(deg(4.5) == doctest::Approx(-2.0 + 0.25 * (1.0 - std::cos(2.0 * pi * 0.495 / 0.99))).epsilon(1e-14));
-  CHECK(deg(6.5) == doctest::Approx(-1.0).epsilon(1e-15));
+  CHECK(near(deg(4.5), -2.0 + 0.25 * (1.0 - std::cos(2.0 * pi * 0.495 / 0.99)), 4.0 * eps));
+  CHECK(near(deg(6.5), -1.0, 4.0 * eps));
 }
 
 TEST_CASE("a trial is simulated on every kind of stimulus") {

@@ -10,9 +10,11 @@
 #include "sim/segments.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/stimulus_page.hpp"
+#include "tests/near.hpp"
 
 using decid::test::check_refused;
 using decid::test::Folder;
+using decid::test::near;
 using decid::test::read_text;
 using decid::test::run_decid;
 using decid::test::write_text;
@@ -160,7 +162,7 @@ TEST_CASE("simulate: errors show the digits that were given") {
 
 TEST_CASE("amplitude_spectrum: a sine's amplitude stands at its frequency") {
   const auto spectrum = decid::tools::amplitude_spectrum(sines());
-  REQUIRE(spectrum.resolution_hz == doctest::Approx(0.05).epsilon(1e-14));
+  REQUIRE(near(spectrum.resolution_hz, 0.05, 1e-15));
   REQUIRE(spectrum.amplitude_deg.size() == 1001);
   for (std::size_t k = 0; k < spectrum.amplitude_deg.size(); ++k) {
     const double expected = k == 5 ? 0.5 : k == 40 ? 0.125 : 0.0;
