@@ -2,11 +2,14 @@
 #include "identify/recordings.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace decid {
 
 double Identification::peak_to_peak_deg() const {
-  const auto [low, high] = std::ranges::minmax(estimate.trial.sway_rad);
+  const std::vector<float>& sway_rad = estimate.trial.sway_rad;
+  if (std::ranges::any_of(sway_rad, [](float value) { return std::isnan(value); })) return std::nan("");
+  const auto [low, high] = std::ranges::minmax(sway_rad);
   return static_cast<double>(high - low) / sim::rad_per_deg;
 }
 

@@ -7,9 +7,10 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/identify/measure_following.hpp"
 #include "tests/near.hpp"
 
-namespace decid::tools {
+namespace decid {
 namespace {
 
 using test::near;
@@ -44,7 +45,7 @@ struct Sample {
   double mean, deviation;
 };
 template <class Make>
-Sample measured(const Following& following, int count, const Make& make) {
+Sample measured(const test::FollowingAlone& following, int count, const Make& make) {
   std::vector<double> values;
   double sum = 0, squares = 0;
   for (int i = 0; i < count; ++i)
@@ -59,7 +60,7 @@ constexpr int trials = 24;
 }  // namespace
 
 TEST_CASE("following: trials of the controller itself follow by 1, reversed ones by -1") {
-  const Following following(simulator());
+  const test::FollowingAlone following(simulator());
   const Sample own = measured(following, trials, [](auto i) { return trial(controller(), i); });
   // Four standard errors of the mean, one in 16,000; and the response that it is laid over is itself a mean of 32
   // trials: another standard error of 1 / sqrt(32) of a trial's deviation.
@@ -76,7 +77,7 @@ TEST_CASE("following: trials of the controller itself follow by 1, reversed ones
 }
 
 TEST_CASE("following: without vestibular noise it is 1 but for the sensor's") {
-  const Following following(simulator());
+  const test::FollowingAlone following(simulator());
   const std::vector<float> sway = trial(controller(0.0), 0);
   CHECK(within(following.measure(controller(0.0), sway), 1.0, 0.01));
   // Half the sway is half the response.
@@ -86,7 +87,7 @@ TEST_CASE("following: without vestibular noise it is 1 but for the sensor's") {
 }
 
 TEST_CASE("following: white noise, sway of another start and of no tilt do not follow") {
-  const Following following(simulator());
+  const test::FollowingAlone following(simulator());
   const Sample noise = measured(following, trials, [](std::uint64_t i) {
     const Random random(9, Stream::sensor_noise, i);
     std::vector<float> sway(static_cast<std::size_t>(simulator().samples()));
@@ -123,7 +124,7 @@ TEST_CASE("following: white noise, sway of another start and of no tilt do not f
 }
 
 TEST_CASE("following: a controller that falls is followed by nobody") {
-  const Following following(simulator());
+  const test::FollowingAlone following(simulator());
   sim::Parameters falling = controller();
   falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
   CHECK(std::isnan(following.measure(falling, trial(controller(), 0))));
@@ -152,4 +153,4 @@ TEST_CASE("unfamiliarity: of distance and of what is missing to 1, above 1 at th
   CHECK(unfamiliarity(1.0, 1.0, std::numeric_limits<double>::quiet_NaN()) == unfamiliarity(1.0, 1.0, 0.0));
 }
 
-}  // namespace decid::tools
+}  // namespace decid

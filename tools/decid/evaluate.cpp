@@ -1,7 +1,6 @@
 // decid evaluate: a model's error on a data set.
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
@@ -10,11 +9,10 @@
 #include "identify/training/training.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/firmware/quantise.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct Options {
   CommonOptions common;
@@ -60,15 +58,7 @@ void evaluate_model(const Options& options) {
   const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
   const Evaluation result = evaluate(model, outputs, truth);
   if (options.common.json) {
-    Json per_parameter;
-    for (std::size_t p = 0; p < sim::parameter_count; ++p)
-      per_parameter[sim::parameter_info[p].name] = result.mse_per_parameter[p];
-    std::cout << Json{{"mse", result.mse()},
-                      {"matlab_loss", result.matlab_loss()},
-                      {"mse_per_parameter", per_parameter},
-                      {"trials", result.trials}}
-                     .dump(2)
-              << '\n';
+    std::cout << evaluation_json(result).dump(2) << '\n';
     return;
   }
   std::cout

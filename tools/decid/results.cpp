@@ -6,34 +6,18 @@
 
 #include "base/text.hpp"
 #include "tools/report/frf.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
-namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-}  // namespace
-
 Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   if (id.error) return {{"file", id.file}, {"error", id.error->what()}};
-  const Estimate& estimate = id.estimate;
   const Explanation& explanation = id.explanation;
-  const std::optional<dataset::TiltMatch>& tilt = estimate.trial.tilt;
-  Json parameters = Json::array();
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const sim::ParameterInfo& info = sim::parameter_info[p];
-    Json parameter{{"name", info.name}, {"value", number_or_null(estimate.parameters[p])}, {"unit", info.unit}};
-    parameter["normalized"] =
-        info.per_mgh ? number_or_null(estimate.parameters[p] / protocol.body.mgh()) : Json(nullptr);
-    if (id.truth) parameter["true"] = (*id.truth)[p];
-    parameters.push_back(std::move(parameter));
-  }
+  const std::optional<dataset::TiltMatch>& tilt = id.estimate.trial.tilt;
   Json recording{{"file", id.file},
-                 {"parameters", std::move(parameters)},
+                 {"parameters", parameters_json(id.estimate.parameters, protocol.body.mgh(), id.truth)},
                  {"fit",
                   {{"rms_residual_deg", number_or_null(explanation.rms_residual_deg)},
                    {"variance_accounted_for", number_or_null(explanation.variance_accounted_for)}}},

@@ -10,6 +10,7 @@
 #include "embedded/compare_js.hpp"
 #include "embedded/comparison_js.hpp"
 #include "tools/report/page.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -21,14 +22,11 @@ using json = nlohmann::ordered_json;
 json comparison_json(const ComparisonFigures& figures) {
   json methods = json::array();
   for (const MethodFigures& method : figures.methods) {
-    json per_parameter;
-    for (std::size_t p = 0; p < sim::parameter_count; ++p)
-      per_parameter[sim::parameter_info[p].name] = method.mse_per_parameter[p];
     methods.push_back({{"name", method.name},
                        {"description", method.description},
                        {"mse", method.mse},
                        {"mse_standard_error", method.mse_standard_error},
-                       {"mse_per_parameter", std::move(per_parameter)},
+                       {"mse_per_parameter", by_parameter(method.mse_per_parameter)},
                        {"error_per_standard_error",
                         method.error_per_standard_error ? json(*method.error_per_standard_error) : json(nullptr)},
                        {"simulations", method.simulations},
