@@ -16,16 +16,16 @@ class TrialSource {
  public:
   virtual ~TrialSource() = default;
   virtual const sim::Protocol& protocol() const = 0;
-  /// Names these very trials: sources of equal identity and protocol give equal trials.
+  /// Names these trials: sources of equal identity and protocol give equal trials.
   virtual std::string identity() const = 0;
-  /// Trials of an epoch. Those of one epoch may be others than those of the next.
+  /// Trials of an epoch. They may change from epoch to epoch.
   virtual int training_trials() const = 0;
   virtual int validation_trials() const = 0;
-  /// How many trials are best asked for at once, 1 or more; more cost memory, fewer time.
+  /// How many trials to ask for at once, 1 or more: asking for more costs memory, asking for fewer costs time.
   virtual int trials_at_once() const = 0;
 
   /// take(place, parameters, sway_rad) for the trial at indices[place], in any order and from many threads; sway_rad is
-  /// void afterwards. Throws Error for an index that is not from 0 to below the number of trials.
+  /// valid only within that call. Throws Error for an index that is not from 0 to below the number of trials.
   using Take =
       std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad)>;
   virtual void training(int epoch, std::span<const int> indices, const Take& take) const = 0;
@@ -40,7 +40,7 @@ std::unique_ptr<TrialSource> stored_source(StoredDataset data);
 
 /// Trials simulated when they are asked for, each used in one epoch only. A trial depends on (seed, its number) alone:
 /// number n is the first valid one of attempts 1024 n, 1024 n + 1, ... Validation trials are the first numbers. Throws
-/// Error for a protocol that is not valid, or less than one trial of either.
+/// Error for a protocol that is not valid, or fewer than one trial of either.
 std::unique_ptr<TrialSource> stream_source(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch,
                                            int validation_trials);
 
