@@ -144,7 +144,7 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
 
 namespace {
 
-/// The trials of a block: whole batches, as many as the source likes to give and memory allows.
+/// The trials of a block: whole batches, as many as the source gives at once and memory allows.
 int block_trials(const TrialSource& source, const ImageMaker& images, int batch) {
   if (batch < 1) throw Error("feed", "batches of " + std::to_string(batch) + " trials", "ask for 1 or more");
   const std::size_t image_bytes = static_cast<std::size_t>(images.shape().size()) * sizeof(float);
@@ -174,7 +174,7 @@ Feed::~Feed() {
 Feed::Batch Feed::next() {
   if (taken_ == current_.trials) {
     if (!making_.valid()) throw Error("feed", "has no batch left", "ask for those of its epochs only");
-    making_.get();  // throws what it ended with, however often it is asked
+    making_.get();  // throws again on every call if it ended with an exception
     making_ = {};
     std::swap(current_, coming_);
     taken_ = 0;
@@ -193,7 +193,7 @@ void Feed::start() {
   if (first_ == 0) order_ = shuffled(source_.training_trials(), seed_, epoch_);
   const int count = std::min(block_trials_, static_cast<int>(order_.size()) - first_);
   std::vector<int> indices(order_.begin() + first_, order_.begin() + first_ + count);
-  // A thread of its own has OpenMP's threads of its own, as many as the caller's.
+  // A new thread has an OpenMP team of its own: it gets as many threads as the caller's.
   making_ = std::async(std::launch::async,
                        [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
                          omp_set_num_threads(threads);

@@ -28,14 +28,14 @@ class TrialSource {
   virtual ~TrialSource() = default;
   virtual const sim::Protocol& protocol() const = 0;
   virtual TrialIdentity identity() const = 0;
-  /// Trials of an epoch. Those of one epoch may be others than those of the next.
+  /// Trials of an epoch. They may change from epoch to epoch.
   virtual int training_trials() const = 0;
   virtual int validation_trials() const = 0;
-  /// How many trials are best asked for at once, 1 or more; more cost memory, fewer time.
+  /// How many trials to ask for at once, 1 or more: asking for more costs memory, asking for fewer costs time.
   virtual int trials_at_once() const = 0;
 
   /// take(place, parameters, sway_rad) for the trial at indices[place], in any order and from many threads; sway_rad is
-  /// void afterwards. Throws Error for an index that is not from 0 to below the number of trials.
+  /// valid only within that call. Throws Error for an index that is not from 0 to below the number of trials.
   using Take =
       std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad)>;
   virtual void training(int epoch, std::span<const int> indices, const Take& take) const = 0;

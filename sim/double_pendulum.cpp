@@ -16,8 +16,8 @@ namespace {
 
 constexpr double step_s = 1.0 / steps_per_second;
 
-// One DEC module with its delay: what stands on what. The body and its support are those the servo controls; the
-// passive part acts on the joint, whose angle may be another.
+// One DEC module with its delay. The body and its support are those of the servo; the passive part acts on the joint,
+// whose angle may differ from theirs.
 class Module {
  public:
   explicit Module(const Parameters& parameters) : p_(parameters), delay_line_(parameters[Delay]) {}

@@ -138,7 +138,7 @@ void RealFft::run_forward(const FftKernels& kernels, int lanes, const double* in
     std::copy_n(work, 2 * bins() * lanes, out);
     return;
   }
-  // Even samples as real, odd ones as imaginary parts: that is how they lie.
+  // Even samples are the real parts, odd ones the imaginary parts, as they lie in memory.
   fft_.run(kernels, lanes, in, out, work);
   kernels.join_halves(length_ / 2, parts(roots_.data()), out);
 }

@@ -60,7 +60,7 @@ FrequencyResponse::FrequencyResponse(const Protocol& protocol, int skipped_cycle
   double largest = 0.0;
   for (int line = 1; line <= lines; ++line) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(line)]));
   const auto amplitude = [&](int line) { return std::abs(x[static_cast<std::size_t>(line)]); };
-  // Between harmonics there is nothing but what rounding to float leaves.
+  // Between harmonics there is only what rounding to float leaves.
   const auto is_noise = [&](int line) {
     return line >= 1 && line <= lines && (line % cycles_ != 0 || amplitude(line) <= most_amplitude * largest);
   };

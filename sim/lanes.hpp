@@ -1,4 +1,4 @@
-// One thread's lanes and the trials that are led through them: a trial that ends, or falls, gives its lane to the next.
+// One thread's lanes and the trials that pass through them: a trial that ends, or falls, gives its lane to the next.
 // The steps themselves are kernels (kernels/generic_pendulums.hpp).
 #pragma once
 
@@ -33,7 +33,7 @@ class Lanes {
   explicit Lanes(const Experiment& experiment);
 
   /// Runs the trials that `next` names, until it returns a negative index and all lanes are free; it is asked again
-  /// whenever a lane is. After an exception the lanes are of no more use.
+  /// whenever a lane is free. After an exception the lanes cannot be used again.
   void run(const std::function<int()>& next, const Simulator::TrialOf& trial_of, const Simulator::Finished& finished);
 
  private:
@@ -57,14 +57,14 @@ class Lanes {
   };
 
   double* sway_of(int lane) { return sways_.get() + static_cast<std::size_t>(lane) * samples_; }
-  /// The next trials, as many as have their noise made at once; none when `next` has no more.
+  /// Fetches as many trials as have their noise made at once; none when `next` has no more.
   void prepare(const std::function<int()>& next, const Simulator::TrialOf& trial_of);
   Noise* free_noise();
-  /// Nothing to do: a lane that stays at zero.
+  /// Leaves a lane without a trial: it stays at zero.
   void rest(int lane);
   void begin(int lane, const Prepared& trial, double* sway);
   void advance(int samples);
-  /// The commands that a lane can still ask for go to where there is room behind them.
+  /// Moves the commands that a lane can still ask for to where there is room behind them.
   void move_commands_back();
   void end_if_over(int lane, const Simulator::Finished& finished);
 
@@ -76,7 +76,7 @@ class Lanes {
   std::unique_ptr<Pendulums> lanes_;
   std::array<Work, Pendulums::count> works_{};
   std::vector<double> silence_;
-  std::unique_ptr<double[]> sways_;  // a row a lane, and one for those at rest
+  std::unique_ptr<double[]> sways_;  // a row for each lane, and one for those at rest
   std::vector<std::unique_ptr<Noise>> noises_;
   std::vector<Prepared> waiting_;
 };

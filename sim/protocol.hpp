@@ -51,19 +51,19 @@ struct Protocol {
   SensorNoise sensor_noise;
 
   /// Throws Error naming the setting if any is out of its bounds, if no harmonic of the trial lies in the noise's band,
-  /// or if the number of samples has a prime factor above largest_fft_prime (sim/fft.hpp); all that follows assumes a
+  /// or if the number of samples has a prime factor above largest_fft_prime (sim/fft.hpp); all other members assume a
   /// valid protocol.
   void validate() const;
   /// Throws Error naming the setting for what can be simulated but is no experiment: control characters in the name, a
   /// body that has less inertia about the ankles than its mass at its centre (parallel axis theorem; 1e-6 of it are
-  /// rounding), a measured tilt whose cycles do not join. To be asked of what people write: data sets and models may
-  /// carry such protocols from before.
+  /// rounding), a measured tilt whose cycles do not join. For protocols that people write: data sets and models may
+  /// carry older ones that it would refuse.
   void refuse_implausible() const;
   /// The stimulus if it is a sequence; throws Error if it is of another kind.
   Sequence& sequence();
   const Sequence& sequence() const;
 
-  // What all kinds of stimulus have. Of a sequence the lengths are counted anew at each call: keep them out of inner
+  // What all kinds of stimulus have. A sequence's lengths are counted anew at each call: keep them out of inner
   // loops.
 
   int cycles() const;

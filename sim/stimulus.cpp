@@ -1,5 +1,5 @@
-// Kinds of stimulus: their bounds, lengths and tilt; see stimulus.hpp. Whoever adds a kind adds an overload to each
-// family of functions below.
+// Kinds of stimulus: their bounds, lengths and tilt; see stimulus.hpp. A new kind needs an overload in each family
+// of functions below.
 // All times are counted in whole milliseconds; doubles come in only at the end.
 #include "sim/stimulus.hpp"
 
@@ -203,7 +203,7 @@ std::vector<double> cycle_deg(const MeasuredTilt& measured, int) {
   return tilt;
 }
 
-// sin of an angle given in turns: the whole turns do not count, the rest is counted in 2^-52 of a turn.
+// sin of an angle given in turns: whole turns drop out, the rest is counted in 2^-52 of a turn.
 double sin_of_turns(double turns) {
   constexpr long long parts = 1LL << 52;
   return sincos_of_turn(static_cast<long long>((turns - std::floor(turns)) * static_cast<double>(parts)), parts).sin;

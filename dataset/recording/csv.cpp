@@ -154,7 +154,7 @@ void CsvTable::for_each_line(const Visit& visit) const {
 }
 
 char CsvTable::find_separator() const {
-  // The second line tells better than the first, which may be a header with anything in its names.
+  // The second line is the better witness: the first may be a header with anything in its names.
   std::string_view first, last;
   int lines = 0;
   for_each_line([&](std::string_view candidate, std::size_t) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double slowest_plausible_hz = 5.0;
 constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
-/// Where degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
+/// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
 
 int find_sway(const Table& table, int time, Recording& recording) {
@@ -90,7 +90,7 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   return values;
 }
 
-/// Holds the sway's size against what a standing body does. `guessed`: its unit was.
+/// Checks that the sway's size is a standing body's. `guessed`: its unit was.
 void check_size(Recording& recording, bool guessed, const char* other) {
   const auto [least, most] = std::minmax_element(recording.sway_rad.begin(), recording.sway_rad.end());
   const double peak_deg = std::max(-*least, *most) / sim::rad_per_deg;
@@ -128,7 +128,7 @@ void convert(Recording& recording, const RecordingOptions& options) {
   check_size(recording, !unit, "if the unit is another, give --unit");
 }
 
-/// The tilt's column in radians. Of its size nothing is asked here: it is held against the protocol's.
+/// The tilt's column in radians. Its size is compared with the protocol's later.
 void read_tilt(const Table& table, int sway, const Clock& clock, const RecordingOptions& options,
                Recording& recording) {
   const int column = named_column(table, options.tilt_column, recording.file, "--tilt-column");
@@ -160,7 +160,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   const int sway = options.column.empty() ? find_sway(table, time, recording)
                                           : named_column(table, options.column, recording.file, "--column");
   if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
-  if (sway == time) time = -1;  // the user knows better than its looks
+  if (sway == time) time = -1;  // the user has said what it is
   recording.column = table.names()[static_cast<std::size_t>(sway)];
   if (time >= 0 && table.rows(time) != table.rows(sway)) {
     throw Error(recording.file,

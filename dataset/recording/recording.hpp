@@ -19,7 +19,7 @@ struct RecordingOptions {
   double fill_gaps_s = 0.0;            ///< missing values and lost samples up to this long are interpolated
   std::string tilt_column = {};        ///< the platform's tilt, by name or number from 1; empty: not read
   std::optional<Unit> tilt_unit = {};  ///< as `unit`
-  bool invert_sway = false;            ///< it was measured positive against the protocol's direction of tilt
+  bool invert_sway = false;            ///< it is positive against the protocol's direction of tilt
   bool invert_tilt = false;
 };
 

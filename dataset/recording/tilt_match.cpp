@@ -23,7 +23,7 @@ Match match_tilt(std::span<const double> measured, std::span<const double> expec
   if (n == 0 || held.size() < n) return {};
   const std::size_t delays = held.size() - n + 1;
 
-  // Means are taken off first: the sums of squares below are then differences of numbers of their own size.
+  // Means are subtracted first, so that the sums of squares below are differences of numbers of their own size.
   double held_mean = 0.0, expected_mean = 0.0;
   for (const double value : held) held_mean += value / static_cast<double>(held.size());
   for (const double value : expected) expected_mean += value / static_cast<double>(n);

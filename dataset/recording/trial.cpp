@@ -1,4 +1,4 @@
-// Recordings brought to a protocol: where it starts, its rate and length, offset and drift taken off.
+// Recordings brought to a protocol: its start, rate and length; offset and drift subtracted.
 #include "dataset/recording/trial.hpp"
 
 #include <algorithm>
@@ -13,10 +13,10 @@ namespace decid::dataset {
 
 namespace {
 
-/// So much of a trial may be missing at either end.
+/// How much of a trial may be missing at either end.
 constexpr double missing_limit = 0.01;
 constexpr double least_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
-/// Samples by which lengths differ from rounding alone.
+/// Samples by which lengths may differ by rounding alone.
 constexpr double rounding = 1e-6;
 
 std::string count_at(std::size_t samples, double rate_hz) {
@@ -86,7 +86,7 @@ std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
 TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double from_hz) {
   const double rate = protocol.sample_rate_hz;
   const auto needed = static_cast<std::size_t>(protocol.samples());
-  // More than may be missing: so that what is missing is told, not overlooked.
+  // More than may be missing, so that what is missing is reported, not overlooked.
   const int overhang = static_cast<int>(needed / 4);
   const std::vector<double> measured =
       from_hz == rate ? recording.tilt_rad : resample(recording.tilt_rad, from_hz, rate);
@@ -118,7 +118,7 @@ TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double
   return result;
 }
 
-/// What of a longer recording is not used, what of a shorter one is made up.
+/// Warns of what is not used of a longer recording and what is made up of a shorter one.
 void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
   const double recorded_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz;
   const double rate = protocol.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
@@ -192,7 +192,7 @@ Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const
   const double from_hz = same_rate ? rate : recording.rate_hz;
   const double recorded_s = static_cast<double>(recording.sway_rad.size()) / from_hz;
   if (options.start_s && !recording.tilt_rad.empty()) {
-    throw Error(recording.file, "both a start and a column of tilt tell where the protocol starts",
+    throw Error(recording.file, "both a start and a column of tilt say where the protocol starts",
                 "give --begin or --tilt-column, not both");
   }
   if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {

@@ -9,9 +9,9 @@
 
 namespace decid::dataset {
 
-/// What is taken off a trial. `offset`: its mean. `linear`: a straight line too. Both are those of the protocol's whole
-/// cycles, about whose mean simulated trials swing. The line's slope is that of the cycles' means: the response to the
-/// stimulus is the same in each cycle and leaves it alone; with one cycle it is the line of least squares.
+/// What is subtracted from a trial. `offset`: its mean. `linear`: a straight line too. Both are those of the protocol's
+/// whole cycles, about whose mean simulated trials swing. The line's slope is that of the cycles' means: the response
+/// to the stimulus is the same in each cycle and leaves it alone; with one cycle it is the line of least squares.
 enum class Detrend { none, offset, linear };
 
 struct TrialOptions {
@@ -20,7 +20,7 @@ struct TrialOptions {
   Detrend detrend = Detrend::none;
 };
 
-/// How the tilt measured lies over the tilt that the protocol prescribes.
+/// How the measured tilt lies over the tilt that the protocol prescribes.
 struct TiltMatch {
   double delay_s = 0.0;          ///< the protocol starts so long after the recording's first sample
   double correlation = 0.0;      ///< over the trial, at that delay

@@ -33,12 +33,12 @@ void add_protocol_options(CLI::App& command, ProtocolOptions& options) {
 }
 
 void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& description) {
-  // Decimal, whatever it begins with: CLI11 takes 010 for octal.
+  // Always decimal: CLI11 takes 010 for octal.
   const auto to_decimal = [](std::string& text) -> std::string {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size())
-      return "'" + text + "' is no whole number from 0 to 18446744073709551615";
+      return "'" + text + "' is not a whole number from 0 to 18446744073709551615";
     text = std::to_string(value);
     return {};
   };

@@ -30,7 +30,7 @@ void run_fit(const Options& options) {
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
   refuse_same_file(options.output, inputs);
-  if (!options.output.empty()) PendingFile probe(options.output);  // told before the work, not after
+  if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
 
   FitRequest request = options.request;
   request.start = options.start == "network"  ? StartKind::network

@@ -1,4 +1,4 @@
-// What `decid fit` says of recordings: what `decid identify` says, and the fit's own figures.
+// What `decid fit` reports on recordings: what `decid identify` does, and the fit's own figures.
 #pragma once
 
 #include <string>

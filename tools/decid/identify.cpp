@@ -27,7 +27,7 @@ void run_identify(const Options& options) {
   refuse_same_file(options.output, inputs);
   inputs.push_back(options.output);
   refuse_same_file(options.report, inputs);
-  // Unwritable places are told before the work, not after.
+  // Reports unwritable places before the work, not after.
   for (const std::string& path : {options.output, options.report})
     if (!path.empty()) PendingFile probe(path);
 
@@ -57,7 +57,8 @@ void add_identify(CLI::App& program) {
       "Examples: decid identify recording.csv --rate 100 -o result.json --report report.html\n"
       "          decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
       "          decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
-      "Of several recordings those that cannot be used have an \"error\" in the JSON; the exit code is then 2.");
+      "A recording that cannot be used does not stop the others: it has an \"error\" in the JSON, and the exit code is "
+      "2.");
   command->callback([options] {
     apply(options->common);
     run_identify(*options);

@@ -18,14 +18,14 @@ struct Options {
   std::string model;
 };
 
-/// Lines that run as one layer, in one line.
+/// The lines of a fused layer, in one line.
 std::string layer_text(const nn::Layer<float>& layer) {
   std::string text = layer.text();
   for (std::size_t i = text.find('\n'); i != std::string::npos; i = text.find('\n')) text.replace(i, 1, " + ");
   return text;
 }
 
-/// The JSON text without its line breaks, the samples of a measured tilt as their number.
+/// The JSON text without its line breaks, and with the number of a measured tilt's samples in their place.
 std::string compact(const std::string& text) {
   Json json = Json::parse(text);
   if (json.contains("measured") && json["measured"].contains("tilt_deg")) {

@@ -16,7 +16,7 @@ void complain(const std::string& text) {
   std::cerr << "decid: " << decid::one_line(text) << '\n';
 }
 
-/// What a shell makes of a variable that is not set: no option means anything by it.
+/// Refuses empty arguments: a shell makes them of variables that are not set, and no option means anything by them.
 void refuse_empty(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -27,7 +27,7 @@ void refuse_empty(int argc, char** argv) {
   }
 }
 
-/// A full disk is told by no single write.
+/// No single write reports a full disk.
 void require_written_output() {
   std::cout.flush();
   if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
@@ -62,7 +62,7 @@ int run(int argc, char** argv) {
     std::string command;
     for (const CLI::App* sub : program.get_subcommands()) command = " " + sub->get_name();
     if (command.empty() && argc > 1 && argv[1][0] != '-')
-      throw decid::Error(argv[1], "is no command", "decid --help lists the commands");
+      throw decid::Error(argv[1], "is not a command", "decid --help lists the commands");
     complain(std::string(error.what()) + "; see decid" + command + " --help");
     return 2;
   }

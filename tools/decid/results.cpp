@@ -36,7 +36,7 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
 }
 
 std::string recordings_json(const std::string& model, const Json& recordings) {
-  // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
+  // A file name need not be UTF-8; other bytes are replaced.
   return Json{{"model", model}, {"recordings", recordings}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -47,7 +47,7 @@ sim::Protocol at_rest(sim::Protocol protocol) {
   sim::Sequence small;
   small.amplitude_deg = 1e-3;
   protocol.stimulus = small;
-  protocol.vestibular_noise.scale_deg = 0.0;  // its band may hold nothing of this trial
+  protocol.vestibular_noise.scale_deg = 0.0;  // its band may hold no harmonic of this trial
   return protocol;
 }
 

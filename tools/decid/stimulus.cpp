@@ -30,7 +30,7 @@ void stimulus(const Options& options) {
     refuse_same_file(path, files);
     if (path.empty()) continue;
     files.push_back(path);
-    PendingFile probe(path);  // unwritable places are told before anything is written
+    PendingFile probe(path);  // reports unwritable places before anything is written
   }
   const sim::Stimulus played = sim::make_stimulus(protocol);
   if (!options.output.empty())

@@ -90,7 +90,7 @@ void run_study(const Options& options) {
   const Stage stage = [&](const std::string& text) {
     if (!options.common.quiet) std::cerr << "study: " << text << '\n';
   };
-  if (!options.recording.empty()) add_recording(options, model, study);  // bad ones are told before the work
+  if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before the work
   if (!options.data.empty()) study_dataset(model, options.data, study, stage);
   study_fresh(model, options.trials, options.levels_deg, study, stage);
   study_double(model, options.realisations, study, stage);
@@ -103,7 +103,7 @@ void run_study(const Options& options) {
   for (const Figure& figure : figures) outputs.insert(outputs.end(), {figure.id + ".svg", figure.id + ".csv"});
   for (const std::string& output : outputs) refuse_same_file((folder / output).string(), inputs);
   const std::string text = study_text(study);
-  // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
+  // A file name need not be UTF-8; other bytes are replaced.
   const std::string json =
       study_json(study).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   for (const Figure& figure : figures) {

@@ -48,14 +48,14 @@ TrainingSettings settings_from(const Options& options) {
   preset.sgd.momentum = options.momentum.value_or(preset.sgd.momentum);
   preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
   preset.schedule = options.schedule.value_or(preset.schedule);
-  nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // a wrong one is told before the work, not after
+  nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
   settings.seed = options.seed;
   settings.patience = options.patience;
   settings.scaling_trials = options.stream ? 2000 : 0;
   return settings;
 }
 
-/// Everything that decides the bits of the result, for people and for --resume.
+/// Everything that determines the bits of the result, for people and for --resume.
 std::string origin_json(const TrainingSettings& settings, const std::string& architecture,
                         const dataset::TrialSource& source) {
   const Preset& p = settings.preset;
@@ -139,7 +139,7 @@ void train(const Options& options) {
   std::vector<std::string> files{options.data, options.architecture_file, options.image_file};
   const sim::Protocol protocol = options.stream ? options.protocol.load(&files) : sim::default_protocol();
   for (const std::string& path : {options.output, checkpoint, log_path, best_path}) refuse_same_file(path, files);
-  // Unwritable places are told before the work, not after.
+  // Reports unwritable places before the work, not after.
   for (const std::string& path : {options.output, checkpoint, log_path}) PendingFile probe(path);
   TrainingSettings settings = settings_from(options);
   const std::unique_ptr<dataset::TrialSource> source =
@@ -184,7 +184,8 @@ void train(const Options& options) {
                    "peak memory %.0f MB",
                    last.epoch, preset.epochs, last.training_mse, last.validation_mse,
                    0.5 * sim::parameter_count * last.validation_mse, trials / seconds, peak_memory_mb()));
-        // First the best, so that a checkpoint never lacks it; a kill in between makes it anew, with the same bits.
+        // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
+        // same bits.
         if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(best_path, to_bytes(model));
         write_file(checkpoint, to_bytes(model, progress_json(state.log)));
         write_file(log_path, log_csv(state.log));
@@ -211,7 +212,7 @@ void train(const Options& options) {
   bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(), log_path.c_str(),
                   nn::weights_sha256(model.network).c_str()));
   if (!model.familiarity.known())
-    bar.line("too few trials, or another last layer than fc: identify will not know unfamiliar recordings");
+    bar.line("too few trials, or another last layer than fc: identify will not recognise unfamiliar recordings");
   if (options.common.json)
     std::cout << Json{{"model", options.output},
                       {"epochs", state.log.size()},

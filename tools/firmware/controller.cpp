@@ -1,4 +1,4 @@
-// The DEC controller as C files: see firmware_controller.hpp.
+// The DEC controller as C files: see controller.hpp.
 #include "tools/firmware/controller.hpp"
 
 #include <algorithm>

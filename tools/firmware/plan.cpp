@@ -1,4 +1,4 @@
-// From a model to a firmware's layers and memory: see firmware_plan.hpp.
+// From a model to a firmware's layers and memory: see plan.hpp.
 #include "tools/firmware/plan.hpp"
 
 #include <algorithm>

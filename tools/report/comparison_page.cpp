@@ -1,4 +1,4 @@
-// The comparison of methods: see compare.hpp. tools/report/page.cpp makes the page, tools/report/compare.js draws it.
+// The comparison of methods: see comparison_page.hpp. page.cpp makes the page, compare.js draws it.
 #include "tools/report/comparison_page.hpp"
 
 #include <nlohmann/json.hpp>

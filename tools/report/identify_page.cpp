@@ -1,5 +1,5 @@
 // The report's data as JSON: numbers rounded to what can be seen, so that a page stays small.
-// tools/report/page.cpp makes the page, tools/report/identify.js draws it.
+// page.cpp makes the page, identify.js draws it.
 #include "tools/report/identify_page.hpp"
 
 #include <algorithm>
@@ -87,7 +87,7 @@ double quantile(std::vector<double>& values, double fraction) {
   return *nth;
 }
 
-// A few bins hold most of the power: limits are quantiles, and what lies beyond takes the last colour.
+// A few bins hold most of the power, so the limits are quantiles, and values beyond take the last colour.
 ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   using dataset::Channel;
   if (channel == Channel::phase) return {"cyclic", -sim::pi, sim::pi, false};

@@ -55,7 +55,7 @@ json protocol_figures(const sim::Protocol& protocol) {
 
 std::string page_html(const Page& page, const json& data) {
   const std::string block = script_json(data);
-  // One pass over the page alone: what is put in is never searched for marks.
+  // One pass over the page alone: inserted text is never searched for marks.
   const std::pair<std::string_view, std::string_view> parts[] = {{"{{title}}", page.title},
                                                                  {"{{css}}", embedded::report_css()},
                                                                  {"{{title}}", page.title},

@@ -1,4 +1,4 @@
-// The page of a stimulus: see stimulus_page.hpp. tools/report/stimulus.js draws it.
+// The page of a stimulus: see stimulus_page.hpp. stimulus.js draws it.
 #include "tools/report/stimulus_page.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The figures of the paper: see study_figures.hpp. study_worth.cpp draws those of what the estimate is worth.
+// The figures of the paper: see study_figures.hpp. study_worth.cpp draws what an estimate is worth.
 #include "tools/report/study_figures.hpp"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ std::vector<double> in_degrees(std::span<const float> angles) {
   return degrees;
 }
 
-/// Limits of what is worth colours: a few values lie far beyond the others.
+/// Limits of the colour scale: a few values lie far beyond the others.
 std::pair<double, double> usual_range(std::vector<double> values) {
   const auto quantile = [&](double part) {
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));

@@ -1,4 +1,4 @@
-// What decid study says: see study_page.hpp. tools/report/page.cpp makes the page, tools/report/study.js fills it.
+// What decid study reports: see study_page.hpp. page.cpp makes the page, study.js fills it.
 #include "tools/report/study_page.hpp"
 
 #include <algorithm>

@@ -146,7 +146,7 @@ TEST_CASE("an offset and a drift are those of the whole cycles") {
   }
 }
 
-TEST_CASE("the measured tilt tells where the protocol starts") {
+TEST_CASE("the measured tilt says where the protocol starts") {
   const sim::Protocol protocol = two_cycles();
   for (const double rate : {100.0, 128.0, 1000.0}) {
     for (const double delay : {0.0, 0.37, 2.5041, 4.0}) {

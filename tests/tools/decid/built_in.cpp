@@ -1,4 +1,4 @@
-// The model inside the program: the weights that the README names, and the error that it quotes for them.
+// The model inside the program: the weights that docs/models.md names, and their error on fixed trials.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -12,11 +12,11 @@
 
 namespace decid::tools {
 
-TEST_CASE("the built-in model is the one that the README describes") {
+TEST_CASE("the built-in model is the one that docs/models.md describes") {
   const std::string hash = nn::weights_sha256(built_in_model().network);
-  const std::string readme = test::read_text(DECID_SOURCE_DIR "/README.md");
+  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/models.md");
   CAPTURE(hash);
-  CHECK(readme.find(hash) != std::string::npos);
+  CHECK(page.find(hash) != std::string::npos);
   CHECK(std::filesystem::file_size(DECID_SOURCE_DIR "/models/built_in.safetensors") < 4'000'000);
 }
 

@@ -198,7 +198,7 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   CHECK(base_only.err.find("enrichment") == std::string::npos);
 }
 
-TEST_CASE("a report that cannot be written is told before the work") {
+TEST_CASE("a report that cannot be written is an error before the work") {
   const Folder folder;
   const std::string command = "dataset --count 10 -o " + folder / "a.npz" + " --report ";
   for (const std::string& report :
