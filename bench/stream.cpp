@@ -55,7 +55,7 @@ void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, con
   };
   const auto load = [&](std::span<const float> from) {
     for (int i = 0; i < batch; ++i)
-      training.network.input().load(i, from.subspan(static_cast<std::size_t>(i) * values, values));
+      training.trainer.input().load(i, from.subspan(static_cast<std::size_t>(i) * values, values));
   };
   const auto step = [&] {
     for (int i = 0; i < steps; ++i) {

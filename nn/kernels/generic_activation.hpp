@@ -111,7 +111,7 @@ void differentiate_windows(const Activation<float>& a, const PoolShape& s, Plane
   const Float scale = V::broadcast(a.scale), shift = V::broadcast(a.shift), zero = V::broadcast(0);
   const int rows = K::size > 0 ? K::size : s.kernel_rows, columns = K::size > 0 ? K::size : s.kernel_columns;
   const Float factor = V::broadcast(1 / static_cast<float>(rows * columns));
-  clear_for_windows<V>(s, {diff.data, 0, 0, diff.row}, false);
+  clear_for_windows<V>(s, {diff.data, 0, diff.row}, false);
   for (int i = 0; i < s.dst_rows; ++i)
     for (int j = 0; j < s.dst_columns; ++j)
       for (int l = 0; l < lanes; l += V::width) {
