@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numeric>
+#include <variant>
 
 #include "base/parallel.hpp"
 #include "identify/model.hpp"
+#include "nn/predictor.hpp"
 
 namespace decid {
 namespace {
@@ -19,43 +20,13 @@ constexpr double usual_part = 0.97;
 /// Of the mean variance: what is added to each, so that features that are always the same can be divided by.
 constexpr double ridge = 1e-3;
 
-/// The network without its last layer, or null if its features are none that are kept.
-std::unique_ptr<nn::Network<float>> feature_network(const nn::Network<float>& network) {
-  const std::string text = network.architecture();
-  const std::size_t last_line = text.rfind('\n');
-  if (last_line == std::string::npos || !text.substr(last_line + 1).starts_with("fc ")) return nullptr;
-  auto features = std::make_unique<nn::Network<float>>(network.input_shape(), text.substr(0, last_line));
-  if (features->output_shape().size() > most_features) return nullptr;
-  for (std::size_t i = 0; i < features->parameters().size(); ++i) {
-    features->parameters()[i]->value = network.parameters()[i]->value;
-  }
-  for (std::size_t i = 0; i < features->layers().size(); ++i) {
-    const auto from = network.layers()[i]->statistics(), to = features->layers()[i]->statistics();
-    for (std::size_t k = 0; k < to.size(); ++k) to[k]->value = from[k]->value;
-  }
-  return features;
-}
-
 /// Features of `trials` images, one row each.
-std::vector<double> features_of(nn::Network<float>& network, int trials, std::span<const float> images) {
-  const auto count = static_cast<std::size_t>(network.output_shape().size());
-  const auto values = static_cast<std::size_t>(network.input_shape().size());
-  std::vector<double> rows;
-  std::vector<float> row(count);
-  network.plan(std::min(trials, batch), nn::Mode::inference);
-  for (int first = 0; first < trials; first += batch) {
-    const int here = std::min(batch, trials - first);
-    network.set_batch(here);
-    for (int i = 0; i < here; ++i) {
-      network.input().load(i, images.subspan(static_cast<std::size_t>(first + i) * values, values));
-    }
-    network.forward();
-    for (int i = 0; i < here; ++i) {
-      network.output().store(i, row);
-      rows.insert(rows.end(), row.begin(), row.end());
-    }
-  }
-  return rows;
+std::vector<double> features_of(nn::Predictor& predictor, int trials, std::span<const float> images) {
+  const auto count = static_cast<std::size_t>(trials);
+  std::vector<float> outputs(count * static_cast<std::size_t>(predictor.inference().output_shape().size()));
+  std::vector<float> features(count * static_cast<std::size_t>(predictor.feature_count()));
+  predictor.run(images, outputs, features);
+  return {features.begin(), features.end()};
 }
 
 /// The inverse of the Cholesky factor of the rows' covariance: a lower triangle, row by row.
@@ -125,12 +96,12 @@ std::vector<float> images_of(const Model& model, const dataset::TrialSource& sou
 }
 
 /// Features of trials first .. first + count - 1, images for a few at a time in memory.
-std::vector<double> features_of_trials(const Model& model, nn::Network<float>& network,
-                                       const dataset::TrialSource& source, int epoch, int first, int count) {
+std::vector<double> features_of_trials(const Model& model, nn::Predictor& predictor, const dataset::TrialSource& source,
+                                       int epoch, int first, int count) {
   std::vector<double> rows;
   for (int done = 0; done < count; done += source.trials_at_once()) {
     const int here = std::min(source.trials_at_once(), count - done);
-    const std::vector<double> more = features_of(network, here, images_of(model, source, epoch, first + done, here));
+    const std::vector<double> more = features_of(predictor, here, images_of(model, source, epoch, first + done, here));
     rows.insert(rows.end(), more.begin(), more.end());
   }
   return rows;
@@ -139,27 +110,29 @@ std::vector<double> features_of_trials(const Model& model, nn::Network<float>& n
 }  // namespace
 
 int feature_count(const nn::Network<float>& network) {
-  const auto features = feature_network(network);
-  return features == nullptr ? 0 : features->output_shape().size();
+  const auto layers = network.layers();
+  if (layers.size() < 2 || !std::holds_alternative<nn::FullyConnected>(layers.back().kind())) return 0;
+  const int count = layers.back().src_shape().size();
+  return count <= most_features ? count : 0;
 }
 
 Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch) {
   Familiarity familiarity;
-  const auto network = feature_network(model.network);
-  if (network == nullptr) return familiarity;
-  const auto n = static_cast<std::size_t>(network->output_shape().size());
+  const auto n = static_cast<std::size_t>(feature_count(model.network));
+  if (n == 0) return familiarity;
   const int trials = std::min(source.unseen_trials(), most_learned + most_shown);
   const int learned = static_cast<int>(0.6 * trials);
   if (learned < 8 * static_cast<int>(n)) return familiarity;
 
-  const std::vector<double> rows = features_of_trials(model, *network, source, next_epoch, 0, learned);
+  nn::Predictor predictor(model.network, batch);
+  const std::vector<double> rows = features_of_trials(model, predictor, source, next_epoch, 0, learned);
   std::vector<double> mean(n, 0.0);
   for (std::size_t i = 0; i < rows.size(); ++i) mean[i % n] += rows[i] / static_cast<double>(learned);
   const std::vector<double> whitening = whitening_of(rows, mean);
   familiarity.mean.assign(mean.begin(), mean.end());
   familiarity.whitening.assign(whitening.begin(), whitening.end());
 
-  const std::vector<double> shown = features_of_trials(model, *network, source, next_epoch, learned, trials - learned);
+  const std::vector<double> shown = features_of_trials(model, predictor, source, next_epoch, learned, trials - learned);
   std::vector<double> all;
   for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(distance(familiarity, shown.data() + i));
   std::ranges::sort(all);
@@ -168,9 +141,9 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
 }
 
 std::vector<double> distances(const Model& model, int trials, std::span<const float> images) {
-  const auto network = feature_network(model.network);
   const auto n = model.familiarity.mean.size();
-  const std::vector<double> rows = features_of(*network, trials, images);
+  nn::Predictor predictor(model.network, std::min(trials, batch));
+  const std::vector<double> rows = features_of(predictor, trials, images);
   std::vector<double> all;
   for (std::size_t i = 0; i < rows.size(); i += n) all.push_back(distance(model.familiarity, rows.data() + i));
   return all;

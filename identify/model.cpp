@@ -6,15 +6,14 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <optional>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "embedded/built_in_model.hpp"
+#include "nn/predictor.hpp"
 #include "nn/safetensors.hpp"
-#include "nn/single.hpp"
 #include "sim/protocol_json.hpp"
 
 namespace decid {
@@ -22,9 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr const char* format_name = "decid model 1";
-constexpr int predict_batch = 64;
 constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
-constexpr int few_trials = 8;  // up to half a block of lanes, one after the other is faster
 
 nn::Shape network_input(const dataset::ImageMaker& images) {
   const dataset::ImageShape s = images.shape();
@@ -63,7 +60,7 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
     throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
 }
 
-std::string to_bytes(const Model& model, const std::string& progress) {
+std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
   nn::TensorFile file;
   file.metadata = {
       {"format", format_name},
@@ -73,7 +70,7 @@ std::string to_bytes(const Model& model, const std::string& progress) {
       {"targets", Json{{"mean", model.targets.mean}, {"deviation", model.targets.deviation}}.dump()},
       {"origin", model.origin},
   };
-  if (!progress.empty()) file.metadata["progress"] = progress;
+  if (checkpoint != nullptr) file.metadata["progress"] = checkpoint->progress;
   if (model.image.standardize_rows) {
     const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
     file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
@@ -85,11 +82,11 @@ std::string to_bytes(const Model& model, const std::string& progress) {
     file.tensors.push_back({"familiarity.mean", {n}, model.familiarity.mean});
     file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
   }
-  nn::save_network(model.network, file, !progress.empty());
+  nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
   return nn::to_safetensors(file);
 }
 
-Model model_from_bytes(std::string_view bytes, const std::string& where, std::string* progress) {
+Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint) {
   const nn::TensorFile file = nn::from_safetensors(bytes, where);
   const std::string remedy = "give a model file written by decid train";
   const auto text = [&](const std::string& key) {
@@ -99,7 +96,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, std::st
   };
   if (text("format") != format_name)
     throw Error(where, "is of format '" + text("format") + "', not '" + format_name + "'", remedy);
-  if (progress != nullptr) *progress = text("progress");
+  if (checkpoint != nullptr) checkpoint->progress = text("progress");
   Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
               text("architecture"));
   model.origin = text("origin");
@@ -132,7 +129,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, std::st
     }
     if (!(model.familiarity.usual > 0)) throw Error(where, "has a familiarity that is not positive", remedy);
   }
-  nn::load_network(model.network, file, where, progress != nullptr);
+  nn::load_network(model.network, file, where, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
   return model;
 }
 
@@ -184,35 +181,21 @@ Sways sways_in_memory(std::function<std::span<const float>(int)> sway) {
   };
 }
 
-std::vector<float> predict(Model& model, int trials, int at_once, const Sways& sways) {
-  nn::Network<float>& network = model.network;
-  network.plan(std::min(trials, predict_batch), nn::Mode::inference);
-  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
-  const auto values = static_cast<std::size_t>(network.input_shape().size());
+std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways) {
+  const auto outputs = static_cast<std::size_t>(model.network.output_shape().size());
+  const auto values = static_cast<std::size_t>(model.network.input_shape().size());
   const auto fitting = static_cast<int>(std::min(most_image_bytes / (values * sizeof(float)), std::size_t{1} << 20));
   at_once = std::clamp(at_once, 1, std::max(fitting, 1));
+  nn::Predictor predictor(model.network, std::min(trials, at_once));
   std::vector<float> result(static_cast<std::size_t>(trials) * outputs), images;
-  std::optional<nn::SingleNetwork> single;  // few trials: the same bits, without idle lanes
-  if (trials <= few_trials) single.emplace(network);
   for (int first = 0; first < trials; first += at_once) {
     std::vector<int> indices(static_cast<std::size_t>(std::min(at_once, trials - first)));
     std::iota(indices.begin(), indices.end(), first);
     images.resize(indices.size() * values);
-    const auto image = [&](int i) { return std::span(images).subspan(static_cast<std::size_t>(i) * values, values); };
-    const auto output = [&](int trial) {
-      return std::span(result).subspan(static_cast<std::size_t>(trial) * outputs, outputs);
-    };
     dataset::encode_all(
         model.encoding(), [&](const TakeSway& take) { sways(indices, take); }, images);
-    const int count = static_cast<int>(indices.size());
-    for (int i = 0; single && i < count; ++i) single->run(image(i), output(first + i));
-    for (int begin = 0; !single && begin < count; begin += predict_batch) {
-      const int batch = std::min(predict_batch, count - begin);
-      network.set_batch(batch);
-      parallel_for(batch, [&](int i) { network.input().load(i, image(begin + i)); });
-      network.forward();
-      for (int i = 0; i < batch; ++i) network.output().store(i, output(first + begin + i));
-    }
+    predictor.run(images,
+                  std::span(result).subspan(static_cast<std::size_t>(first) * outputs, indices.size() * outputs));
   }
   return result;
 }

@@ -11,6 +11,7 @@
 #include "dataset/sets/dataset.hpp"
 #include "identify/familiarity.hpp"
 #include "nn/network.hpp"
+#include "nn/sgd.hpp"
 
 namespace decid {
 
@@ -39,12 +40,18 @@ struct Model {
   dataset::ImageMaker images_;
 };
 
-/// The bytes of a model file. `progress`, unless empty, makes it a checkpoint: momentum is included.
-std::string to_bytes(const Model& model, const std::string& progress = {});
+/// What a model file of a training that is not done has besides the model.
+struct Checkpoint {
+  std::string progress;              ///< a text, not empty
+  nn::Velocities<float> velocities;  ///< of the optimiser
+};
 
-/// Throws Error for a damaged file, or one that is no decid model. `progress` gets the checkpoint's text; unless it is
-/// null the file must be a checkpoint.
-Model model_from_bytes(std::string_view bytes, const std::string& where, std::string* progress = nullptr);
+/// The bytes of a model file; of a checkpoint's unless that is null.
+std::string to_bytes(const Model& model, const Checkpoint* checkpoint = nullptr);
+
+/// Throws Error for a damaged file, or one that is no decid model. Unless `checkpoint` is null the file
+/// must be one, and what it has besides the model goes there.
+Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint = nullptr);
 Model load_model(const std::filesystem::path& path);
 
 /// The model inside the program.
@@ -68,6 +75,6 @@ using dataset::TakeSway;
 using Sways = std::function<void(std::span<const int> indices, const TakeSway& take)>;
 /// For trials in memory: sway(i) gives trial i.
 Sways sways_in_memory(std::function<std::span<const float>(int)> sway);
-std::vector<float> predict(Model& model, int trials, int at_once, const Sways& sways);
+std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways);
 
 }  // namespace decid

@@ -11,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/recording/csv.hpp"
+#include "nn/predictor.hpp"
 #include "sim/double_pendulum.hpp"
 
 namespace decid {
@@ -63,19 +64,17 @@ int typical(const Model& model, const std::vector<float>& predicted, const std::
   return middle->second;
 }
 
-Sample make_sample(Model& model, std::string from, int index, KnownTrial trial) {
+Sample make_sample(const Model& model, std::string from, int index, KnownTrial trial) {
   Sample sample{std::move(from), index, std::move(trial), {}, model.images().shape(), {}, {}, {}};
   sample.image.resize(static_cast<std::size_t>(sample.image_shape.size()));
   std::vector<float> input(sample.image.size());
   model.images().make(sample.trial.sway_rad, sample.image);
   model.make_input(sample.trial.sway_rad, input);
-  nn::Network<float>& network = model.network;
-  network.plan(1, nn::Mode::inference);
-  network.input().load(0, input);
-  sample.activation_shape = network.layers().front()->dst_shape();
-  sample.activation_layer = network.layers().front()->text();
+  const nn::Layer<float>& first = model.network.layers().front();
+  sample.activation_shape = first.dst_shape();
+  sample.activation_layer = first.text();
   sample.activation.resize(static_cast<std::size_t>(sample.activation_shape.size()));
-  network.activation(0, 0, sample.activation);
+  nn::Predictor(model.network, 1).activation(0, input, sample.activation);
   return sample;
 }
 

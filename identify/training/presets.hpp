@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dataset/image/image.hpp"
-#include "nn/network.hpp"
+#include "nn/sgd.hpp"
 #include "sim/protocol.hpp"
 
 namespace decid {

@@ -34,7 +34,8 @@ int best_epoch(const std::vector<EpochLog>& log);
 /// What a training still has to know when it goes on.
 struct TrainingState {
   Model model;
-  std::vector<EpochLog> log;  ///< of the epochs done
+  std::vector<EpochLog> log;           ///< of the epochs done
+  nn::Velocities<float> velocities{};  ///< of the optimiser; empty: none yet
 };
 
 /// A model ready for its first epoch: scaling measured, weights initialised.

@@ -52,8 +52,8 @@ TEST_CASE("a model survives its file to the bit") {
 }
 
 TEST_CASE("a finished model is no checkpoint") {
-  std::string progress;
-  CHECK_THROWS_AS(model_from_bytes(to_bytes(example()), "m", &progress), Error);
+  Checkpoint checkpoint;
+  CHECK_THROWS_AS(model_from_bytes(to_bytes(example()), "m", &checkpoint), Error);
 }
 
 TEST_CASE("a model predicts the same for a trial alone and among others") {

@@ -16,7 +16,7 @@
 #include "dataset/recording/protocol_file.hpp"
 #include "dataset/recording/recording.hpp"
 #include "dataset/recording/trial.hpp"
-#include "nn/single.hpp"
+#include "nn/predictor.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/firmware/controller.hpp"
@@ -67,7 +67,7 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   if (plan.options.int8)
     test.outputs = run_plan(plan, image);
   else
-    nn::SingleNetwork(model.network).run(image, test.outputs);
+    nn::Predictor(model.network, 1).run(image, test.outputs);
   for (const double value : model.targets.unscale(test.outputs)) test.parameters.push_back(static_cast<float>(value));
   return test;
 }
@@ -75,7 +75,7 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
 void export_model(const Options& options) {
   const std::string name = options.name.empty() ? name_of(options.model) : options.name;
   check_firmware_name(name);
-  Model model = model_or_built_in(options.model);
+  const Model model = model_or_built_in(options.model);
   FirmwarePlan plan = plan_firmware(model, options.firmware);
   if (options.firmware.int8) quantise(plan, model);
   const TestVector test = test_vector(model, plan);

@@ -45,14 +45,14 @@ void info(const Options& options) {
   const std::string hash = nn::weights_sha256(network);
   if (options.common.json) {
     Json layers = Json::array();
-    for (const auto& layer : network.layers()) {
-      const nn::Shape& s = layer->dst_shape();
+    for (const nn::Layer<float>& layer : network.layers()) {
+      const nn::Shape s = layer.dst_shape();
       std::size_t parameters = 0;
-      for (const auto* p : layer->parameters()) parameters += p->value.size();
-      layers.push_back({{"layer", layer_text(*layer)},
+      for (const auto& p : layer.parameters()) parameters += p.value.size();
+      layers.push_back({{"layer", layer_text(layer)},
                         {"output", {s.channels, s.rows, s.columns}},
                         {"parameters", parameters},
-                        {"flops", layer->flops()}});
+                        {"flops", layer.flops()}});
     }
     const nn::Shape& in = network.input_shape();
     std::cout << Json{{"model", model_name(options.model)},
@@ -71,11 +71,11 @@ void info(const Options& options) {
   std::cout << model_name(options.model) << '\n';
   std::cout << format("  %-48s %-16s %10s %12s\n", "layer", "output", "parameters", "FLOP");
   std::cout << format("  %-48s %-16s\n", "input", shape_text(network.input_shape()).c_str());
-  for (const auto& layer : network.layers()) {
+  for (const nn::Layer<float>& layer : network.layers()) {
     std::size_t parameters = 0;
-    for (const auto* p : layer->parameters()) parameters += p->value.size();
-    std::cout << format("  %-48s %-16s %10zu %12lld\n", layer_text(*layer).c_str(),
-                        shape_text(layer->dst_shape()).c_str(), parameters, layer->flops());
+    for (const auto& p : layer.parameters()) parameters += p.value.size();
+    std::cout << format("  %-48s %-16s %10zu %12lld\n", layer_text(layer).c_str(),
+                        shape_text(layer.dst_shape()).c_str(), parameters, layer.flops());
   }
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
   std::cout << "protocol  " << compact(sim::to_json(model.protocol)) << "\nimage     "

@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/training/training.hpp"
+#include "nn/kernels/kernels.hpp"
 #include "nn/schedule.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
@@ -103,8 +104,9 @@ std::string difference(const std::string& there, const std::string& here) {
 
 TrainingState resume_training(const std::string& path, const std::string& origin, const dataset::ImageSettings& image,
                               const dataset::TrialSource& source) {
-  std::string progress;
-  TrainingState state{model_from_bytes(read_file(path), path, &progress), {}};
+  Checkpoint checkpoint;
+  TrainingState state{model_from_bytes(read_file(path), path, &checkpoint), {}};
+  state.velocities = std::move(checkpoint.velocities);
   const std::string remedy = "resume with the options the training began with, or train without --resume";
   if (state.model.origin != origin)
     throw Error(path, "was made with other settings: " + difference(state.model.origin, origin), remedy);
@@ -115,7 +117,7 @@ TrainingState resume_training(const std::string& path, const std::string& origin
   if (state.model.image != image)
     throw Error(path, "was made with another image (" + one_line(dataset::to_json(state.model.image)) + ")", remedy);
   try {
-    for (const Json& line : Json::parse(progress))
+    for (const Json& line : Json::parse(checkpoint.progress))
       state.log.push_back(
           {line.at(0).get<int>(), line.at(1).get<double>(), line.at(2).get<double>(), line.at(3).get<double>()});
   } catch (const Json::exception&) {
@@ -187,7 +189,8 @@ void train(const Options& options) {
         // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
         // same bits.
         if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(best_path, to_bytes(model));
-        write_file(checkpoint, to_bytes(model, progress_json(state.log)));
+        const Checkpoint there{progress_json(state.log), state.velocities};
+        write_file(checkpoint, to_bytes(model, &there));
         write_file(log_path, log_csv(state.log));
         epoch_start = std::chrono::steady_clock::now();
       });

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "identify/model.hpp"
+#include "nn/inference.hpp"
 
 namespace decid::tools {
 
@@ -72,8 +73,7 @@ struct FirmwarePlan {
 };
 
 /// Plans by rows or by columns, whichever needs the smaller arena; incremental plans go by columns if the image has
-/// several. Plans `model`'s
-/// network for inference. Throws Error for what a firmware cannot hold: more than 250 layers, an arena above 1 GiB.
-FirmwarePlan plan_firmware(Model& model, const FirmwareOptions& options);
+/// several. Throws Error for what a firmware cannot hold: more than 250 layers, an arena above 1 GiB.
+FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
 
 }  // namespace decid::tools

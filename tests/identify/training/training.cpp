@@ -81,10 +81,14 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   int batches = 0;
   // Stops in the middle of epoch 2; what was kept is the end of epoch 1.
   CHECK_FALSE(run_training(
-      *source, settings, state, [&](int, int) { return ++batches < 3; }, [&] { kept = to_bytes(state.model, "1"); }));
-  std::string progress;
-  TrainingState resumed{model_from_bytes(kept, "checkpoint", &progress), {state.log.at(0)}};
-  CHECK(progress == "1");
+      *source, settings, state, [&](int, int) { return ++batches < 3; },
+      [&] {
+        const Checkpoint there{"1", state.velocities};
+        kept = to_bytes(state.model, &there);
+      }));
+  Checkpoint checkpoint;
+  TrainingState resumed{model_from_bytes(kept, "checkpoint", &checkpoint), {state.log.at(0)}, checkpoint.velocities};
+  CHECK(checkpoint.progress == "1");
   CHECK(run_training(
       *source, settings, resumed, [](int, int) { return true; }, [] {}));
   CHECK(nn::weights_sha256(resumed.model.network) + sha256(log_csv(resumed.log)) == straight);

@@ -24,10 +24,10 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
   for (nn::Parameter<float>* p : model.network.parameters())
     if (p->name == "bias" || p->name == "beta")
       for (std::size_t i = 0; i < p->value.size(); ++i) p->value[i] = vary(i);
-  for (const auto& layer : model.network.layers())
-    for (nn::Statistic<float>* s : layer->statistics())
-      for (std::size_t i = 0; i < s->value.size(); ++i)
-        s->value[i] = s->never_negative ? 0.3F + vary(i + 2) + 0.5F : vary(i);
+  for (nn::Layer<float>& layer : model.network.layers())
+    for (nn::Statistic<float>& s : layer.statistics())
+      for (std::size_t i = 0; i < s.value.size(); ++i)
+        s.value[i] = s.never_negative ? 0.3F + vary(i + 2) + 0.5F : vary(i);
   for (int i = 0; image.standardize_rows && i < shape.channels * shape.rows; ++i) {
     model.rows.mean.push_back(vary(static_cast<std::size_t>(i)));
     model.rows.deviation.push_back(1.0F + vary(static_cast<std::size_t>(i)));
@@ -52,7 +52,7 @@ inline std::string as_bytes(std::span<const float> values) {
 }
 
 /// What identify says of the trials, seven floats each, as bytes.
-inline std::string identified_bytes(Model& model, const dataset::Dataset& data) {
+inline std::string identified_bytes(const Model& model, const dataset::Dataset& data) {
   std::vector<float> all;
   for (int i = 0; i < data.trials(); ++i) {  // one by one, as decid identify does
     const auto sways = sways_in_memory([&](int) { return data.trial(i); });
