@@ -44,6 +44,17 @@ Residual residual_of(std::span<const float> sway, std::span<const float> fitted)
   return {std::sqrt(residual / static_cast<double>(sway.size())) / sim::rad_per_deg, 1 - residual / variance};
 }
 
+sim::Parameters without_noise(sim::Parameters parameters) {
+  parameters[sim::Nv] = 0.0;
+  return parameters;
+}
+
+/// The samples before the body fell.
+std::span<const double> standing(const sim::Outcome& outcome, std::span<const double> sway_rad, double rate_hz) {
+  if (outcome.valid) return sway_rad;
+  return sway_rad.first(std::min(static_cast<std::size_t>(outcome.end_s * rate_hz), sway_rad.size()));
+}
+
 /// Warns if the residual is larger than noise explains.
 void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& explanation) {
   if (!std::isfinite(explanation.variance_accounted_for)) {
@@ -107,20 +118,18 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
       trials_of_answer * static_cast<int>(answers.size()),
       [&](int i) {
         const int trial = i % trials_of_answer - 1;
-        sim::Trial made{with_noise[static_cast<std::size_t>(i / trials_of_answer)],
-                        Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
-        if (trial < 0) made.parameters[sim::Nv] = 0.0;
-        return made;
+        const sim::Parameters& parameters = with_noise[static_cast<std::size_t>(i / trials_of_answer)];
+        return sim::Trial{trial < 0 ? without_noise(parameters) : parameters,
+                          Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const int trial = i % trials_of_answer - 1;
         Simulated& simulated = all[static_cast<std::size_t>(i / trials_of_answer)];
         if (trial >= 0 && outcome.valid) simulated.following.put(trial, sway);
         if (trial >= compared) return;
-        const auto stands = static_cast<std::size_t>(outcome.end_s * simulator_.protocol().sample_rate_hz);
-        if (!outcome.valid) sway = sway.first(std::min(stands, sway.size()));
         std::vector<float>& kept = trial < 0 ? simulated.fitted : simulated.noisy[static_cast<std::size_t>(trial)];
-        kept.assign(sway.begin(), sway.end());
+        const auto part = standing(outcome, sway, simulator_.protocol().sample_rate_hz);
+        kept.assign(part.begin(), part.end());
       });
   return all;
 }
@@ -151,6 +160,14 @@ std::vector<Explanation> Explainer::explain(std::span<const Answer> answers) con
     });
   }
   return all;
+}
+
+std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters) {
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  const sim::Outcome outcome =
+      simulator.run(without_noise(simulable(parameters)), Random(0, Stream::vestibular_noise, 0), sway);
+  const auto part = standing(outcome, sway, simulator.protocol().sample_rate_hz);
+  return {part.begin(), part.end()};
 }
 
 sim::FrequencyResponse frequency_analysis(const sim::Protocol& protocol) {

@@ -55,6 +55,9 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
 /// Throws Error as sim::FrequencyResponse does.
 sim::FrequencyResponse frequency_analysis(const sim::Protocol& protocol);
 
+/// The trial of `parameters` without vestibular noise, as far as the body stands.
+std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters);
+
 /// Warns if an explained recording does not follow the tilt, where nothing better is known to judge it by.
 void warn_unless_following(Explanation& explanation);
 

@@ -21,23 +21,24 @@ constexpr double usual_part = 0.97;
 constexpr double ridge = 1e-3;
 
 /// Features of `trials` images, one row each.
-std::vector<double> features_of(nn::Predictor& predictor, int trials, std::span<const float> images) {
+std::vector<float> features_of(nn::Predictor& predictor, int trials, std::span<const float> images) {
   const auto count = static_cast<std::size_t>(trials);
   std::vector<float> outputs(count * static_cast<std::size_t>(predictor.inference().output_shape().size()));
   std::vector<float> features(count * static_cast<std::size_t>(predictor.feature_count()));
   predictor.run(images, outputs, features);
-  return {features.begin(), features.end()};
+  return features;
 }
 
 /// The inverse of the Cholesky factor of the rows' covariance: a lower triangle, row by row.
-std::vector<double> whitening_of(const std::vector<double>& rows, const std::vector<double>& mean) {
+std::vector<double> whitening_of(const std::vector<float>& rows, const std::vector<double>& mean) {
   const std::size_t n = mean.size(), count = rows.size() / n;
   std::vector<double> covariance(n * n, 0.0);
   parallel_for(static_cast<int>(n), [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     for (std::size_t r = 0; r < count; ++r) {
-      const double* row = rows.data() + r * n;
-      for (std::size_t j = 0; j <= i; ++j) covariance[i * n + j] += (row[i] - mean[i]) * (row[j] - mean[j]);
+      const float* row = rows.data() + r * n;
+      for (std::size_t j = 0; j <= i; ++j)
+        covariance[i * n + j] += (static_cast<double>(row[i]) - mean[i]) * (static_cast<double>(row[j]) - mean[j]);
     }
     for (std::size_t j = 0; j <= i; ++j) covariance[i * n + j] /= static_cast<double>(count);
   });
@@ -66,18 +67,6 @@ std::vector<double> whitening_of(const std::vector<double>& rows, const std::vec
   return inverse;
 }
 
-double distance(const Familiarity& known, const double* features) {
-  const std::size_t n = known.mean.size();
-  double squares = 0.0;
-  const float* weight = known.whitening.data();
-  for (std::size_t i = 0; i < n; ++i) {
-    double sum = 0.0;
-    for (std::size_t j = 0; j <= i; ++j) sum += static_cast<double>(*weight++) * (features[j] - known.mean[j]);
-    squares += sum * sum;
-  }
-  return std::sqrt(squares / static_cast<double>(n));
-}
-
 /// Images of trials first .. first + count - 1.
 std::vector<float> images_of(const Model& model, const dataset::TrialSource& source, int epoch, int first, int count) {
   const auto values = static_cast<std::size_t>(model.images().shape().size());
@@ -96,12 +85,12 @@ std::vector<float> images_of(const Model& model, const dataset::TrialSource& sou
 }
 
 /// Features of trials first .. first + count - 1, images for a few at a time in memory.
-std::vector<double> features_of_trials(const Model& model, nn::Predictor& predictor, const dataset::TrialSource& source,
-                                       int epoch, int first, int count) {
-  std::vector<double> rows;
+std::vector<float> features_of_trials(const Model& model, nn::Predictor& predictor, const dataset::TrialSource& source,
+                                      int epoch, int first, int count) {
+  std::vector<float> rows;
   for (int done = 0; done < count; done += source.trials_at_once()) {
     const int here = std::min(source.trials_at_once(), count - done);
-    const std::vector<double> more = features_of(predictor, here, images_of(model, source, epoch, first + done, here));
+    const std::vector<float> more = features_of(predictor, here, images_of(model, source, epoch, first + done, here));
     rows.insert(rows.end(), more.begin(), more.end());
   }
   return rows;
@@ -125,28 +114,33 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
   if (learned < 8 * static_cast<int>(n)) return familiarity;
 
   nn::Predictor predictor(model.network, batch);
-  const std::vector<double> rows = features_of_trials(model, predictor, source, next_epoch, 0, learned);
+  const std::vector<float> rows = features_of_trials(model, predictor, source, next_epoch, 0, learned);
   std::vector<double> mean(n, 0.0);
-  for (std::size_t i = 0; i < rows.size(); ++i) mean[i % n] += rows[i] / static_cast<double>(learned);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    mean[i % n] += static_cast<double>(rows[i]) / static_cast<double>(learned);
   const std::vector<double> whitening = whitening_of(rows, mean);
   familiarity.mean.assign(mean.begin(), mean.end());
   familiarity.whitening.assign(whitening.begin(), whitening.end());
 
-  const std::vector<double> shown = features_of_trials(model, predictor, source, next_epoch, learned, trials - learned);
+  const std::vector<float> shown = features_of_trials(model, predictor, source, next_epoch, learned, trials - learned);
   std::vector<double> all;
-  for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(distance(familiarity, shown.data() + i));
+  for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(familiarity.distance(std::span(shown).subspan(i, n)));
   std::ranges::sort(all);
   familiarity.usual = all[static_cast<std::size_t>(usual_part * static_cast<double>(all.size()))];
   return familiarity;
 }
 
-std::vector<double> distances(const Model& model, int trials, std::span<const float> images) {
-  const auto n = model.familiarity.mean.size();
-  nn::Predictor predictor(model.network, std::min(trials, batch));
-  const std::vector<double> rows = features_of(predictor, trials, images);
-  std::vector<double> all;
-  for (std::size_t i = 0; i < rows.size(); i += n) all.push_back(distance(model.familiarity, rows.data() + i));
-  return all;
+double Familiarity::distance(std::span<const float> features) const {
+  const std::size_t n = mean.size();
+  double squares = 0.0;
+  const float* weight = whitening.data();
+  for (std::size_t i = 0; i < n; ++i) {
+    double sum = 0.0;
+    for (std::size_t j = 0; j <= i; ++j)
+      sum += static_cast<double>(*weight++) * (static_cast<double>(features[j]) - static_cast<double>(mean[j]));
+    squares += sum * sum;
+  }
+  return std::sqrt(squares / static_cast<double>(n));
 }
 
 }  // namespace decid

@@ -21,6 +21,8 @@ struct Familiarity {
   double usual = 0.0;            ///< 97 of 100 simulated trials that were not used for it are nearer than this
 
   bool known() const noexcept { return !mean.empty(); }
+  /// Root mean square of the whitened features of a trial: 1 is usual. features: mean.size() values.
+  double distance(std::span<const float> features) const;
 };
 
 /// More features than this are not kept: the whitening grows with their square.
@@ -33,9 +35,5 @@ int feature_count(const nn::Network<float>& network);
 /// data set. Empty if the network's last layer is not fully connected, reads more than most_features, or there are
 /// fewer than eight trials for each.
 Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch);
-
-/// Root mean square of the whitened features of trials, as the network sees them: 1 is usual. images: one after
-/// another, model.make_input() of each. The model must know it.
-std::vector<double> distances(const Model& model, int trials, std::span<const float> images);
 
 }  // namespace decid

@@ -67,7 +67,7 @@ Identifier::Identifier(const Model& model)
       predictor_(model.network, at_once) {}
 
 Identifier::Identifier(const Identifier& other)
-    : model_(other.model_), explainer_(other.explainer_), predictor_(other.predictor_.share(), at_once) {}
+    : model_(other.model_), explainer_(other.explainer_), predictor_(other.predictor_.shared_inference(), at_once) {}
 
 std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
   const dataset::ImageMaker& maker = model_.images();
@@ -87,7 +87,7 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
     for (std::size_t i = 0; i < count; ++i) {
       const auto image = std::span(images).subspan(i * values, values);
       all[first + i].image.assign(image.begin(), image.end());
-      model_.scale_image(image);
+      model_.scale(image);
     }
     predictor_.run(images, output, feature);
     for (std::size_t i = 0; i < count; ++i) {

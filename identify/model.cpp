@@ -1,18 +1,14 @@
-// Model files and prediction: see model.hpp.
+// Model files: see model.hpp.
 #include "identify/model.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "embedded/built_in_model.hpp"
-#include "nn/predictor.hpp"
 #include "nn/safetensors.hpp"
 #include "sim/protocol_json.hpp"
 
@@ -21,7 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr const char* format_name = "decid model 1";
-constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
 
 nn::Shape network_input(const dataset::ImageMaker& images) {
   const dataset::ImageShape s = images.shape();
@@ -68,7 +63,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
       {"protocol", sim::to_json(model.protocol)},
       {"image", dataset::to_json(model.image)},
       {"targets", Json{{"mean", model.targets.mean}, {"deviation", model.targets.deviation}}.dump()},
-      {"origin", model.origin},
+      {"origin", to_json(model.origin)},
   };
   if (checkpoint != nullptr) file.metadata["progress"] = checkpoint->progress;
   if (model.image.standardize_rows) {
@@ -99,7 +94,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   if (checkpoint != nullptr) checkpoint->progress = text("progress");
   Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
               text("architecture"));
-  model.origin = text("origin");
+  model.origin = origin_from_json(text("origin"), where);
   try {
     const Json targets = Json::parse(text("targets"));
     model.targets.mean = targets.at("mean").get<sim::Parameters>();
@@ -170,34 +165,6 @@ std::string noise_difference(const sim::Protocol& model, const sim::Protocol& da
   if (ours == theirs) return {};
   return "its vestibular noise (" + theirs + ") is not that of the model's training (" + ours +
          "), so Nv means something else";
-}
-
-Sways sways_in_memory(std::function<std::span<const float>(int)> sway) {
-  return [sway = std::move(sway)](std::span<const int> indices, const TakeSway& take) {
-    parallel_for(static_cast<int>(indices.size()), [&](int i) {
-      const auto place = static_cast<std::size_t>(i);
-      take(place, sway(indices[place]));
-    });
-  };
-}
-
-std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways) {
-  const auto outputs = static_cast<std::size_t>(model.network.output_shape().size());
-  const auto values = static_cast<std::size_t>(model.network.input_shape().size());
-  const auto fitting = static_cast<int>(std::min(most_image_bytes / (values * sizeof(float)), std::size_t{1} << 20));
-  at_once = std::clamp(at_once, 1, std::max(fitting, 1));
-  nn::Predictor predictor(model.network, std::min(trials, at_once));
-  std::vector<float> result(static_cast<std::size_t>(trials) * outputs), images;
-  for (int first = 0; first < trials; first += at_once) {
-    std::vector<int> indices(static_cast<std::size_t>(std::min(at_once, trials - first)));
-    std::iota(indices.begin(), indices.end(), first);
-    images.resize(indices.size() * values);
-    dataset::encode_all(
-        model.encoding(), [&](const TakeSway& take) { sways(indices, take); }, images);
-    predictor.run(images,
-                  std::span(result).subspan(static_cast<std::size_t>(first) * outputs, indices.size() * outputs));
-  }
-  return result;
 }
 
 }  // namespace decid

@@ -10,6 +10,7 @@
 #include "dataset/feed.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "identify/familiarity.hpp"
+#include "identify/origin.hpp"
 #include "nn/network.hpp"
 #include "nn/sgd.hpp"
 
@@ -22,18 +23,22 @@ struct Model {
   dataset::TargetScaling targets;
   nn::Network<float> network;
   Familiarity familiarity;
-  std::string origin;  ///< how it was trained: a JSON text, for people
+  Origin origin;
 
   /// A fresh network for these images; weights are not initialised. Throws Error if the architecture does not fit the
   /// images, or if these fold cycles that the protocol does not play.
   Model(sim::Protocol protocol, dataset::ImageSettings image, const std::string& architecture);
 
-  /// Makes the images of trials into the network's input; immutable apart from the network.
+  /// Draws the images of trials.
   const dataset::ImageMaker& images() const { return images_; }
   dataset::Encoding encoding() const { return {images_, rows}; }
   /// The image of a trial as the network sees it, row scaling applied.
   void make_input(std::span<const float> sway_rad, std::span<float> image_values) const {
     encoding().encode(sway_rad, image_values);
+  }
+  /// What images() drew as the network sees it, in place: row scaling applied.
+  void scale(std::span<float> image_values) const {
+    if (!rows.mean.empty()) rows.apply(image_values, images_.shape().columns);
   }
 
  private:
@@ -67,14 +72,5 @@ void require_same_experiment(const Model& model, const std::string& name, const 
 /// What of the vestibular noise differs between the trials of a data set and those that the model was trained on, for
 /// people; empty if nothing does. Nv means something else then.
 std::string noise_difference(const sim::Protocol& model, const sim::Protocol& data);
-
-/// Runs the network over trials in batches: outputs[trial * 7 + parameter], z-scored. `sways` is asked for up to
-/// `at_once` trials at a time: it calls take(place, sway_rad) for trial indices[place], in any order and from many
-/// threads.
-using dataset::TakeSway;
-using Sways = std::function<void(std::span<const int> indices, const TakeSway& take)>;
-/// For trials in memory: sway(i) gives trial i.
-Sways sways_in_memory(std::function<std::span<const float>(int)> sway);
-std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways);
 
 }  // namespace decid

@@ -9,8 +9,12 @@ namespace {
 
 using Kind = dataset::TrialIdentity::Kind;
 
-Json trials_json(const dataset::TrialIdentity& trials) {
+const std::string stream_sentence = "simulated for each epoch from seed ", stored_sentence = "data set ";
+
+Json trials_json(const dataset::TrialIdentity& trials, int version) {
   const bool stream = trials.kind == Kind::stream, stored = trials.kind == Kind::stored;
+  if (version == 1)
+    return stream ? stream_sentence + std::to_string(trials.seed.value_or(0)) : stored_sentence + trials.sha256;
   Json json{{"kind", stream ? "stream" : stored ? "stored" : "unknown"}};
   if (trials.seed) json["seed"] = *trials.seed;
   if (stored) json["sha256"] = trials.sha256;
@@ -19,15 +23,14 @@ Json trials_json(const dataset::TrialIdentity& trials) {
 
 /// What version 1 says in a sentence. The seed of a data set is not in it.
 dataset::TrialIdentity trials_from_sentence(const std::string& text) {
-  const std::string stream = "simulated for each epoch from seed ", stored = "data set ";
-  if (text.starts_with(stream)) {
+  if (text.starts_with(stream_sentence)) {
     try {
-      return {Kind::stream, std::stoull(text.substr(stream.size())), {}};
+      return {Kind::stream, std::stoull(text.substr(stream_sentence.size())), {}};
     } catch (const std::exception&) {
       return {};
     }
   }
-  if (text.starts_with(stored)) return {Kind::stored, {}, text.substr(stored.size())};
+  if (text.starts_with(stored_sentence)) return {Kind::stored, {}, text.substr(stored_sentence.size())};
   return {};
 }
 
@@ -42,21 +45,22 @@ void read(const Json& json, const char* key, T& value) {
 }
 
 Json json_of(const Origin& origin) {
-  Json json{{"version", origin.version},
-            {"program", origin.program},
-            {"preset", origin.preset},
-            {"seed", origin.seed},
-            {"epochs", origin.epochs},
-            {"batch", origin.batch},
-            {"learning_rate", origin.learning_rate},
-            {"momentum", origin.momentum},
-            {"weight_decay", origin.weight_decay},
-            {"schedule", origin.schedule},
-            {"warmup_epochs", origin.warmup_epochs},
-            {"architecture", origin.architecture},
-            {"trials", trials_json(origin.trials)},
-            {"training_trials", origin.training_trials},
-            {"validation_trials", origin.validation_trials}};
+  Json json = Json::object();
+  if (origin.version > 1) json["version"] = origin.version;
+  json.update(Json{{"program", origin.program},
+                   {"preset", origin.preset},
+                   {"seed", origin.seed},
+                   {"epochs", origin.epochs},
+                   {"batch", origin.batch},
+                   {"learning_rate", origin.learning_rate},
+                   {"momentum", origin.momentum},
+                   {"weight_decay", origin.weight_decay},
+                   {"schedule", origin.schedule},
+                   {"warmup_epochs", origin.warmup_epochs},
+                   {"architecture", origin.architecture},
+                   {"trials", trials_json(origin.trials, origin.version)},
+                   {"training_trials", origin.training_trials},
+                   {"validation_trials", origin.validation_trials}});
   if (origin.patience > 0) json["patience"] = origin.patience;
   return json;
 }

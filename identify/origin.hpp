@@ -29,7 +29,7 @@ struct Origin {
   bool operator==(const Origin&) const = default;
 };
 
-/// One line, keys in the order above.
+/// One line, keys in the order above, in the form of the origin's version.
 std::string to_json(const Origin& origin);
 /// Of any version. What is left out, or of another type, keeps its default: files of others are read as far as they go.
 /// Throws Error for a text that is no JSON object. `where` names the source.

@@ -76,7 +76,8 @@ struct LearningPoint {
 };
 
 struct Study {
-  std::string model, sha256, version, origin;  ///< origin: the model's, JSON
+  std::string model, sha256, version;
+  Origin origin;  ///< the model's
   sim::Protocol protocol;
   dataset::ImageSettings image;
   std::size_t network_parameters = 0;
@@ -100,14 +101,15 @@ using Stage = std::function<void(const std::string&)>;
 
 /// `data` and `sample`. Throws Error if the data set is of another experiment than the model, or of the seed
 /// `fresh_seed`.
-void study_dataset(Model& model, const std::string& file, Study& study, const Stage& stage);
+void study_dataset(const Model& model, const std::string& file, Study& study, const Stage& stage);
 
 /// `levels`, on `trials` fresh valid base trials of `fresh_seed`, the same at each level; `sample` unless it is there.
 /// Throws Error if the model was trained on trials of that very seed.
-void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg, Study& study, const Stage& stage);
+void study_fresh(const Model& model, int trials, const std::vector<double>& levels_deg, Study& study,
+                 const Stage& stage);
 
 /// `dip`, or a note if the model's body is not made of segments.
-void study_double(Model& model, int realisations, Study& study, const Stage& stage);
+void study_double(const Model& model, int realisations, Study& study, const Stage& stage);
 
 /// A table with columns trials and mse, more trials from row to row.
 std::vector<LearningPoint> read_learning_curve(const std::string& file);

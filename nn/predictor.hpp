@@ -24,6 +24,8 @@ class Predictor {
       : Predictor(std::make_shared<const Inference<float>>(network), largest_batch) {}
 
   const Inference<float>& inference() const { return *inference_; }
+  /// For another predictor, that of another thread.
+  const std::shared_ptr<const Inference<float>>& shared_inference() const { return inference_; }
   /// Values an image in `features`; 0 if the network has none: see Inference.
   int feature_count() const { return inference_->feature_count(); }
   /// Without what the predictors of one Inference share.

@@ -9,6 +9,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/feed.hpp"
+#include "identify/prediction.hpp"
 #include "nn/loss.hpp"
 #include "nn/schedule.hpp"
 #include "nn/trainer.hpp"

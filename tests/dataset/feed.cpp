@@ -143,7 +143,7 @@ class InSmallBlocks final : public TrialSource {
  public:
   InSmallBlocks(int trials, int at_once) : stream_(stream_source(noisy_protocol(), 3, trials, 4)), at_once_(at_once) {}
   const sim::Protocol& protocol() const override { return stream_->protocol(); }
-  std::string identity() const override { return stream_->identity(); }
+  TrialIdentity identity() const override { return stream_->identity(); }
   int training_trials() const override { return stream_->training_trials(); }
   int validation_trials() const override { return stream_->validation_trials(); }
   int trials_at_once() const override { return at_once_; }
@@ -228,7 +228,7 @@ TEST_CASE("a feed passes on what its source throws") {
   class Broken final : public TrialSource {
    public:
     const sim::Protocol& protocol() const override { return protocol_; }
-    std::string identity() const override { return "broken"; }
+    TrialIdentity identity() const override { return {}; }
     int training_trials() const override { return 8; }
     int validation_trials() const override { return 1; }
     int trials_at_once() const override { return 4; }

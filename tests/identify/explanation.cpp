@@ -66,8 +66,8 @@ TEST_CASE("explanation: the residual is what the recording has besides") {
   // A sine of 0.1 degrees: rms 0.1 / sqrt(2), but for what floats round.
   const auto count = static_cast<double>(disturbed.sway_rad.size());
   for (std::size_t k = 0; k < disturbed.sway_rad.size(); ++k)
-    disturbed.sway_rad[k] += static_cast<float>(0.1 * sim::rad_per_deg *
-                                                std::sin(2 * sim::pi * 700 * static_cast<double>(k) / count));
+    disturbed.sway_rad[k] +=
+        static_cast<float>(0.1 * sim::rad_per_deg * std::sin(2 * sim::pi * 700 * static_cast<double>(k) / count));
   const Explanation found = explainer().explain({parameters, disturbed});
   CHECK(near(found.rms_residual_deg, 0.1 / std::sqrt(2.0), 1e-5));
   CHECK(found.variance_accounted_for < 1.0);
@@ -131,7 +131,8 @@ TEST_CASE("explanation: a stimulus without a frequency response says so once") {
   own.sway_rad.assign(sway.begin(), sway.end());
   const Explanation found = explains.explain({parameters, own});
   CHECK(!found.frf.has_value());
-  CHECK(std::ranges::count_if(found.warnings, [](const std::string& w) { return w.starts_with("no frequency response"); }) == 1);
+  CHECK(std::ranges::count_if(found.warnings,
+                              [](const std::string& w) { return w.starts_with("no frequency response"); }) == 1);
 }
 
 }  // namespace decid

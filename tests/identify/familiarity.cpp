@@ -9,10 +9,11 @@
 #include <numeric>
 
 #include "base/random.hpp"
-#include "tests/near.hpp"
 #include "identify/model.hpp"
+#include "nn/predictor.hpp"
+#include "tests/near.hpp"
 
-namespace decid::tools {
+namespace decid {
 namespace {
 
 using test::near;
@@ -49,7 +50,7 @@ class Unseen final : public dataset::TrialSource {
  public:
   explicit Unseen(int count) : count_(count), protocol_(decid::protocol()) {}
   const sim::Protocol& protocol() const override { return protocol_; }
-  std::string identity() const override { return "noise"; }
+  dataset::TrialIdentity identity() const override { return {}; }
   int training_trials() const override { return 1; }
   int validation_trials() const override { return 1; }
   int trials_at_once() const override { return 7; }
@@ -72,6 +73,18 @@ std::vector<float> images_of(const Model& of, int trials) {
   for (int i = 0; i < trials; ++i)
     of.make_input(sway_of(i), std::span(images).subspan(static_cast<std::size_t>(i) * values, values));
   return images;
+}
+
+std::vector<double> distances(const Model& of, int trials, std::span<const float> images) {
+  nn::Predictor predictor(of.network, trials);
+  const auto n = static_cast<std::size_t>(predictor.feature_count());
+  std::vector<float> outputs(static_cast<std::size_t>(trials) * sim::parameter_count),
+      features(static_cast<std::size_t>(trials) * n);
+  predictor.run(images, outputs, features);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < features.size(); i += n)
+    all.push_back(of.familiarity.distance(std::span(features).subspan(i, n)));
+  return all;
 }
 
 /// What the first layer makes of an image, in double.
@@ -188,4 +201,4 @@ TEST_CASE("familiarity: what a network's last layer reads, if it is fully connec
     CHECK_FALSE(learn_familiarity(model(architecture), Unseen(10'000), 5).known());
 }
 
-}  // namespace decid::tools
+}  // namespace decid

@@ -28,7 +28,7 @@ Model example() {
   model.targets.mean = sim::middle_parameters();
   for (std::size_t p = 0; p < sim::parameter_count; ++p)
     model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
-  model.origin = R"({"seed":3})";
+  model.origin.seed = 3;
   return model;
 }
 

@@ -6,6 +6,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/npz/npz.hpp"
+#include "identify/prediction.hpp"
 #include "identify/training/training.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/firmware/quantise.hpp"
@@ -33,6 +34,10 @@ void evaluate_model(const Options& options) {
   const dataset::StoredDataset stored(options.data);
   const dataset::Dataset& data = stored.about();
   require_same_experiment(model, model_name(options.model), data.protocol, options.data);
+  const Measured part = options.split == "all"        ? Measured::all
+                        : options.split == "training" ? Measured::training
+                                                      : Measured::validation;
+  require_not_trained_on(model.origin, dataset::identity_of(stored), part, options.data);
   if (const std::string other = noise_difference(model.protocol, data.protocol);
       !other.empty() && !options.common.quiet)
     std::cerr << "warning: " << options.data << ": " << other << '\n';

@@ -11,10 +11,9 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "identify/training/training.hpp"
+#include "identify/training/checkpoint.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "nn/schedule.hpp"
-#include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/progress.hpp"
 
@@ -56,76 +55,6 @@ TrainingSettings settings_from(const Options& options) {
   return settings;
 }
 
-/// Everything that determines the bits of the result, for people and for --resume.
-std::string origin_json(const TrainingSettings& settings, const std::string& architecture,
-                        const dataset::TrialSource& source) {
-  const Preset& p = settings.preset;
-  Json origin{{"program", std::string("decid ") + version},
-              {"preset", p.name},
-              {"seed", settings.seed},
-              {"epochs", p.epochs},
-              {"batch", p.batch},
-              {"learning_rate", p.learning_rate},
-              {"momentum", p.sgd.momentum},
-              {"weight_decay", p.sgd.weight_decay},
-              {"schedule", p.schedule},
-              {"warmup_epochs", p.warmup_epochs},
-              {"architecture", architecture},
-              {"trials", source.identity()},
-              {"training_trials", source.training_trials()},
-              {"validation_trials", source.validation_trials()}};
-  if (settings.patience > 0) origin["patience"] = settings.patience;
-  return origin.dump();
-}
-
-std::string progress_json(const std::vector<EpochLog>& log) {
-  Json lines = Json::array();
-  for (const EpochLog& e : log) lines.push_back({e.epoch, e.training_mse, e.validation_mse, e.learning_rate});
-  return lines.dump();
-}
-
-/// Which settings differ, "epochs 3 there, 5 here; ...".
-std::string difference(const std::string& there, const std::string& here) {
-  const Json a = Json::parse(there, nullptr, false), b = Json::parse(here, nullptr, false);
-  if (!a.is_object() || !b.is_object()) return there;
-  std::string text;
-  const auto value = [](const Json& object, const std::string& key) {
-    return object.contains(key) ? object[key].dump() : "nothing";
-  };
-  const auto add = [&](const std::string& key) {
-    text += (text.empty() ? "" : "; ") + key + " " + value(a, key) + " there, " + value(b, key) + " here";
-  };
-  for (const auto& [key, unused] : a.items())
-    if (value(a, key) != value(b, key)) add(key);
-  for (const auto& [key, unused] : b.items())
-    if (!a.contains(key)) add(key);
-  return text;
-}
-
-TrainingState resume_training(const std::string& path, const std::string& origin, const dataset::ImageSettings& image,
-                              const dataset::TrialSource& source) {
-  Checkpoint checkpoint;
-  TrainingState state{model_from_bytes(read_file(path), path, &checkpoint), {}};
-  state.velocities = std::move(checkpoint.velocities);
-  const std::string remedy = "resume with the options the training began with, or train without --resume";
-  if (state.model.origin != origin)
-    throw Error(path, "was made with other settings: " + difference(state.model.origin, origin), remedy);
-  sim::Protocol same_name = source.protocol();  // a file may have been renamed
-  same_name.name = state.model.protocol.name;
-  if (sim::to_json(state.model.protocol) != sim::to_json(same_name))
-    throw Error(path, "was made for another protocol", remedy);
-  if (state.model.image != image)
-    throw Error(path, "was made with another image (" + one_line(dataset::to_json(state.model.image)) + ")", remedy);
-  try {
-    for (const Json& line : Json::parse(checkpoint.progress))
-      state.log.push_back(
-          {line.at(0).get<int>(), line.at(1).get<double>(), line.at(2).get<double>(), line.at(3).get<double>()});
-  } catch (const Json::exception&) {
-    throw Error(path, "has a log that cannot be read", remedy);
-  }
-  return state;
-}
-
 double peak_memory_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -148,10 +77,8 @@ void train(const Options& options) {
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
   if (options.image_file.empty()) settings.preset.image = image_for(settings.preset, source->protocol());
-  const std::string architecture =
-      Model(source->protocol(), settings.preset.image, settings.preset.architecture).network.architecture();
-  const std::string origin = origin_json(settings, architecture, *source);
-  TrainingState state = options.resume ? resume_training(checkpoint, origin, settings.preset.image, *source)
+  const Origin origin = origin_of(settings, *source, std::string("decid ") + version);
+  TrainingState state = options.resume ? load_checkpoint(checkpoint, origin, settings.preset.image, source->protocol())
                                        : start_training(*source, settings);
   state.model.origin = origin;
   Model& model = state.model;
@@ -189,8 +116,7 @@ void train(const Options& options) {
         // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
         // same bits.
         if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(best_path, to_bytes(model));
-        const Checkpoint there{progress_json(state.log), state.velocities};
-        write_file(checkpoint, to_bytes(model, &there));
+        write_file(checkpoint, checkpoint_bytes(state));
         write_file(log_path, log_csv(state.log));
         epoch_start = std::chrono::steady_clock::now();
       });

@@ -6,6 +6,7 @@
 
 #include <span>
 
+#include "identify/prediction.hpp"
 #include "tools/firmware/plan.hpp"
 
 namespace decid::tools {

@@ -11,8 +11,8 @@ namespace decid::tools {
 /// The number, or null if it is not finite: JSON has no NaN.
 nlohmann::ordered_json number_or_null(double value);
 
-/// A list, an object a parameter: name, value, unit, "normalized" (over m g h, null where that has no meaning) and, when
-/// the truth is known, "true".
+/// A list, an object a parameter: name, value, unit, "normalized" (over m g h, null where that has no meaning) and,
+/// when the truth is known, "true".
 nlohmann::ordered_json parameters_json(const sim::Parameters& parameters, double mgh,
                                        const std::optional<sim::Parameters>& truth);
 

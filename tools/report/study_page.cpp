@@ -48,8 +48,7 @@ Json distribution_json(const dataset::TrialDistributions& trials) {
 
 /// The epoch whose model was kept: with patience the best one, else the last.
 int kept_epoch(const Study& study) {
-  const Json origin = Json::parse(study.origin, nullptr, false);
-  return origin.is_object() && origin.contains("patience") ? best_epoch(study.log) : study.log.back().epoch;
+  return study.origin.patience > 0 ? best_epoch(study.log) : study.log.back().epoch;
 }
 
 Json data_json(const StudyData& data) {
@@ -154,12 +153,11 @@ Json study_json(const Study& study) {
   Json json{{"model", study.model},
             {"weights_sha256", study.sha256},
             {"version", study.version},
-            {"origin", Json::parse(study.origin, nullptr, false)},
+            {"origin", Json::parse(to_json(study.origin))},
             {"architecture", study.architecture},
             {"network_parameters", study.network_parameters},
             {"data_set", study.data ? data_json(*study.data) : Json(nullptr)},
             {"training", nullptr}};
-  if (json["origin"].is_discarded()) json["origin"] = study.origin;
   if (!study.log.empty()) json["training"] = {{"epochs", study.log.size()}, {"kept_epoch", kept_epoch(study)}};
   json["errors"] = {{"training", study.data ? evaluation_json(study.data->training) : Json(nullptr)},
                     {"validation", study.data ? evaluation_json(study.data->validation) : Json(nullptr)},
@@ -175,12 +173,13 @@ Json study_json(const Study& study) {
   }
   json["recording"] = nullptr;
   if (study.recording)
-    json["recording"] = {{"file", study.recording->file},
-                         {"identified", by_parameter(study.recording->estimate.parameters)},
-                         {"peak_to_peak_deg", study.recording->peak_to_peak_deg()},
-                         {"rms_residual_deg", number_or_null(study.recording->explanation.rms_residual_deg)},
-                         {"variance_accounted_for", number_or_null(study.recording->explanation.variance_accounted_for)},
-                         {"warnings", study.recording->warnings()}};
+    json["recording"] = {
+        {"file", study.recording->file},
+        {"identified", by_parameter(study.recording->estimate.parameters)},
+        {"peak_to_peak_deg", study.recording->peak_to_peak_deg()},
+        {"rms_residual_deg", number_or_null(study.recording->explanation.rms_residual_deg)},
+        {"variance_accounted_for", number_or_null(study.recording->explanation.variance_accounted_for)},
+        {"warnings", study.recording->warnings()}};
   json["worth"] = Json::array();
   for (const NoiseLevel& level : study.levels) {
     Json entry{{"sensor_noise_deg", level.sensor_noise_deg}};

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "base/error.hpp"
-#include "sim/fft.hpp"
 #include "identify/model.hpp"
+#include "sim/fft.hpp"
 
 namespace decid::tools {
 namespace {

@@ -5,10 +5,10 @@
 #include <functional>
 
 #include "base/random.hpp"
-#include "identify/following.hpp"
+#include "identify/identify.hpp"
 #include "identify/training/training.hpp"
-#include "tests/tools/decid/run.hpp"
 #include "tests/near.hpp"
+#include "tests/tools/decid/run.hpp"
 
 namespace decid::tools {
 
@@ -59,26 +59,13 @@ std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int
 }
 
 /// The part of the recordings that identify would warn of.
-double part_unfamiliar(Model& model, const std::vector<std::vector<float>>& recordings) {
-  const auto outputs =
-      predict(model, static_cast<int>(recordings.size()), 64,
-              sways_in_memory([&](int i) { return std::span(recordings[static_cast<std::size_t>(i)]); }));
-  const sim::Simulator simulator(model.protocol);
-  const Following following(simulator);
-  const auto values = static_cast<std::size_t>(model.images().shape().size());
-  std::vector<float> images(recordings.size() * values);
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    model.make_input(recordings[i], std::span(images).subspan(i * values, values));
-  }
-  int warned = 0;
-  const std::vector<double> distance = distances(model, static_cast<int>(recordings.size()), images);
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const sim::Parameters identified =
-        model.targets.unscale(std::span(outputs).subspan(i * sim::parameter_count, sim::parameter_count));
-    const double follows = following.measure(identified, recordings[i]);
-    warned += unfamiliarity(distance[i], model.familiarity.usual, follows) > 1.0 ? 1 : 0;
-  }
-  return warned / static_cast<double>(recordings.size());
+double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>& recordings) {
+  Identifier identifier(model);
+  std::vector<dataset::Trial> trials(recordings.size());
+  for (std::size_t i = 0; i < trials.size(); ++i) trials[i].sway_rad = recordings[i];
+  const std::vector<Explanation> all = identifier.explain(identifier.estimate(std::move(trials)));
+  const auto warned = std::ranges::count_if(all, [](const Explanation& e) { return e.unfamiliarity > 1.0; });
+  return static_cast<double>(warned) / static_cast<double>(recordings.size());
 }
 
 }  // namespace

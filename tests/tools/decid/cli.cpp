@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/parameters.hpp"
-#include "tests/tools/decid/run.hpp"
 #include "sim/protocol.hpp"
 #include "tests/near.hpp"
+#include "tests/tools/decid/run.hpp"
 
 using decid::test::Folder;
 using decid::test::near;

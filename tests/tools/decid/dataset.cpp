@@ -11,8 +11,8 @@
 
 #include "base/sha256.hpp"
 #include "dataset/npz/npz.hpp"
-#include "tests/tools/decid/run.hpp"
 #include "tests/near.hpp"
+#include "tests/tools/decid/run.hpp"
 
 using decid::test::Folder;
 using decid::test::near;

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/parameters.hpp"
+#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/comparison_page.hpp"
-#include "tests/near.hpp"
 
 using decid::test::check_refused;
 using decid::test::Folder;

@@ -8,9 +8,9 @@
 #include <sstream>
 
 #include "sim/segments.hpp"
+#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/stimulus_page.hpp"
-#include "tests/near.hpp"
 
 using decid::test::check_refused;
 using decid::test::Folder;

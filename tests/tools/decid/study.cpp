@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "sim/parameters.hpp"
+#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/svg.hpp"
-#include "tests/near.hpp"
 
 using decid::test::check_refused;
 using decid::test::Folder;

@@ -36,7 +36,6 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
     model.targets.mean[i] = sim::parameter_info[i].middle();
     model.targets.deviation[i] = 0.3 * sim::parameter_info[i].high;
   }
-  model.origin = "{}";
   return model;
 }
 

@@ -132,7 +132,8 @@ TEST_CASE("curves keep a thousandth of their width") {
 TEST_CASE("a recording without movement, or of one sample, or of none makes a page") {
   Identifications all = recording();
   Identification& still = all.recordings.front();
-  for (std::vector<float>* signal : {&still.estimate.trial.sway_rad, &still.explanation.fitted_rad, &all.tilt_rad}) signal->assign(12100, 0.0F);
+  for (std::vector<float>* signal : {&still.estimate.trial.sway_rad, &still.explanation.fitted_rad, &all.tilt_rad})
+    signal->assign(12100, 0.0F);
   CHECK(data_of(all)["recordings"][0]["series"]["sway"][5] == 0);
   still.estimate.trial.sway_rad.resize(1);
   still.explanation.fitted_rad.clear();

@@ -96,8 +96,8 @@ std::string page_of(const std::string& kind) {
   const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
   if (kind == "folded")
     return report_html(model, several({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2));
-  return report_html(model, several({Channel::modulus, Channel::phase, Channel::log_modulus, Channel::cos_phase,
-                                     Channel::sin_phase}));
+  return report_html(
+      model, several({Channel::modulus, Channel::phase, Channel::log_modulus, Channel::cos_phase, Channel::sin_phase}));
 }
 
 }  // namespace
