@@ -109,7 +109,7 @@ class StreamSource final : public TrialSource {
         },
         [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
           thread_local std::vector<float> stored;
-          sim::add_sensor_noise(protocol().sensor_noise, seed_, number(i), sway);
+          sim::add_sensor_noise(protocol().noise.sensor, seed_, number(i), sway);
           stored.resize(sway.size());
           std::ranges::transform(sway, stored.begin(), [](double value) { return static_cast<float>(value); });
           take(static_cast<std::size_t>(i), parameters, stored);

@@ -29,9 +29,9 @@ sim::Parameters simulable(sim::Parameters parameters) {
 Following::Following(const sim::Simulator& simulator)
     : simulator_(simulator),
       fft_(simulator.samples()),
-      lines_(std::min(
-          static_cast<std::size_t>(fft_.bins()),
-          1 + static_cast<std::size_t>(highest_hz * simulator.samples() / simulator.protocol().sample_rate_hz))) {}
+      lines_(std::min(static_cast<std::size_t>(fft_.bins()),
+                      1 + static_cast<std::size_t>(highest_hz * simulator.samples() /
+                                                   simulator.protocol().experiment.sample_rate_hz))) {}
 
 std::vector<sim::Complex> Following::spectrum(std::span<const double> sway_rad) const {
   std::vector<sim::Complex> lines(static_cast<std::size_t>(fft_.bins()));

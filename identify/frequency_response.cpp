@@ -12,8 +12,8 @@ constexpr int fewest_cycles_to_skip_one = 3;
 
 void add_frequency_response(Identification& id) {
   try {
-    const int cycles = id.protocol.cycles();
-    const sim::FrequencyResponse analysis(id.protocol, cycles >= fewest_cycles_to_skip_one ? 1 : 0);
+    const int cycles = id.protocol.experiment.cycles();
+    const sim::FrequencyResponse analysis(id.protocol.experiment, cycles >= fewest_cycles_to_skip_one ? 1 : 0);
     FrequencyResponses found;
     found.cycles = analysis.cycles();
     if (id.tilt) {
@@ -23,7 +23,7 @@ void add_frequency_response(Identification& id) {
       found.recorded = analysis.measure(id.sway_rad, id.tilt_rad);
     }
     if (id.fitted_rad.size() == id.sway_rad.size()) found.model = analysis.measure(id.fitted_rad, id.tilt_rad);
-    found.linear = analysis.linear(id.parameters, id.protocol.body);
+    found.linear = analysis.linear(id.parameters, id.protocol.experiment.body);
     id.frf = std::move(found);
   } catch (const Error& error) {
     id.warnings.push_back("no frequency response: " + error.problem());

@@ -43,7 +43,7 @@ std::vector<std::vector<float>> resimulate(const sim::Simulator& simulator, cons
                           Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(i - 1, 0)))};
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
-        const auto stands = static_cast<std::size_t>(outcome.end_s * simulator.protocol().sample_rate_hz);
+        const auto stands = static_cast<std::size_t>(outcome.end_s * simulator.protocol().experiment.sample_rate_hz);
         if (!outcome.valid) sway = sway.first(std::min(stands, sway.size()));
         trials[static_cast<std::size_t>(i)].assign(sway.begin(), sway.end());
       });
@@ -116,7 +116,7 @@ std::vector<Identification> read_recordings(const sim::Simulator& simulator,
     }
     const auto [low, high] = std::ranges::minmax(id.sway_rad);
     id.peak_to_peak_deg = static_cast<double>(high - low) / sim::rad_per_deg;
-    const int steps_per_sample = protocol.steps_per_sample();
+    const int steps_per_sample = protocol.experiment.steps_per_sample();
     for (std::size_t s = 0; s < id.sway_rad.size(); ++s)
       id.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(static_cast<int>(s) * steps_per_sample)));
   }

@@ -31,7 +31,8 @@ std::vector<float> noise_free_trial(const sim::Simulator& simulator, sim::Parame
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
   const sim::Outcome outcome = simulator.run(parameters, Random(0, Stream::vestibular_noise, 0), sway);
   if (!outcome.valid)
-    sway.resize(std::min(sway.size(), static_cast<std::size_t>(outcome.end_s * simulator.protocol().sample_rate_hz)));
+    sway.resize(std::min(sway.size(),
+                         static_cast<std::size_t>(outcome.end_s * simulator.protocol().experiment.sample_rate_hz)));
   return {sway.begin(), sway.end()};
 }
 

@@ -1,7 +1,7 @@
 // What the platform plays: kinds of stimulus as data, and the tilt made of them.
 // Every kind describes one cycle, which is played `cycles` times between a lead-in and a lead-out at rest; the tilt at
 // the start of the trial is called 0. A new kind is a struct here, in StimulusKind, with its functions in
-// sim/stimulus.cpp and its keys in dataset/stimulus_json.cpp.
+// sim/stimulus.cpp and its keys in sim/stimulus_json.cpp.
 #pragma once
 
 #include <cstddef>

@@ -49,7 +49,8 @@ std::string fits_text(const std::vector<Fitted>& all) {
       const sim::ParameterInfo& info = sim::parameter_info[p];
       text += format("  %-8s %12.5g %10.3g %-10s ", info.name, id.parameters[p], result.standard_error[p],
                      info.shown_unit());
-      text += info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.body.mgh()) : std::string(10, ' ');
+      text +=
+          info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.experiment.body.mgh()) : std::string(10, ' ');
       text += format(" %12.5g", result.likeliest[p]);
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
       text += format("  %g to %g\n", info.low, info.high);

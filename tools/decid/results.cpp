@@ -24,7 +24,8 @@ Json recording_json(const Identification& id) {
   for (std::size_t p = 0; p < sim::parameter_count; ++p) {
     const sim::ParameterInfo& info = sim::parameter_info[p];
     Json parameter{{"name", info.name}, {"value", number_or_null(id.parameters[p])}, {"unit", info.unit}};
-    parameter["normalized"] = info.per_mgh ? number_or_null(id.parameters[p] / id.protocol.body.mgh()) : Json(nullptr);
+    parameter["normalized"] =
+        info.per_mgh ? number_or_null(id.parameters[p] / id.protocol.experiment.body.mgh()) : Json(nullptr);
     if (id.truth) parameter["true"] = (*id.truth)[p];
     parameters.push_back(std::move(parameter));
   }
@@ -85,7 +86,8 @@ std::string identifications_text(const std::vector<Identification>& all) {
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const sim::ParameterInfo& info = sim::parameter_info[p];
       text += format("  %-8s %12.5g %-10s ", info.name, id.parameters[p], info.shown_unit());
-      text += info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.body.mgh()) : std::string(10, ' ');
+      text +=
+          info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.experiment.body.mgh()) : std::string(10, ' ');
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
       text += format("  %g to %g\n", info.low, info.high);
     }

@@ -30,7 +30,8 @@ json parameters_to_json(const Identification& recording) {
                   {"low", page_number(info.low)},
                   {"high", page_number(info.high)},
                   {"value", page_number(recording.parameters[i])}};
-    if (info.per_mgh) entry["normalized"] = page_number(recording.parameters[i] / recording.protocol.body.mgh());
+    if (info.per_mgh)
+      entry["normalized"] = page_number(recording.parameters[i] / recording.protocol.experiment.body.mgh());
     if (recording.truth) entry["truth"] = page_number((*recording.truth)[i]);
     list.push_back(std::move(entry));
   }
@@ -149,14 +150,15 @@ json image_to_json(const Identification& recording) {
     list.push_back(channel_to_json(
         channels[c], all.subspan(c * size, static_cast<std::size_t>(rows) * static_cast<std::size_t>(shape.columns))));
   }
-  return {{"rows", rows},
-          {"columns", shape.columns},
-          {"row_hz", page_number(recording.protocol.sample_rate_hz / window)},
-          {"column_s", page_number(window / recording.protocol.sample_rate_hz)},
-          {"start_s", page_number(recording.image_settings.first_sample / recording.protocol.sample_rate_hz)},
-          {"fold", recording.image_settings.fold},
-          {"mirrored", shape.rows > rows},
-          {"channels", std::move(list)}};
+  return {
+      {"rows", rows},
+      {"columns", shape.columns},
+      {"row_hz", page_number(recording.protocol.experiment.sample_rate_hz / window)},
+      {"column_s", page_number(window / recording.protocol.experiment.sample_rate_hz)},
+      {"start_s", page_number(recording.image_settings.first_sample / recording.protocol.experiment.sample_rate_hz)},
+      {"fold", recording.image_settings.fold},
+      {"mirrored", shape.rows > rows},
+      {"channels", std::move(list)}};
 }
 
 json tilt_to_json(const Identification& recording) {

@@ -42,7 +42,7 @@ Identification recording(std::vector<decid::dataset::Channel> channels, int fold
   noise_free[sim::Nv] = 0.0;
   made.fitted_rad = run(simulator, noise_free);
   for (int k = 0; k < simulator.samples(); ++k) {
-    const int step = k * simulator.protocol().steps_per_sample();
+    const int step = k * simulator.protocol().experiment.steps_per_sample();
     made.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(step)));
   }
   decid::add_frequency_response(made);
