@@ -34,9 +34,10 @@ void identify_file(benchmark::State& state) {
   }
   const double seconds = bench::best_of(times);
   state.counters["ms"] = seconds * 1e3;
-  bench::count_flops(
-      state, peak.best(),
-      bench::forward_flops(model.network) + simulated_trials * bench::flops_per_step * model.protocol.steps(), seconds);
+  bench::count_flops(state, peak.best(),
+                     bench::forward_flops(model.network) +
+                         simulated_trials * bench::flops_per_step * model.protocol.experiment.steps(),
+                     seconds);
 }
 BENCHMARK(identify_file)->Name("identify/file/threads:1")->UseManualTime();
 

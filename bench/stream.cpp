@@ -32,7 +32,7 @@ void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, con
   constexpr int batch = 64, steps_a_block = 8, steps = 6 * steps_a_block;
   omp_set_num_threads(threads);
   sim::Protocol protocol = sim::default_protocol();
-  protocol.sensor_noise = noise;
+  protocol.noise.sensor = noise;
   const auto source = dataset::stream_source(protocol, 1, 1 << 20, 1);
   const dataset::ImageMaker images(image, protocol.samples());
   const dataset::Scaling scaling = dataset::measure_scaling(*source, images, 256);

@@ -93,7 +93,7 @@ struct Explainer::Simulated {
 
 Explainer::Explainer(const sim::Simulator& simulator) : simulator_(simulator) {
   const sim::Protocol& protocol = simulator_.protocol();
-  const int samples = simulator_.samples(), steps_per_sample = protocol.steps_per_sample();
+  const int samples = simulator_.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
   for (int k = 0; k < samples; ++k)
     tilt_rad_.push_back(static_cast<float>(simulator_.stimulus().tilt_at(k * steps_per_sample)));
   try {
@@ -101,7 +101,7 @@ Explainer::Explainer(const sim::Simulator& simulator) : simulator_(simulator) {
   } catch (const Error&) {  // it stays unknown
   }
   try {
-    frf_.emplace(frequency_analysis(protocol));
+    frf_.emplace(frequency_analysis(protocol.experiment));
   } catch (const Error& error) {
     no_frf_ = "no frequency response: " + error.problem();
   }
@@ -128,7 +128,7 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
         if (trial >= 0 && outcome.valid) simulated.following.put(trial, sway);
         if (trial >= compared) return;
         std::vector<float>& kept = trial < 0 ? simulated.fitted : simulated.noisy[static_cast<std::size_t>(trial)];
-        const auto part = standing(outcome, sway, simulator_.protocol().sample_rate_hz);
+        const auto part = standing(outcome, sway, simulator_.protocol().experiment.sample_rate_hz);
         kept.assign(part.begin(), part.end());
       });
   return all;
@@ -143,7 +143,8 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   warn_of_residual(simulated.noisy, explanation);
   if (following_) explanation.following = following_->measure(simulated.following, answer.trial.sway_rad);
   if (frf_)
-    explanation.frf = frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().body);
+    explanation.frf =
+        frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment.body);
   else
     explanation.warnings.push_back(no_frf_);
   return explanation;
@@ -166,12 +167,12 @@ std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
   const sim::Outcome outcome =
       simulator.run(without_noise(simulable(parameters)), Random(0, Stream::vestibular_noise, 0), sway);
-  const auto part = standing(outcome, sway, simulator.protocol().sample_rate_hz);
+  const auto part = standing(outcome, sway, simulator.protocol().experiment.sample_rate_hz);
   return {part.begin(), part.end()};
 }
 
-sim::FrequencyResponse frequency_analysis(const sim::Protocol& protocol) {
-  return sim::FrequencyResponse(protocol, protocol.cycles() >= fewest_cycles_to_skip_one ? 1 : 0);
+sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment) {
+  return sim::FrequencyResponse(experiment, experiment.cycles() >= fewest_cycles_to_skip_one ? 1 : 0);
 }
 
 FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, const Answer& answer,

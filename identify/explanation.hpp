@@ -53,7 +53,7 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
                                        const sim::Body& body);
 /// The analysis of a protocol's trials: of three cycles and more the first is left out, with the transient from rest.
 /// Throws Error as sim::FrequencyResponse does.
-sim::FrequencyResponse frequency_analysis(const sim::Protocol& protocol);
+sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment);
 
 /// The trial of `parameters` without vestibular noise, as far as the body stands.
 std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters);

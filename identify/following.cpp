@@ -43,8 +43,9 @@ void Following::Simulated::put(int trial, std::span<const double> sway_rad) {
 
 Following::Following(const sim::Protocol& protocol)
     : fft_(protocol.samples()),
-      lines_(std::min(static_cast<std::size_t>(fft_.bins()),
-                      1 + static_cast<std::size_t>(highest_hz * protocol.samples() / protocol.sample_rate_hz))) {}
+      lines_(std::min(
+          static_cast<std::size_t>(fft_.bins()),
+          1 + static_cast<std::size_t>(highest_hz * protocol.samples() / protocol.experiment.sample_rate_hz))) {}
 
 double Following::measure(const Simulated& simulated, std::span<const float> sway_rad) const {
   const auto standing = std::ranges::count(simulated.stands_, 1);

@@ -28,9 +28,9 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
   image.validate();
   if (image.fold == 1) return protocol;
   const int columns = std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
-  const double cycle_samples = protocol.cycle_s() * protocol.sample_rate_hz;
-  const double lead_in_samples = protocol.lead_in_s() * protocol.sample_rate_hz;
-  if (image.fold == protocol.cycles() && columns * image.window == std::lround(cycle_samples) &&
+  const double cycle_samples = protocol.experiment.cycle_s() * protocol.experiment.sample_rate_hz;
+  const double lead_in_samples = protocol.experiment.lead_in_s() * protocol.experiment.sample_rate_hz;
+  if (image.fold == protocol.experiment.cycles() && columns * image.window == std::lround(cycle_samples) &&
       image.first_sample == std::lround(lead_in_samples))
     return protocol;
   throw Error(
@@ -38,7 +38,7 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
       format(
           "fold %d times %d windows of %d samples from sample %d on, but protocol '%s' plays %d cycles of %g samples "
           "after %g",
-          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.cycles(),
+          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.experiment.cycles(),
           cycle_samples, lead_in_samples),
       "choose a preset made for this protocol, or one that does not fold");
 }
@@ -146,9 +146,9 @@ std::string model_name(const std::string& path) {
 
 void require_same_experiment(const Model& model, const std::string& name, const sim::Protocol& data,
                              const std::string& file) {
-  if (sim::same_experiment(model.protocol, data)) return;
+  if (model.protocol.experiment == data.experiment) return;
   const auto described = [](const sim::Protocol& p) {
-    return format("'%s' (%g s at %g Hz)", p.name.c_str(), p.duration_s(), p.sample_rate_hz);
+    return format("'%s' (%g s at %g Hz)", p.name.c_str(), p.duration_s(), p.experiment.sample_rate_hz);
   };
   throw Error(file,
               "was made with protocol " + described(data) + ", another experiment than " + described(model.protocol) +
@@ -161,7 +161,7 @@ std::string noise_difference(const sim::Protocol& model, const sim::Protocol& da
     return format("%g degrees from %g to %g Hz, exponent %g", noise.scale_deg, noise.low_hz, noise.high_hz,
                   noise.exponent);
   };
-  const std::string ours = described(model.vestibular_noise), theirs = described(data.vestibular_noise);
+  const std::string ours = described(model.noise.vestibular), theirs = described(data.noise.vestibular);
   if (ours == theirs) return {};
   return "its vestibular noise (" + theirs + ") is not that of the model's training (" + ours +
          "), so Nv means something else";

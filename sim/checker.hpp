@@ -6,7 +6,7 @@
 
 namespace decid::sim {
 
-struct Protocol;
+struct Experiment;
 
 /// Ten significant digits, for computed values: "0.25", "121.0000001".
 std::string setting_text(double value);
@@ -31,7 +31,7 @@ class Checker {
 };
 
 /// The stimulus alone; the sample rate is valid. Lengths are held to the bound of a trial, so that all of them fit int.
-void check_stimulus(const Checker& check, const Protocol& protocol);
+void check_stimulus(const Checker& check, const Experiment& experiment);
 
 inline constexpr double longest_trial_s = 3600.0;
 

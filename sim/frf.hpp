@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "sim/experiment.hpp"
 #include "sim/fft.hpp"
 #include "sim/parameters.hpp"
-#include "sim/protocol.hpp"
 
 namespace decid::sim {
 
@@ -22,7 +22,7 @@ struct FrfPoint {
   double coherence = 0.0;  ///< 0..1; NaN: unknown
 };
 
-/// What of a protocol's trials is analysed, and how: immutable, one serves all threads.
+/// What of an experiment's trials is analysed, and how: immutable, one serves all threads.
 ///
 /// The P cycles are transformed as one, so that harmonic k of the stimulus is line kP and all lines that the stimulus
 /// leaves out hold noise alone. Harmonics up to 0.4 of the sample rate with 0.3% of the largest's amplitude
@@ -41,7 +41,7 @@ class FrequencyResponse {
   /// The first `skipped_cycles` of a trial, with its transient from rest, are left out.
   /// Throws Error if the stimulus does not end a cycle where it started it, if its cycles are not a whole number of
   /// samples, if no cycle is left, or if their length has a prime factor above largest_fft_prime.
-  explicit FrequencyResponse(const Protocol& protocol, int skipped_cycles = 0, double bands_per_decade = 10.0);
+  explicit FrequencyResponse(const Experiment& experiment, int skipped_cycles = 0, double bands_per_decade = 10.0);
 
   int cycles() const noexcept { return cycles_; }
   double cycle_s() const noexcept { return cycle_s_; }

@@ -9,7 +9,6 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
-#include "sim/checker.hpp"
 #include "sim/kernels/generic_fft.hpp"
 #include "sim/kernels/kernels.hpp"
 
@@ -24,16 +23,9 @@ constexpr double slack = 1e-9;  // of a harmonic's number
 
 }  // namespace
 
-NoiseBand noise_band(const Protocol& protocol) {
-  const VestibularNoise& noise = protocol.vestibular_noise;
-  const double duration_s = protocol.duration_s();
-  const NoiseBand band{static_cast<int>(std::ceil(noise.low_hz * duration_s - slack)),
-                       static_cast<int>(std::floor(noise.high_hz * duration_s + slack))};
-  if (band.first <= band.last || noise.scale_deg == 0.0) return band;
-  throw Error("protocol " + protocol.name + ", vestibular_noise",
-              "no harmonic of the trial lies between low_hz and high_hz",
-              "widen the band to hold a multiple of " + setting_text(1.0 / duration_s) + " Hz, 1 / " +
-                  setting_text(duration_s) + " s");
+NoiseBand noise_band(const VestibularNoise& noise, double duration_s) {
+  return {static_cast<int>(std::ceil(noise.low_hz * duration_s - slack)),
+          static_cast<int>(std::floor(noise.high_hz * duration_s + slack))};
 }
 
 int VestibularNoiseMaker::transform_length(int samples, int last) {
@@ -45,19 +37,19 @@ int VestibularNoiseMaker::transform_length(int samples, int last) {
 
 VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
     : samples_(protocol.samples()),
-      first_(noise_band(protocol).first),
-      fft_(transform_length(samples_, noise_band(protocol).last)),
+      first_(noise_band(protocol.noise.vestibular, protocol.duration_s()).first),
+      fft_(transform_length(samples_, noise_band(protocol.noise.vestibular, protocol.duration_s()).last)),
       phases_(samples_ / fft_.length()) {
-  const VestibularNoise& noise = protocol.vestibular_noise;
+  const VestibularNoise& noise = protocol.noise.vestibular;
   const double duration_s = protocol.duration_s();
-  const int last = noise_band(protocol).last;
+  const int last = noise_band(protocol.noise.vestibular, protocol.duration_s()).last;
   if (noise.scale_deg == 0.0) return;
   for (int k = first_; k <= last; ++k) {
     const double frequency_hz = k / duration_s;
     const double scale = noise.scale_deg * rad_per_deg;
     const double density = scale * scale / power_of(frequency_hz, noise.exponent);
     const double deviation = std::sqrt(density / duration_s);
-    const double phase = pi * frequency_hz / protocol.sample_rate_hz;  // at most 0.1 pi
+    const double phase = pi * frequency_hz / protocol.experiment.sample_rate_hz;  // at most 0.1 pi
     const double sinc = sin_small(phase) / phase;
     harmonics_.push_back({deviation, deviation * (2.0 * pi * frequency_hz) / (sinc * sinc)});
   }

@@ -32,7 +32,7 @@ double dead_band(double x, double theta) {
 
 /// Lanes kept for the next call: their memory is large and takes longer to get than a trial.
 struct Simulator::Core {
-  Core(Protocol protocol, Isa isa) : experiment(checked(std::move(protocol)), isa) {}
+  Core(Protocol protocol, Isa isa) : setup(checked(std::move(protocol)), isa) {}
 
   /// Runs on lanes that no other thread has.
   void run(const std::function<int()>& next, const TrialOf& trial_of, const Finished& finished) {
@@ -44,13 +44,13 @@ struct Simulator::Core {
         idle.pop_back();
       }
     }
-    if (lanes == nullptr) lanes = std::make_unique<Lanes>(experiment);
+    if (lanes == nullptr) lanes = std::make_unique<Lanes>(setup);
     lanes->run(next, trial_of, finished);
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(lanes));
   }
 
-  Experiment experiment;
+  Setup setup;
   std::mutex mutex;
   std::vector<std::unique_ptr<Lanes>> idle;
 };
@@ -58,13 +58,13 @@ struct Simulator::Core {
 Simulator::Simulator(Protocol protocol, Isa isa) : core_(std::make_shared<Core>(std::move(protocol), isa)) {}
 
 const Protocol& Simulator::protocol() const noexcept {
-  return core_->experiment.protocol;
+  return core_->setup.protocol;
 }
 const Stimulus& Simulator::stimulus() const noexcept {
-  return core_->experiment.stimulus;
+  return core_->setup.stimulus;
 }
 int Simulator::samples() const noexcept {
-  return core_->experiment.samples;
+  return core_->setup.samples;
 }
 
 Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const {
@@ -82,7 +82,7 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
       },
       [&](int, const Outcome& outcome, std::span<double> sway) {
         result = outcome;
-        const double written = std::floor(outcome.end_s * protocol().sample_rate_hz + 0.5);
+        const double written = std::floor(outcome.end_s * protocol().experiment.sample_rate_hz + 0.5);
         std::copy_n(sway.begin(), static_cast<std::ptrdiff_t>(written), sway_rad.begin());
       });
   return result;

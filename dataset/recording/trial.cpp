@@ -54,12 +54,14 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
 [[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
   const auto needed = static_cast<std::size_t>(protocol.samples());
   const double left_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz - std::max(start_s, 0.0);
-  const int cycles = protocol.cycles();
-  const int whole = std::min(cycles, static_cast<int>((left_s - protocol.lead_in_s()) / protocol.cycle_s() + 1e-9));
+  const int cycles = protocol.experiment.cycles();
+  const int whole = std::min(
+      cycles, static_cast<int>((left_s - protocol.experiment.lead_in_s()) / protocol.experiment.cycle_s() + 1e-9));
   std::string problem = "recording has " + count_at(recording.sway_rad.size(), recording.rate_hz);
   if (start_s < 0.0) problem += ", which begin " + six_digits(-start_s) + " s after the protocol";
   if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
-  problem += "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.sample_rate_hz);
+  problem +=
+      "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.experiment.sample_rate_hz);
   std::string remedy;
   if (whole >= 1 && whole < cycles) {
     problem += ", and of its " + std::to_string(cycles) + " cycles only " + std::to_string(whole) +
@@ -75,8 +77,8 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
 }
 
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol);
-  const int samples = protocol.samples(), steps_per_sample = protocol.steps_per_sample();
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
   std::vector<double> tilt;
   for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
   return tilt;
@@ -84,7 +86,7 @@ std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
 
 /// Finds the protocol's tilt in the recording's.
 TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double from_hz) {
-  const double rate = protocol.sample_rate_hz;
+  const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<std::size_t>(protocol.samples());
   // More than may be missing, so that what is missing is reported, not overlooked.
   const int overhang = static_cast<int>(needed / 4);
@@ -121,7 +123,7 @@ TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double
 /// Warns of what is not used of a longer recording and what is made up of a shorter one.
 void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
   const double recorded_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz;
-  const double rate = protocol.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
+  const double rate = protocol.experiment.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
   const double after_s = recorded_s - place.start_s - protocol.duration_s();
   const double sample_s = 1.0 / std::min(rate, recording.rate_hz);
   if (before_s > 0.5 * sample_s || after_s > 0.5 * sample_s) {
@@ -155,8 +157,9 @@ double mean(const std::vector<double>& signal, std::size_t begin, std::size_t en
 
 void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind) {
   if (kind == Detrend::none) return;
-  const double rate = protocol.sample_rate_hz, lead_in_s = protocol.lead_in_s(), cycle_s = protocol.cycle_s();
-  const int cycles = protocol.cycles();
+  const double rate = protocol.experiment.sample_rate_hz, lead_in_s = protocol.experiment.lead_in_s(),
+               cycle_s = protocol.experiment.cycle_s();
+  const int cycles = protocol.experiment.cycles();
   const auto sample_at = [&](int cycle) {
     const double at = std::round((lead_in_s + cycle * cycle_s) * rate);
     return std::min(static_cast<std::size_t>(at), sway.size());
@@ -186,7 +189,7 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
 }  // namespace
 
 Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options) {
-  const double rate = protocol.sample_rate_hz;
+  const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<long long>(protocol.samples());
   const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
   const double from_hz = same_rate ? rate : recording.rate_hz;

@@ -69,7 +69,7 @@ FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protoco
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
                                 const FitRequest& request, const FitDone& done) {
   const bool ask = request.start == StartKind::network;
-  if (ask && (model == nullptr || !sim::same_experiment(model->protocol, protocol)))
+  if (ask && (model == nullptr || model->protocol.experiment != protocol.experiment))
     throw Error("--start network", "the model was trained on another protocol than '" + protocol.name + "'",
                 "give a --model for this protocol, or --start middle");
   fit::check_budget(request.settings, static_cast<std::size_t>(request.starts));

@@ -20,7 +20,7 @@ namespace {
 
 sim::Protocol noisy_protocol() {
   sim::Protocol protocol = tiny_protocol();
-  protocol.sensor_noise = {0.001, 0.1};
+  protocol.noise.sensor = {0.001, 0.1};
   return protocol;
 }
 

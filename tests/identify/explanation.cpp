@@ -119,7 +119,7 @@ TEST_CASE("explanation: a controller that does not stand, and sway that is not i
 
 TEST_CASE("explanation: a stimulus without a frequency response says so once") {
   sim::Protocol step = sim::short_protocol();
-  step.stimulus = sim::RaisedCosines{
+  step.experiment.stimulus = sim::RaisedCosines{
       .moves = {{.shape = sim::Move::Shape::step, .start_s = 1.0, .duration_s = 1.0, .amplitude_deg = 1.0}},
       .cycle_s = 20.0};
   const sim::Simulator stepped(step);

@@ -25,7 +25,7 @@ using Matrix = std::array<Vector, features>;
 
 sim::Protocol protocol() {
   sim::Protocol brief;
-  brief.stimulus = sim::Sines{.components = {{0.25, 0.5, 0.0}}, .cycle_s = 4.0};
+  brief.experiment.stimulus = sim::Sines{.components = {{0.25, 0.5, 0.0}}, .cycle_s = 4.0};
   return brief;
 }
 

@@ -32,7 +32,7 @@ const Model& model() {
 const dataset::Dataset& data() {
   static const dataset::Dataset one = [] {
     sim::Protocol noisy = model().protocol;
-    noisy.sensor_noise = {0.02, 0.02};
+    noisy.noise.sensor = {0.02, 0.02};
     return dataset::generate({.protocol = noisy, .count = 20, .seed = 4711});
   }();
   return one;

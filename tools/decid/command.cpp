@@ -55,7 +55,7 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
 
 sim::Protocol ProtocolOptions::load(std::vector<std::string>* files) const {
   sim::Protocol protocol = dataset::load_protocol(name, files);
-  if (!sensor_noise_deg.empty()) protocol.sensor_noise = {sensor_noise_deg.front(), sensor_noise_deg.back()};
+  if (!sensor_noise_deg.empty()) protocol.noise.sensor = {sensor_noise_deg.front(), sensor_noise_deg.back()};
   protocol.validate();
   return protocol;
 }

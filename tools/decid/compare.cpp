@@ -35,9 +35,9 @@ dataset::Dataset trials_of(const Options& options, const Model& model) {
     require_not_trained_on(model.origin, {TrialIdentity::Kind::stream, options.seed, {}}, Measured::all, "--seed");
     dataset::DatasetRequest request;
     request.protocol = model.protocol;
-    request.protocol.sensor_noise = {};
+    request.protocol.noise.sensor = {};
     if (!options.sensor_noise_deg.empty())
-      request.protocol.sensor_noise = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
+      request.protocol.noise.sensor = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
     request.protocol.validate();
     request.count = options.trials;
     request.seed = options.seed;

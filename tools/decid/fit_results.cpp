@@ -52,7 +52,7 @@ std::string fits_text(const FittedRecordings& all) {
       const sim::ParameterInfo& info = sim::parameter_info[p];
       text += format("  %-8s %12.5g %10.3g %-10s ", info.name, id.estimate.parameters[p], result.standard_error[p],
                      info.shown_unit());
-      text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / all.identified.protocol.body.mgh())
+      text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / all.identified.protocol.experiment.body.mgh())
                            : std::string(10, ' ');
       text += format(" %12.5g", result.likeliest[p]);
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);

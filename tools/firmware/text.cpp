@@ -168,7 +168,7 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   const dataset::ImageShape shape = model.images().shape();
   std::string text = "#define DECID_FW_PARAMETERS 7\n";
   text += define("DECID_FW_SAMPLES", model.protocol.samples());
-  text += "#define DECID_FW_RATE_HZ " + literal(model.protocol.sample_rate_hz) + "\n";
+  text += "#define DECID_FW_RATE_HZ " + literal(model.protocol.experiment.sample_rate_hz) + "\n";
   text += define("DECID_FW_IMAGE_CHANNELS", shape.channels) + define("DECID_FW_IMAGE_ROWS", shape.rows) +
           define("DECID_FW_IMAGE_COLUMNS", shape.columns);
   text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());

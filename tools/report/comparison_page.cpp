@@ -37,7 +37,7 @@ json comparison_json(const ComparisonFigures& figures) {
           {"weights_sha256", figures.sha256},
           {"trials_from", figures.trials_from},
           {"protocol", figures.protocol.name},
-          {"sensor_noise_deg", {figures.protocol.sensor_noise.low_deg, figures.protocol.sensor_noise.high_deg}},
+          {"sensor_noise_deg", {figures.protocol.noise.sensor.low_deg, figures.protocol.noise.sensor.high_deg}},
           {"trials", figures.trials},
           {"threads", figures.threads},
           {"budget", figures.budget},

@@ -30,7 +30,8 @@ json parameters_to_json(const Identification& recording, const sim::Protocol& pr
                   {"low", page_number(info.low)},
                   {"high", page_number(info.high)},
                   {"value", page_number(recording.estimate.parameters[i])}};
-    if (info.per_mgh) entry["normalized"] = page_number(recording.estimate.parameters[i] / protocol.body.mgh());
+    if (info.per_mgh)
+      entry["normalized"] = page_number(recording.estimate.parameters[i] / protocol.experiment.body.mgh());
     if (recording.truth) entry["truth"] = page_number((*recording.truth)[i]);
     list.push_back(std::move(entry));
   }
@@ -134,7 +135,7 @@ json image_to_json(const Identification& recording, const Identifications& of) {
   const std::vector<float>& image = recording.estimate.image;
   if (image.empty()) return nullptr;
   const dataset::ImageShape& shape = of.image_shape;
-  const double rate_hz = of.protocol.sample_rate_hz;
+  const double rate_hz = of.protocol.experiment.sample_rate_hz;
   const std::vector<dataset::Channel>& channels = of.image.channels;
   if (shape.channels != static_cast<int>(channels.size()) || shape.rows < 1 || shape.columns < 1 ||
       static_cast<std::size_t>(shape.size()) != image.size()) {

@@ -43,14 +43,14 @@ json page_number(double value) {
 json protocol_figures(const sim::Protocol& protocol) {
   return {{"name", protocol.name},
           {"duration_s", page_number(protocol.duration_s())},
-          {"sample_rate_hz", page_number(protocol.sample_rate_hz)},
-          {"amplitude_deg", page_number(sim::make_stimulus(protocol).peak_to_peak_rad() / sim::rad_per_deg)},
-          {"cycle_s", page_number(protocol.cycle_s())},
-          {"cycles", protocol.cycles()},
-          {"lead_in_s", page_number(protocol.lead_in_s())},
-          {"mass_kg", page_number(protocol.body.mass_kg)},
-          {"com_height_m", page_number(protocol.body.com_height_m)},
-          {"mgh", page_number(protocol.body.mgh())}};
+          {"sample_rate_hz", page_number(protocol.experiment.sample_rate_hz)},
+          {"amplitude_deg", page_number(sim::make_stimulus(protocol.experiment).peak_to_peak_rad() / sim::rad_per_deg)},
+          {"cycle_s", page_number(protocol.experiment.cycle_s())},
+          {"cycles", protocol.experiment.cycles()},
+          {"lead_in_s", page_number(protocol.experiment.lead_in_s())},
+          {"mass_kg", page_number(protocol.experiment.body.mass_kg)},
+          {"com_height_m", page_number(protocol.experiment.body.com_height_m)},
+          {"mgh", page_number(protocol.experiment.body.mgh())}};
 }
 
 std::string page_html(const Page& page, const json& data) {

@@ -107,7 +107,7 @@ Figure input_image(const Study& study) {
   const double side = 330, step = side + 75;
   const std::size_t panels = channels + (as_paper ? 1 : 0);
   Sheet sheet(step * static_cast<double>(panels) + 20, side + 95);
-  const double rate = study.protocol.sample_rate_hz, window = study.image.window;
+  const double rate = study.protocol.experiment.sample_rate_hz, window = study.image.window;
   const auto panel = [&](std::size_t index, const Bitmap& map, const std::string& title) {
     const Sheet::Point corner{65 + step * static_cast<double>(index), 35};
     Plot(sheet, corner, side, side, {"Time (s)", 0, shape.columns * window / rate},
@@ -237,7 +237,7 @@ Figure known(const Study& study, const KnownTrial& trial, const std::string& id,
              const std::string& target, const std::string& sway, const std::string& caption) {
   const std::string simulated = "simulated from the identified parameters, noise-free";
   const auto recorded = in_degrees(trial.sway_rad), fitted = in_degrees(trial.fitted_rad);
-  const double rate = study.protocol.sample_rate_hz;
+  const double rate = study.protocol.experiment.sample_rate_hz;
   return {id,
           title,
           caption + format(" Squared error, the sum over the 7: %.4f; their mean: %.4f.", trial.squared_error(),
@@ -283,8 +283,8 @@ std::vector<Figure> study_figures(const Study& study) {
                 id.file.c_str(), id.peak_to_peak_deg()),
          parameters_and_sway({{"identified", &study.recording_output}},
                              {{"recorded", recorded}, {"simulated, noise-free", fitted}},
-                             study.protocol.sample_rate_hz),
-         sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, study.protocol.sample_rate_hz),
+                             study.protocol.experiment.sample_rate_hz),
+         sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, study.protocol.experiment.sample_rate_hz),
          {blue, orange}});
   }
   add_worth_figures(study, figures);

@@ -21,8 +21,8 @@ namespace {
 Dataset small_dataset(int trials = 5) {
   Dataset data;
   data.protocol = tiny_protocol();
-  data.protocol.sensor_noise = {0.001, 0.1};
-  data.protocol.body.mass_kg = 70.0 + 1.0 / 3.0;
+  data.protocol.noise.sensor = {0.001, 0.1};
+  data.protocol.experiment.body.mass_kg = 70.0 + 1.0 / 3.0;
   data.seed = 0xFFFFFFFFFFFFFFFEu;
   data.samples = data.protocol.samples();
   for (int i = 0; i < trials; ++i) {

@@ -42,7 +42,7 @@ bool warns(const Recording& recording, const std::string& part) {
 
 /// The protocol's tilt at t seconds; held before and after the trial.
 double tilt_at(const sim::Stimulus& stimulus, const sim::Protocol& protocol, double t) {
-  const double step = std::min(std::max(t * 1000.0, 0.0), static_cast<double>(protocol.steps() - 1));
+  const double step = std::min(std::max(t * 1000.0, 0.0), static_cast<double>(protocol.experiment.steps() - 1));
   const int below = static_cast<int>(step);
   return stimulus.tilt_at(below) + (step - below) * stimulus.rate_at(below) / 1000.0;
 }
@@ -50,7 +50,7 @@ double tilt_at(const sim::Stimulus& stimulus, const sim::Protocol& protocol, dou
 /// `seconds` of a recording in which the protocol starts after delay_s; the sway is the time since then, in mrad.
 Recording with_tilt(const sim::Protocol& protocol, double delay_s, double seconds, double rate_hz, double factor = 1.0,
                     double noise_rad = 0.0) {
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol);
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
   const Random random(2, Stream::sensor_noise, 0);
   Recording recording = ramp(0, rate_hz);
   recording.tilt_column = "platform";

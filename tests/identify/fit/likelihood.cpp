@@ -16,7 +16,7 @@ namespace {
 sim::Protocol short_sines() {
   sim::Protocol protocol;
   protocol.name = "sines";
-  protocol.stimulus = sim::Sines{{{0.1, 0.5, 0.0}, {0.4, 0.2, 0.0}, {1.1, 0.1, 0.0}}, 10.0, 3, 0.0, 0.0};
+  protocol.experiment.stimulus = sim::Sines{{{0.1, 0.5, 0.0}, {0.4, 0.2, 0.0}, {1.1, 0.1, 0.0}}, 10.0, 3, 0.0, 0.0};
   return protocol;
 }
 
@@ -124,7 +124,7 @@ TEST_CASE("likelihood: what it cannot be asked") {
   const Likelihood likelihood(simulator, std::vector<float>(samples));
   CHECK_THROWS_AS(likelihood.costs(std::vector{sim::middle_parameters()}, 1, 1, 0), Error);
   sim::Protocol brief;
-  brief.stimulus = sim::Sines{{{0.5, 0.5, 0.0}}, 4.0, 1, 0.0, 0.0};
+  brief.experiment.stimulus = sim::Sines{{{0.5, 0.5, 0.0}}, 4.0, 1, 0.0, 0.0};
   CHECK_THROWS_AS(TrialSpectrum{brief}, Error);  // 15 frequencies up to 4 Hz
 }
 

@@ -18,8 +18,8 @@ namespace {
 sim::Protocol sines(double cycle_s, int cycles, double rate_hz = 100.0, double lead_in_s = 0.0) {
   sim::Protocol protocol;
   protocol.name = "sines";
-  protocol.sample_rate_hz = rate_hz;
-  protocol.stimulus = sim::Sines{
+  protocol.experiment.sample_rate_hz = rate_hz;
+  protocol.experiment.stimulus = sim::Sines{
       .components = {{1.0 / cycle_s, 0.5, 0.0}}, .cycle_s = cycle_s, .cycles = cycles, .lead_in_s = lead_in_s};
   protocol.validate();
   return protocol;

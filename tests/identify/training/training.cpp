@@ -16,7 +16,7 @@ sim::Protocol quick_protocol() {
   sim::Protocol protocol = sim::short_protocol();
   protocol.sequence().cycles = 1;
   protocol.sequence().lead_in_s = protocol.sequence().lead_out_s = 0.0;
-  protocol.sensor_noise = {0.001, 0.1};
+  protocol.noise.sensor = {0.001, 0.1};
   return protocol;
 }
 

@@ -29,7 +29,7 @@ TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
   request.seed = 4242;  // the model was trained on seed 1
   const dataset::Dataset data = dataset::generate(request);
   Model model = built_in_model();
-  CHECK(sim::same_experiment(model.protocol, data.protocol));
+  CHECK(model.protocol.experiment == data.protocol.experiment);
   const std::vector<float> outputs =
       predict(model, data.trials(), 64, sways_in_memory([&](int i) { return data.trial(i); }));
   const Evaluation result = evaluate(model, outputs, data.parameters);
@@ -51,7 +51,7 @@ constexpr bool sanitized = false;
 /// Valid fresh trials of a protocol as recordings with 0.02 degrees of sensor noise.
 std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int count) {
   sim::Protocol noisy = protocol;
-  noisy.sensor_noise = {.low_deg = 0.02, .high_deg = 0.02};
+  noisy.noise.sensor = {.low_deg = 0.02, .high_deg = 0.02};
   const dataset::Dataset data = dataset::generate({.protocol = noisy, .count = count, .seed = 823});
   std::vector<std::vector<float>> all;
   for (int i = 0; i < count; ++i) all.emplace_back(data.trial(i).begin(), data.trial(i).end());
@@ -100,7 +100,7 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
         }) >= 0.95);
   // A platform that plays a sine.
   sim::Protocol sine = model.protocol;
-  sine.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5}}, .cycle_s = 121.0};
+  sine.experiment.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5}}, .cycle_s = 121.0};
   CHECK(part_unfamiliar(model, recordings_of(sine, count)) >= 0.95);
 }
 

@@ -174,7 +174,7 @@ TEST_CASE("the firmware model: the hash that is written down, its error, and wha
   CAPTURE(hash);
   CHECK(test::read_text(DECID_SOURCE_DIR "/docs/firmware.md").find(hash) != std::string::npos);
   sim::Protocol protocol = model.protocol;
-  CHECK(protocol.sensor_noise.high_deg == 0.1);
+  CHECK(protocol.noise.sensor.high_deg == 0.1);
   const dataset::Dataset data = dataset::generate({.protocol = protocol, .count = 500, .seed = 4242});
   const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
   Model best = built_in_model();

@@ -42,7 +42,7 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
 /// Valid trials of the model's experiment with 0.02 degrees of sensor noise.
 inline dataset::Dataset noisy_trials(const Model& model, int count, std::uint64_t seed) {
   sim::Protocol protocol = model.protocol;
-  protocol.sensor_noise = {.low_deg = 0.02, .high_deg = 0.02};
+  protocol.noise.sensor = {.low_deg = 0.02, .high_deg = 0.02};
   return dataset::generate({.protocol = protocol, .count = count, .seed = seed});
 }
 
