@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 #include "base/parallel.hpp"
@@ -191,6 +192,7 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
   Feed feed(*source, encoding, scaling.targets, batch, 9, 0, epochs);
   for (auto& epoch : fed) epoch = read_epoch(feed);
 
+  std::set<std::vector<std::ptrdiff_t>> orders;
   for (int epoch = 0; epoch < epochs; ++epoch) {
     std::vector<Example> expected;
     for (int i = 0; i < trials; ++i) {
@@ -201,7 +203,10 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
       expected.push_back({{target.begin(), target.end()}, image});
     }
     std::vector<Example> sorted = fed[static_cast<std::size_t>(epoch)];
-    CHECK(sorted != expected);  // shuffled
+    CHECK(sorted != expected);  // shuffled, and in each epoch otherwise
+    std::vector<std::ptrdiff_t> order;
+    for (const Example& example : sorted) order.push_back(std::ranges::find(expected, example) - expected.begin());
+    CHECK(orders.insert(order).second);
     std::ranges::sort(sorted);
     std::ranges::sort(expected);
     CHECK(sorted == expected);

@@ -13,6 +13,7 @@
 using namespace decid;
 using namespace decid::sim;
 using decid::test::near;
+using decid::test::within;
 
 namespace {
 
@@ -150,6 +151,48 @@ TEST_CASE("FrequencyResponse: noise alone is not coherent") {
   // integral of exp(-1 - v) v / (v + 2), 0.102; s2 from 12 degrees of freedom and bands move it by a little.
   CHECK(sum / count < 0.15);
   CHECK(sum / count > 0.05);
+}
+
+TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
+  // Of a known gain in white noise: |0.7 X|^2 over that and the noise's power, N sigma^2, of the N samples of a cycle.
+  const Protocol protocol;
+  const std::vector<float> tilt = tilt_of(protocol);
+  const FrequencyResponse analysis(protocol);
+  constexpr int cycle = 6'050, trials = 100;
+  const RealFft fft(cycle);
+  std::vector<Complex> x(static_cast<std::size_t>(fft.bins())), work(static_cast<std::size_t>(fft.work_length()));
+  fft.forward(std::vector<double>(tilt.begin(), tilt.begin() + cycle), x, work);
+  int compared = 0;
+  for (const double deviation : {0.005, 0.01, 0.02, 0.05}) {
+    std::vector<double> mean(static_cast<std::size_t>(analysis.bands()));
+    std::vector<FrfPoint> points;
+    for (std::uint64_t trial = 0; trial < trials; ++trial) {
+      const Random random(13, Stream::sensor_noise, trial);
+      std::vector<float> sway(tilt.size());
+      for (std::size_t k = 0; k < sway.size(); ++k) {
+        sway[k] = static_cast<float>(0.7 * static_cast<double>(tilt[k]) + deviation * random.normal(k));
+      }
+      points = analysis.measure(sway, tilt);
+      for (std::size_t i = 0; i < points.size(); ++i) mean[i] += points[i].coherence / trials;
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (points[i].harmonics != 1) continue;
+      const auto harmonic = static_cast<std::size_t>(std::lround(points[i].frequency_hz * protocol.cycle_s()));
+      const double signal = 0.49 * std::norm(x[harmonic]);
+      const double expected = signal / (signal + cycle * deviation * deviation);
+      if (expected < 0.75 || expected > 0.95) continue;
+      CAPTURE(expected);
+      // One trial's is u / (u + 2), u the signal's power over the noise's. u scatters by its root times 2, and the
+      // noise, of six lines, by 1 / sqrt(6): to the second order they move the mean by `bias`. With the power of one
+      // cycle's noise for that of two it would be 0.04 to 0.1 higher.
+      const double c = expected, u = 2 * c / (1 - c);
+      const double bias = c * (1 - c) * (1 - c) / 6 - 2 * (2 * u + 1) / std::pow(u + 2, 3);
+      const double scatter = 2 / ((u + 2) * (u + 2)) * std::sqrt(2 * u + 1) + c * (1 - c) / std::sqrt(6);
+      CHECK(within(mean[i], c + bias, 4 * scatter / std::sqrt(trials) + 0.5 * std::abs(bias)));
+      ++compared;
+    }
+  }
+  CHECK(compared >= 3);
 }
 
 TEST_CASE("FrequencyResponse: what has no response is refused, what has no noise lines says so") {

@@ -53,6 +53,59 @@ TEST_CASE("fit spectrum: a sine is where it should be, an offset is nowhere") {
   CHECK(std::ranges::count(bands, 30) == 1);
 }
 
+TEST_CASE("likelihood: the cost is its formula's, Student's t about the realisations' mean") {
+  const sim::Simulator simulator(short_sines());
+  const TrialSpectrum spectrum(simulator.protocol());
+  const auto bins = static_cast<std::size_t>(spectrum.bins());
+  constexpr std::uint64_t seed = 4, first = 30;
+  const sim::Parameters parameters = sim::middle_parameters();
+  std::vector<float> recorded = trial(simulator, parameters, 1);
+  const Random sensor(6, Stream::sensor_noise, 0);
+  for (std::size_t k = 0; k < recorded.size(); ++k)
+    recorded[k] += static_cast<float>(0.05 * sim::rad_per_deg * sensor.normal(k));
+  std::vector<sim::Complex> y(bins);
+  spectrum.of(std::vector<double>(recorded.begin(), recorded.end()), y);
+
+  for (const std::size_t realisations : {2U, 5U}) {
+    CAPTURE(realisations);
+    const auto count = static_cast<double>(realisations);
+    std::vector<std::vector<sim::Complex>> x(realisations, std::vector<sim::Complex>(bins));
+    std::vector<double> sway(recorded.size());
+    for (std::size_t r = 0; r < realisations; ++r) {
+      REQUIRE(simulator.run(parameters, Random(seed, Stream::fit_noise, first + r), sway).valid);
+      spectrum.of(sway, x[r]);
+    }
+    double least = HUGE_VAL, likeliest_deg = 0;
+    for (int level = 0; level < 21; ++level) {
+      const double noise_deg = 0.0005 * std::pow(2.0, 0.5 * level), noise = noise_deg * sim::rad_per_deg;
+      double cost = 0;
+      for (std::size_t b = 0; b + 1 < spectrum.bands().size(); ++b) {
+        const auto begin = static_cast<std::size_t>(spectrum.bands()[b]),
+                   end = static_cast<std::size_t>(spectrum.bands()[b + 1]);
+        const auto wide = static_cast<double>(end - begin), freedom = wide * (count - 1);
+        std::vector<sim::Complex> mean(bins);
+        double residual = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+          for (std::size_t r = 0; r < realisations; ++r) mean[k] += x[r][k] / count;
+          for (std::size_t r = 0; r < realisations; ++r) residual += std::norm(x[r][k] - mean[k]) / (count - 1) / wide;
+        }
+        const double variance = residual * (1 + 1 / count) + noise * noise / static_cast<double>(simulator.samples());
+        for (std::size_t k = begin; k < end; ++k)
+          cost += 0.5 *
+                  (std::log(variance) + (freedom + 1) * std::log(1 + std::norm(y[k] - mean[k]) / (freedom * variance)));
+      }
+      if (cost < least) {
+        least = cost;
+        likeliest_deg = noise_deg;
+      }
+    }
+    const Cost found =
+        Likelihood(simulator, recorded).costs(std::vector{parameters}, static_cast<int>(realisations), seed, first)[0];
+    CHECK(test::near(found.value, least, 1e-12));
+    CHECK(test::near(found.sensor_noise_deg, likeliest_deg, 1e-14));
+  }
+}
+
 TEST_CASE("likelihood: the truth is likelier than what lies a quarter of a range away, on any number of threads") {
   const sim::Simulator simulator(short_sines());
   sim::Parameters truth = sim::middle_parameters();
