@@ -15,13 +15,13 @@
 #include "bench/planes.hpp"
 #include "bench/recorded_file.hpp"
 #include "bench/trials.hpp"
-#include "dataset/image.hpp"
+#include "dataset/image/image.hpp"
+#include "identify/identify.hpp"
+#include "identify/training/presets.hpp"
 #include "nn/predictor.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/fft.hpp"
 #include "sim/noise.hpp"
-#include "tools/identify.hpp"
-#include "tools/presets.hpp"
 
 using Work = std::function<void()>;
 
@@ -153,7 +153,7 @@ void add_files(Guarded& all) {
   for (const char* preset : {"paper", "best"})
     all[std::string("image/") + preset] = [preset]() -> Work {
       constexpr int samples = 12100;
-      const auto maker = std::make_shared<dataset::ImageMaker>(tools::preset_named(preset).image, samples);
+      const auto maker = std::make_shared<dataset::ImageMaker>(preset_named(preset).image, samples);
       return [maker, sway_rad = some_values(samples)] {
         std::vector<float> image(static_cast<std::size_t>(maker->shape().size()));
         maker->make(sway_rad, image, isa);
@@ -165,8 +165,8 @@ void add_files(Guarded& all) {
   };
   all["file/identify"] = []() -> Work {
     const auto file = std::make_shared<RecordedFile>();
-    const auto model = std::make_shared<tools::Model>(tools::built_in_model());
-    return [file, model] { tools::identify(*model, {file->path()}, {}); };
+    const auto model = std::make_shared<Model>(built_in_model());
+    return [file, model] { identify(*model, {file->path()}, {}); };
   };
 }
 

@@ -1,5 +1,6 @@
 // The networks that are timed, one training step of each, and the multiplications and additions in it. NetA is small,
-// NetB is the paper's preset, Best the default preset (tools/presets.cpp); peers/training.py has A and B too.
+// NetB is the paper's preset, Best the default preset (identify/training/presets.cpp); peers/training.py has A and B
+// too.
 #pragma once
 
 #include <cstddef>

@@ -10,9 +10,9 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/text.hpp"
 #include "sim/simulate.hpp"
-#include "tools/text.hpp"
-#include "tools/trial_csv.hpp"
+#include "tools/decid/trial_csv.hpp"
 
 namespace decid::bench {
 
@@ -45,7 +45,7 @@ class RecordedFile {
     for (double& s : sway) s /= sim::rad_per_deg;
     auto columns = tools::time_and_tilt(simulator.protocol(), simulator.stimulus());
     columns.insert(columns.begin() + 1, std::move(sway));
-    write_file(path(), tools::csv({"time", "com_sway_deg", "tilt_deg"}, columns, tools::csv_digits));
+    write_file(path(), csv({"time", "com_sway_deg", "tilt_deg"}, columns, tools::csv_digits));
   }
   std::filesystem::path path() const { return folder_.path() / "recording.csv"; }
 

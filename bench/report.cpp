@@ -1,5 +1,5 @@
 // The page of tools/bench-report: results of tools/bench (Google Benchmark's JSON), oldest first, as trends, parts of
-// the machine's peak and ratios to peers. tools/page.cpp makes the page, bench/report.js draws it.
+// the machine's peak and ratios to peers. tools/report/page.cpp makes the page, bench/report.js draws it.
 //   bench_report PAGE.html RESULT.json...
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "embedded/bench_report_js.hpp"
-#include "tools/page.hpp"
+#include "tools/report/page.hpp"
 
 namespace {
 

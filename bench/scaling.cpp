@@ -15,7 +15,7 @@
 #include "bench/convolutions.hpp"
 #include "bench/networks.hpp"
 #include "bench/recorded_file.hpp"
-#include "dataset/npz.hpp"
+#include "dataset/npz/npz.hpp"
 
 namespace {
 

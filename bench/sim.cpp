@@ -12,10 +12,10 @@
 #include "bench/counters.hpp"
 #include "bench/plain_trial.hpp"
 #include "bench/trials.hpp"
-#include "dataset/image.hpp"
+#include "dataset/image/image.hpp"
+#include "identify/training/presets.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
-#include "tools/presets.hpp"
 
 #if defined(DECID_FFTW)
 #include <fftw3.h>
@@ -218,7 +218,7 @@ int main(int argc, char** argv) {
   const auto add = [](const std::string& what, Isa isa, auto run, auto... arguments) {
     benchmark::RegisterBenchmark((name(isa) + ("/" + what)).c_str(), run, arguments...)->UseManualTime();
   };
-  const dataset::ImageSettings paper = tools::preset_named("paper").image;
+  const dataset::ImageSettings paper = preset_named("paper").image;
   const dataset::ImageSettings copies{.channels = {Channel::real, Channel::imaginary}};
   for (const Isa isa : available_isas()) {
     add("trials", isa, bench_trials, isa, true);
@@ -229,8 +229,8 @@ int main(int argc, char** argv) {
     add("fft/110x100", isa, bench_fft, 100, isa);
     add("image/modulus_phase", isa, bench_image, paper, 1U, isa);
     add("image/real_imaginary", isa, bench_image, copies, 1U, isa);
-    add("image/best", isa, bench_image, tools::preset_named("best").image, 1U, isa);
-    add("image/best/trials:8", isa, bench_image, tools::preset_named("best").image, 8U, isa);
+    add("image/best", isa, bench_image, preset_named("best").image, 1U, isa);
+    add("image/best/trials:8", isa, bench_image, preset_named("best").image, 8U, isa);
   }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;

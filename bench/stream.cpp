@@ -15,7 +15,7 @@
 #include "bench/counters.hpp"
 #include "bench/networks.hpp"
 #include "dataset/feed.hpp"
-#include "tools/presets.hpp"
+#include "identify/training/presets.hpp"
 
 namespace {
 
@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   for (const bench::NamedNetwork& named : bench::named_networks) {
     const std::string name = named.name;
     if (name == "NetB") continue;  // a step of it takes so long that trials do not count
-    const tools::Preset preset = tools::preset_named(name == "Best" ? "best" : "paper");
+    const Preset preset = preset_named(name == "Best" ? "best" : "paper");
     for (const bool noisy : {false, true}) {
       for (const int threads : {1, 2}) {
         benchmark::RegisterBenchmark(

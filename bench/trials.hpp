@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "dataset/dataset.hpp"
+#include "dataset/sets/dataset.hpp"
 
 namespace decid::bench {
 

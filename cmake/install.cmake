@@ -1,4 +1,4 @@
-# What `cmake --install` puts where, and the package that other projects find with find_package(decid 0.1).
+# What `cmake --install` puts where, and the package that other projects find with find_package(decid 0.2).
 include(CMakePackageConfigHelpers)
 
 get_property(libraries GLOBAL PROPERTY DECID_LIBRARIES)

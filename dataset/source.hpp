@@ -7,8 +7,8 @@
 #include <span>
 #include <string>
 
-#include "dataset/image.hpp"
-#include "dataset/npz.hpp"
+#include "dataset/image/image.hpp"
+#include "dataset/npz/npz.hpp"
 
 namespace decid::dataset {
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 
 namespace decid::sim {
 
@@ -43,5 +44,11 @@ inline Parameters middle_parameters() {
   for (std::size_t i = 0; i < parameter_count; ++i) p[i] = parameter_info[i].middle();
   return p;
 }
+
+/// " N m/rad", to stand behind a number; nothing for a parameter that is a plain number.
+std::string unit_after(const ParameterInfo& info);
+
+/// "Kp=900,Kd=250,...": all seven, by name ("Kp_pass") or option name ("kp-pass"), in any order. Throws Error.
+Parameters parameters_from_text(const std::string& text, const std::string& where);
 
 }  // namespace decid::sim

@@ -3,18 +3,18 @@
 
 #include <doctest/doctest.h>
 
-#include "dataset/image.hpp"
+#include "dataset/image/image.hpp"
+#include "identify/model.hpp"
+#include "identify/training/presets.hpp"
 #include "sim/protocol.hpp"
-#include "tools/model.hpp"
-#include "tools/presets.hpp"
 
 using namespace decid;
 
 namespace {
 
 void check_same(const bench::NamedNetwork& timed, const std::string& preset_name) {
-  const tools::Preset& preset = tools::preset_named(preset_name);
-  const tools::Model model(sim::default_protocol(), preset.image, preset.architecture);
+  const Preset& preset = preset_named(preset_name);
+  const Model model(sim::default_protocol(), preset.image, preset.architecture);
   const nn::Network<float> network(timed.input, timed.architecture);
   CHECK(network.architecture() == model.network.architecture());
   CHECK(timed.input == model.network.input_shape());

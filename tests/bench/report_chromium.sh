@@ -22,9 +22,9 @@ run("second", 2, 60, peers=[{"what": "train NetA", "ours": 2, "theirs": 1, "unit
 run("first", 1, 50)
 PYTHON
 "$sources/tools/bench-report" -o page.html second.json first.json
-"$sources/tests/tools/report_chromium.sh" "$chromium" page.html
+"$sources/tests/tools/report/report_chromium.sh" "$chromium" page.html
 "$sources/tools/bench-report" -o kept.html
-"$sources/tests/tools/report_chromium.sh" "$chromium" kept.html
+"$sources/tests/tools/report/report_chromium.sh" "$chromium" kept.html
 
 refuse() {  # what it must say, file
   code=0

@@ -8,7 +8,8 @@
 #include "base/random.hpp"
 #include "dataset/feed.hpp"
 #include "nn/loss.hpp"
-#include "nn/network.hpp"
+#include "nn/predictor.hpp"
+#include "nn/trainer.hpp"
 #include "sim/simulate.hpp"
 
 namespace {
@@ -26,20 +27,20 @@ std::vector<double> train_on_stream(int trials, int batch, int epochs) {
   decid::nn::Network<float> network({shape.channels, shape.rows, shape.columns},
                                     "conv 8 3x3 pad 1; batchnorm; relu; globalavgpool; fc 7");
   network.initialise(1);
-  network.plan(batch, decid::nn::Mode::training);
+  decid::nn::Trainer<float> trainer(network, batch);
   std::vector<double> errors;
   for (int epoch = 0; epoch < epochs; ++epoch) {
     double sum = 0.0;
     for (int done = 0; done < trials; done += batch) {
       const dataset::Feed::Batch next = feed.next();
-      network.set_batch(next.trials);
+      trainer.set_batch(next.trials);
       for (int i = 0; i < next.trials; ++i)
-        network.input().load(i, next.images.subspan(static_cast<std::size_t>(i) * values, values));
-      network.forward();
+        trainer.input().load(i, next.images.subspan(static_cast<std::size_t>(i) * values, values));
+      trainer.forward();
       double squares[7];
-      decid::nn::mean_squared_error<float>(network.output(), next.targets, squares, &network.output_diff());
-      network.backward();
-      decid::nn::sgd_step(network, 0.02, {});
+      decid::nn::mean_squared_error(trainer.output(), next.targets, squares, trainer.output_diff());
+      trainer.backward();
+      trainer.step(0.02, {});
       for (const double square : squares) sum += square;
     }
     errors.push_back(sum / (7.0 * trials));
@@ -67,19 +68,19 @@ int main() {
   for (decid::nn::Parameter<float>* parameter : network.parameters()) {
     for (float& value : parameter->value) value = parameter->name == "weight" ? 1.0F : 0.0F;
   }
-  network.plan(1, decid::nn::Mode::inference);
-  network.input().load(0, image);
-  network.forward();
+  std::vector<float> output(1);
+  decid::nn::Predictor(network, 1).run(image, output);
 
   double sum = 0.0;
   for (const float value : image) sum += value;
-  const double output = network.output().at(0, 0, 0, 0);
   std::printf("samples %d, valid %d, largest sway %.4f rad, image sum %.6f, network %.6f\n", simulator.samples(),
-              outcome.valid, outcome.largest_sway_rad, sum, output);
+              outcome.valid, outcome.largest_sway_rad, sum, static_cast<double>(output[0]));
   // Each of n float additions of positive terms errs by at most half an ulp of the sum.
   const double tolerance = sum * static_cast<double>(image.size()) * 6e-8;
   const std::vector<double> errors = train_on_stream(100, 25, 3);
   std::printf("mean squared error of three epochs on fresh trials: %.3f %.3f %.3f\n", errors[0], errors[1], errors[2]);
   if (!(errors[2] < errors[0])) return 1;
-  return outcome.valid && outcome.largest_sway_rad > 1e-3 && std::abs(output - sum) <= tolerance ? 0 : 1;
+  return outcome.valid && outcome.largest_sway_rad > 1e-3 && std::abs(static_cast<double>(output[0]) - sum) <= tolerance
+             ? 0
+             : 1;
 }

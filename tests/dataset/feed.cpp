@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "base/parallel.hpp"
-#include "helpers.hpp"
+#include "tests/helpers.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

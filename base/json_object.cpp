@@ -1,0 +1,202 @@
+// JSON objects read key by key: types are checked strictly, unknown keys are refused (a misspelt setting would
+// otherwise be silently left at its default).
+// Format: RFC 8259, parsed by nlohmann's library.
+#include "base/json_object.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "base/error.hpp"
+
+namespace decid {
+
+namespace {
+
+constexpr std::size_t most_shown = 40;  // of a key or a value, in an error
+
+/// At most `most` bytes, "..." for the rest; no character of UTF-8 is cut.
+std::string shortened(std::string text, std::size_t most) {
+  if (text.size() <= most) return text;
+  std::size_t end = most - 3;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
+/// Counts the brackets outside of texts: what is nested too deeply is refused before it takes any memory.
+void check_depth(std::string_view text, const std::string& where) {
+  int depth = 0, line = 1;
+  bool quoted = false;
+  std::size_t line_start = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line, line_start = i + 1;
+    if (quoted && c == '\\') ++i;
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (c == ']' || c == '}') --depth;
+    if ((c == '[' || c == '{') && ++depth > deepest_json) {
+      throw Error(where,
+                  "has lists or objects nested deeper than " + std::to_string(deepest_json) + " levels at line " +
+                      std::to_string(line) + ", column " + std::to_string(i - line_start + 1),
+                  "correct the file there");
+    }
+  }
+}
+
+/// Prints the beginning of a value, until `text` is long enough to be shortened.
+void print_beginning(const Json& json, std::string& text) {
+  if (json.is_string()) {
+    const Json begin = json.get_ref<const std::string&>().substr(0, most_shown + 1);
+    text += begin.dump(-1, ' ', false, Json::error_handler_t::replace);
+  } else if (!json.is_structured()) {
+    text += json.dump();
+  } else {
+    const bool list = json.is_array();
+    text += list ? '[' : '{';
+    for (auto item = json.begin(); item != json.end() && text.size() <= most_shown; ++item) {
+      if (item != json.begin()) text += ", ";
+      if (!list) text += '"' + shortened(item.key(), most_shown) + "\": ";
+      print_beginning(*item, text);
+    }
+    text += list ? ']' : '}';
+  }
+}
+
+}  // namespace
+
+Json parse_json(const std::string& text, const std::string& where) {
+  check_depth(text, where);
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  const auto watch = [&](int, Json::parse_event_t event, Json& value) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second) {
+      throw Error(where, "the key '" + shortened(value.get<std::string>(), most_shown) + "' stands twice in one object",
+                  "keep one of them");
+    }
+    return true;
+  };
+  try {
+    return Json::parse(text, watch);
+  } catch (const Json::exception& exception) {
+    // The library's text opens with its own tag, "[json.exception.parse_error.101] ", which says nothing to a reader.
+    std::string problem = exception.what();
+    if (const std::size_t tag = problem.find("] "); tag != std::string::npos) problem.erase(0, tag + 2);
+    throw Error(where, "is not valid JSON: " + shortened(std::move(problem), 200), "correct the file there");
+  }
+}
+
+std::string print_json(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+namespace {
+
+bool is_int(const Json& json) {
+  // Widest types first: a number above the range of int would wrap around in get<int>().
+  if (json.is_number_unsigned()) return json.get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<int>::max()};
+  return json.is_number_integer() && json.get<std::int64_t>() >= std::numeric_limits<int>::min();
+}
+
+}  // namespace
+
+JsonObject::JsonObject(const Json& json, std::string where, std::string path)
+    : json_(json), where_(std::move(where)), path_(std::move(path)) {
+  if (json_.is_object()) return;
+  throw Error(where_, (path_.empty() ? "the text" : path_) + " is not a JSON object", "write {\"key\": value, ...}");
+}
+
+std::string JsonObject::name_of(std::string_view key) const {
+  std::string name = "'";
+  if (!path_.empty()) name.append(path_).append(".");
+  return name.append(key).append("'");
+}
+
+void JsonObject::wrong_type(const char* key, const std::string& expected) const {
+  std::string found;
+  print_beginning(json_.at(key), found);
+  throw Error(where_, name_of(key) + " is " + shortened(std::move(found), most_shown), "make it " + expected);
+}
+
+const Json* JsonObject::find(const char* key) {
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
+  const auto found = json_.find(key);
+  return found == json_.end() ? nullptr : &*found;
+}
+
+const Json& JsonObject::require(const char* key) {
+  if (const Json* json = find(key)) return *json;
+  throw Error(where_, name_of(key) + " is missing", "add it");
+}
+
+void JsonObject::read(const char* key, double& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_number()) wrong_type(key, "a number");
+  value = json->get<double>();
+}
+
+void JsonObject::read(const char* key, int& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!is_int(*json)) wrong_type(key, "a whole number");
+  value = json->get<int>();
+}
+
+void JsonObject::read(const char* key, std::uint64_t& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_number_unsigned()) wrong_type(key, "a whole number from 0 to 2^64 - 1");
+  value = json->get<std::uint64_t>();
+}
+
+void JsonObject::read(const char* key, bool& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_boolean()) wrong_type(key, "true or false");
+  value = json->get<bool>();
+}
+
+void JsonObject::read(const char* key, std::string& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_string()) wrong_type(key, "a text");
+  value = json->get<std::string>();
+}
+
+void JsonObject::read(const char* key, std::vector<int>& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_int)) wrong_type(key, "a list of whole numbers");
+  value = json->get<std::vector<int>>();
+}
+
+void JsonObject::read(const char* key, std::vector<double>& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  const auto is_number = [](const Json& item) { return item.is_number(); };
+  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_number)) wrong_type(key, "a list of numbers");
+  value = json->get<std::vector<double>>();
+}
+
+void JsonObject::read(const char* key, std::vector<std::string>& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  const auto is_text = [](const Json& item) { return item.is_string(); };
+  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_text)) wrong_type(key, "a list of texts");
+  value = json->get<std::vector<std::string>>();
+}
+
+void JsonObject::finish() const {
+  for (const auto& [key, value] : json_.items()) {
+    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    std::string list;
+    for (const std::string& known : known_) list += (list.empty() ? "" : ", ") + known;
+    throw Error(where_, "unknown key " + name_of(shortened(key, most_shown)), "the keys here are " + list);
+  }
+}
+
+}  // namespace decid

@@ -1,0 +1,63 @@
+// JSON objects read key by key, so that every defect of a file is an Error that names the file and the key.
+// Not installed: for dataset and tools. The only header of dataset that shows nlohmann's library.
+// Format: RFC 8259.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace decid {
+
+/// Keeps the keys in the order in which they were written.
+using Json = nlohmann::ordered_json;
+
+/// Lists and objects within each other: no file of decid's has more than 6, and the library prints them recursively.
+inline constexpr int deepest_json = 32;
+
+/// Throws Error with line and column if `text` is not JSON or nested deeper than deepest_json, and for a key that
+/// stands twice in one object (the last would win without a word). `where` names the source.
+Json parse_json(const std::string& text, const std::string& where);
+
+/// Two spaces of indentation; doubles read back to the same bits; text that is not UTF-8 is replaced, not refused.
+std::string print_json(const Json& json);
+
+/// One object of a JSON file. Each read() takes the value of a key if the key is there and leaves `value` alone if
+/// not; whatever has not been asked for when finish() is called is an unknown key.
+class JsonObject {
+ public:
+  /// `path` is where in the file the object is ("sequence"), empty for the outermost. Throws Error if `json` is not
+  /// an object. `json` must outlive this.
+  JsonObject(const Json& json, std::string where, std::string path = {});
+
+  /// The value of `key`, or null if it was left out.
+  const Json* find(const char* key);
+  /// The value of `key`; throws Error if it was left out.
+  const Json& require(const char* key);
+
+  void read(const char* key, double& value);
+  void read(const char* key, int& value);
+  void read(const char* key, std::uint64_t& value);
+  void read(const char* key, bool& value);
+  void read(const char* key, std::string& value);
+  void read(const char* key, std::vector<int>& value);
+  void read(const char* key, std::vector<double>& value);
+  void read(const char* key, std::vector<std::string>& value);
+
+  /// Throws Error naming the first key that was not asked for.
+  void finish() const;
+
+  /// Throws Error: `key` should have been `expected` ("a number").
+  [[noreturn]] void wrong_type(const char* key, const std::string& expected) const;
+
+ private:
+  std::string name_of(std::string_view key) const;
+
+  const Json& json_;
+  std::string where_, path_;
+  std::vector<std::string> known_;
+};
+
+}  // namespace decid

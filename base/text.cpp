@@ -1,0 +1,49 @@
+// Text for people and files: see text.hpp.
+#include "base/text.hpp"
+
+#include <charconv>
+#include <cstdarg>
+#include <cstdio>
+
+namespace decid {
+
+std::string one_line(std::string text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if (byte < ' ' || byte == 0x7f) text[i] = '?';
+    // U+0080 to U+009F, which terminals obey too: C2 80 to C2 9F.
+    if (byte == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0) text.replace(i, 2, "?");
+  }
+  return text;
+}
+
+std::string format(const char* pattern, ...) {
+  std::va_list arguments, again;
+  va_start(arguments, pattern);
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, pattern, arguments);
+  va_end(arguments);
+  std::string text(static_cast<std::size_t>(length < 0 ? 0 : length), '\0');
+  if (length > 0) std::vsnprintf(text.data(), text.size() + 1, pattern, again);
+  va_end(again);
+  return text;
+}
+
+std::string csv(const std::vector<std::string>& header, const std::vector<std::vector<double>>& columns, int digits) {
+  std::string text;
+  for (std::size_t c = 0; c < header.size(); ++c) text += (c > 0 ? "," : "") + header[c];
+  text += '\n';
+  for (std::size_t row = 0; row < columns.front().size(); ++row) {
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      char number[40];
+      const auto end =
+          std::to_chars(number, number + sizeof number, columns[c][row], std::chars_format::general, digits);
+      if (c > 0) text += ',';
+      text.append(number, end.ptr);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace decid

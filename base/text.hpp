@@ -1,0 +1,18 @@
+// Text for people and files: formatted, cleaned, tables of numbers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace decid {
+
+/// printf's formatting into a string.
+[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
+
+/// Control characters become question marks: one line, whatever a file's name holds.
+std::string one_line(std::string text);
+
+/// A CSV file: a header and rows of numbers, `digits` significant ones.
+std::string csv(const std::vector<std::string>& header, const std::vector<std::vector<double>>& columns, int digits);
+
+}  // namespace decid

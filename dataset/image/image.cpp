@@ -1,0 +1,277 @@
+// Images of trials: the FFT of each window, drawn as the settings say, eight windows at a time (kernels/generic.hpp).
+// The spectrum of a real signal is its own mirror image, so only the lower half is computed: bin (window - k) is the
+// conjugate of bin k.
+// Row statistics: mean and squares of each image exactly in two passes, joined by the update of Chan, Golub and
+// LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances", 1979.
+#include "dataset/image/image.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/json_object.hpp"
+#include "dataset/image/kernels/image.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+static_assert(image_lanes == sim::fft_lanes);
+
+constexpr std::array<std::pair<Channel, const char*>, 10> channel_names{{
+    {Channel::modulus, "modulus"},
+    {Channel::log_modulus, "log_modulus"},
+    {Channel::phase, "phase"},
+    {Channel::cos_phase, "cos_phase"},
+    {Channel::sin_phase, "sin_phase"},
+    {Channel::real, "real"},
+    {Channel::imaginary, "imaginary"},
+    {Channel::asinh_real, "asinh_real"},
+    {Channel::asinh_imaginary, "asinh_imaginary"},
+    {Channel::log_residual, "log_residual"},
+}};
+
+std::string list_of_channels() {
+  std::string list;
+  for (const auto& [channel, name] : channel_names) list += (list.empty() ? "" : ", ") + std::string(name);
+  return list;
+}
+
+}  // namespace
+
+const char* name(Channel channel) {
+  for (const auto& [known, text] : channel_names) {
+    if (known == channel) return text;
+  }
+  throw Error("image", "there is no channel " + std::to_string(static_cast<int>(channel)),
+              "use one of " + list_of_channels());
+}
+
+Channel channel_from_name(const std::string& name) {
+  for (const auto& [channel, known] : channel_names) {
+    if (name == known) return channel;
+  }
+  throw Error("image", "there is no channel '" + name + "'", "use one of " + list_of_channels());
+}
+
+void ImageSettings::validate() const {
+  if (window < 2 || window > largest_window) {
+    throw Error("image", "a window of " + std::to_string(window) + " samples",
+                "choose 2 to " + std::to_string(largest_window));
+  }
+  if (rows < 0 || rows > window / 2 + 1 || (rows > 0 && !half_spectrum)) {
+    throw Error("image", std::to_string(rows) + " rows of a window of " + std::to_string(window) + " samples",
+                "with half_spectrum choose up to window / 2 + 1; else, or for all, 0");
+  }
+  if (channels.empty() || channels.size() > 16) {
+    throw Error("image", std::to_string(channels.size()) + " channels", "choose 1 to 16");
+  }
+  for (const Channel channel : channels) static_cast<void>(name(channel));
+  if (first_sample < 0 || first_sample > 1'000'000'000) {
+    throw Error("image", "a first_sample of " + std::to_string(first_sample), "choose 0 or more");
+  }
+  if (fold < 1 || fold > largest_fold)
+    throw Error("image", "a fold of " + std::to_string(fold),
+                "choose 1 to " + std::to_string(largest_fold) + " cycles");
+}
+
+std::string to_json(const ImageSettings& settings) {
+  std::vector<std::string> channels;
+  for (const Channel channel : settings.channels) channels.emplace_back(name(channel));
+  return print_json({{"window", settings.window},
+                     {"half_spectrum", settings.half_spectrum},
+                     {"rows", settings.rows},
+                     {"channels", channels},
+                     {"standardize_rows", settings.standardize_rows},
+                     {"first_sample", settings.first_sample},
+                     {"fold", settings.fold}});
+}
+
+ImageSettings image_settings_from_json(const std::string& text, const std::string& where) {
+  const Json json = parse_json(text, where);
+  ImageSettings settings;
+  JsonObject object(json, where);
+  object.read("window", settings.window);
+  object.read("half_spectrum", settings.half_spectrum);
+  object.read("rows", settings.rows);
+  std::vector<std::string> channels;
+  const bool has_channels = json.contains("channels");
+  object.read("channels", channels);
+  object.read("standardize_rows", settings.standardize_rows);
+  object.read("first_sample", settings.first_sample);
+  object.read("fold", settings.fold);
+  object.finish();
+  try {
+    if (has_channels) {
+      settings.channels.clear();
+      for (const std::string& channel : channels) settings.channels.push_back(channel_from_name(channel));
+    }
+    settings.validate();
+  } catch (const Error& error) {
+    throw Error(where, error.where() + ": " + error.problem(), error.remedy());
+  }
+  return settings;
+}
+
+ImageMaker::ImageMaker(ImageSettings settings, int samples)
+    : settings_((settings.validate(), std::move(settings))),
+      samples_(samples),
+      fft_(settings_.window),
+      rows_(settings_.rows > 0        ? settings_.rows
+            : settings_.half_spectrum ? fft_.bins()
+                                      : settings_.window) {
+  if (shape().columns < 1) {
+    throw Error("image",
+                "not one window of " + std::to_string(settings_.window) + " samples, times a fold of " +
+                    std::to_string(settings_.fold) + ", fits into a trial of " + std::to_string(samples) +
+                    " from sample " + std::to_string(settings_.first_sample) + " on",
+                "choose a shorter window or a longer trial");
+  }
+}
+
+ImageShape ImageMaker::shape() const noexcept {
+  return {static_cast<int>(settings_.channels.size()), rows_,
+          std::max(samples_ - settings_.first_sample, 0) / settings_.window / settings_.fold};
+}
+
+// A single window without seven idle lanes beside it: the same bits from an eighth of the memory.
+void ImageMaker::transform_alone(std::span<const float> window, std::span<double> spectrum) const {
+  thread_local std::vector<double> signal;
+  thread_local std::vector<sim::Complex> bins, complex_work;
+  signal.assign(window.begin(), window.end());
+  bins.resize(static_cast<std::size_t>(fft_.bins()));
+  complex_work.resize(static_cast<std::size_t>(fft_.work_length()));
+  fft_.forward(signal, bins, complex_work);
+  for (std::size_t k = 0; k < bins.size(); ++k) {
+    spectrum[2 * k * image_lanes] = bins[k].real();
+    spectrum[(2 * k + 1) * image_lanes] = bins[k].imag();
+  }
+}
+
+int ImageMaker::trials_together() const noexcept {
+  return std::max(1, image_lanes / shape().columns);
+}
+
+void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image, Isa isa) const {
+  make_all({&sway_rad, 1}, image, isa);
+}
+
+void ImageMaker::make_all(std::span<const std::span<const float>> sways_rad, std::span<float> images, Isa isa) const {
+  const ImageShape size = shape();
+  const auto image_size = static_cast<std::size_t>(size.size());
+  for (const std::span<const float> sway : sways_rad) {
+    if (sway.size() != static_cast<std::size_t>(samples_)) {
+      throw Error("image",
+                  "a trial of " + std::to_string(sway.size()) + " samples for images of " + std::to_string(samples_),
+                  "make images of trials of one length");
+    }
+  }
+  if (images.size() != sways_rad.size() * image_size) {
+    throw Error("image",
+                "room for " + std::to_string(images.size()) + " values for " + std::to_string(sways_rad.size()) +
+                    " images of " + std::to_string(image_size),
+                "make room for all of them");
+  }
+  const ImageKernels& kernels = image_kernels(isa);
+  const auto window = static_cast<std::size_t>(settings_.window), bins = static_cast<std::size_t>(fft_.bins());
+  const auto plane_size = static_cast<std::size_t>(size.rows) * static_cast<std::size_t>(size.columns);
+  const auto fold = static_cast<std::size_t>(settings_.fold), columns = static_cast<std::size_t>(size.columns);
+  const int shown = std::min(fft_.bins(), rows_);
+  constexpr std::size_t lanes = image_lanes;
+  // Kept from call to call: of a whole cycle as one window they are 2.5 MB.
+  thread_local std::vector<double> signal, spectra, work, mean, residual;
+  const auto grow = [](std::vector<double>& buffer, std::size_t count) {
+    buffer.resize(std::max(buffer.size(), count));
+  };
+  grow(signal, window * lanes);
+  grow(spectra, 2 * bins * lanes * fold);
+  grow(work, 2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
+  grow(mean, 2 * bins * lanes);
+  grow(residual, bins * lanes);
+  const std::size_t all = sways_rad.size() * columns;  // columns of all images, one after another
+  for (std::size_t first = 0; first < all; first += lanes) {
+    const std::size_t here = std::min(lanes, all - first);
+    for (std::size_t cycle = 0; cycle < fold; ++cycle) {
+      const std::span<double> spectrum = std::span(spectra).subspan(cycle * 2 * bins * lanes, 2 * bins * lanes);
+      std::array<const float*, lanes> windows{};
+      for (std::size_t lane = 0; lane < here; ++lane) {
+        const std::size_t trial = (first + lane) / columns, column = (first + lane) % columns;
+        windows[lane] = sways_rad[trial].data() + static_cast<std::size_t>(settings_.first_sample) +
+                        (cycle * columns + column) * window;
+      }
+      if (here == 1) {
+        transform_alone({windows[0], window}, spectrum);
+        continue;
+      }
+      kernels.load_windows(windows.data(), settings_.window, static_cast<int>(here), signal.data());
+      fft_.forward_lanes(std::span(signal).first(window * lanes), spectrum,
+                         std::span(work).first(2 * static_cast<std::size_t>(fft_.work_length()) * lanes), isa);
+    }
+    kernels.fold_spectra(settings_.fold, fft_.bins(), shown, spectra.data(), mean.data(), residual.data());
+    std::array<float*, lanes> planes{};
+    for (std::size_t lane = 0; lane < here; ++lane)
+      planes[lane] = images.data() + (first + lane) / columns * image_size + (first + lane) % columns;
+    for (const Channel channel : settings_.channels) {
+      kernels.draw({channel, shown, settings_.window, size.rows, size.columns, static_cast<int>(here), mean.data(),
+                    residual.data(), planes.data()});
+      for (std::size_t lane = 0; lane < here; ++lane) planes[lane] += plane_size;
+    }
+  }
+}
+
+void RowScaling::apply(std::span<float> image, int columns) const {
+  if (columns < 1 || deviation.size() != mean.size() ||
+      image.size() != mean.size() * static_cast<std::size_t>(columns)) {
+    throw Error("image",
+                "an image of " + std::to_string(image.size()) + " values for row statistics of " +
+                    std::to_string(mean.size()) + " rows of " + std::to_string(columns),
+                "use the statistics made with these image settings");
+  }
+  auto value = image.begin();
+  for (std::size_t row = 0; row < mean.size(); ++row) {
+    for (int column = 0; column < columns; ++column, ++value) *value = (*value - mean[row]) / deviation[row];
+  }
+}
+
+RowStatistics::RowStatistics(ImageShape shape)
+    : shape_(shape), mean_(static_cast<std::size_t>(shape.channels * shape.rows), 0.0), squares_(mean_.size(), 0.0) {}
+
+void RowStatistics::add(std::span<const float> image) {
+  if (image.size() != static_cast<std::size_t>(shape_.size())) {
+    throw Error("image",
+                "an image of " + std::to_string(image.size()) + " values where " + std::to_string(shape_.size()) +
+                    " are expected",
+                "add images of one shape");
+  }
+  const auto columns = static_cast<std::size_t>(shape_.columns);
+  const double count = shape_.columns, before = static_cast<double>(images_) * count, after = before + count;
+  for (std::size_t row = 0; row < mean_.size(); ++row) {
+    const std::span<const float> values = image.subspan(row * columns, columns);
+    double sum = 0.0, squares = 0.0;
+    for (const float value : values) sum += value;
+    const double row_mean = sum / count;
+    for (const float value : values) squares += (value - row_mean) * (value - row_mean);
+    const double change = row_mean - mean_[row];
+    mean_[row] += change * (count / after);
+    squares_[row] += squares + change * change * (before * (count / after));
+  }
+  ++images_;
+}
+
+RowScaling RowStatistics::finish() const {
+  if (images_ == 0) throw Error("image", "row statistics of no images", "add the training set's images first");
+  const double count = static_cast<double>(images_) * shape_.columns;
+  RowScaling scaling;
+  for (std::size_t row = 0; row < mean_.size(); ++row) {
+    const double deviation = std::sqrt(squares_[row] / count);
+    // Below the resolution of float a deviation is rounding, not signal.
+    const bool constant = deviation <= 1e-7 * std::abs(mean_[row]);
+    scaling.mean.push_back(static_cast<float>(mean_[row]));
+    scaling.deviation.push_back(constant ? 1.0f : static_cast<float>(deviation));
+  }
+  return scaling;
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,96 @@
+// The network's input: the sway cut into non-overlapping windows, the FFT of each as an image. Rows are frequency,
+// columns time, channels what is drawn of each complex bin (the paper: modulus and phase).
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dataset/image/channel.hpp"
+#include "sim/fft.hpp"
+
+namespace decid::dataset {
+
+/// "modulus", "log_modulus", ...
+const char* name(Channel channel);
+/// Throws Error for an unknown name.
+Channel channel_from_name(const std::string& name);
+
+/// The longest window, samples.
+inline constexpr int largest_window = 1 << 17;
+/// The most cycles that are folded.
+inline constexpr int largest_fold = 1000;
+
+struct ImageSettings {
+  int window = 110;            ///< samples a window
+  bool half_spectrum = false;  ///< rows 0 .. window / 2 only; the rest mirror them
+  std::vector<Channel> channels{Channel::modulus, Channel::phase};
+  bool standardize_rows = false;  ///< (value - mean) / deviation with the training set's figures of each row
+  int first_sample = 0;           ///< where the first window starts, to skip a lead-in
+  /// The stimulus plays `fold` equal cycles: z is the mean of the bins that see the same tilt, one from each cycle, and
+  /// log_residual shows how they differ. Columns cover one cycle. 1: every window for itself.
+  int fold = 1;
+  int rows = 0;  ///< so many of the lowest frequencies only, needs half_spectrum; 0: all
+
+  /// Throws Error for a setting out of its bounds; largest_window is one of them.
+  void validate() const;
+  bool operator==(const ImageSettings&) const = default;
+};
+std::string to_json(const ImageSettings& settings);
+ImageSettings image_settings_from_json(const std::string& text, const std::string& where);
+
+struct ImageShape {
+  int channels, rows, columns;
+  int size() const { return channels * rows * columns; }
+};
+
+/// Makes images of trials of a fixed length; immutable, one serves all threads.
+class ImageMaker {
+ public:
+  /// samples: length of a trial; windows that do not fit whole are left out at its end.
+  /// Throws Error if not one window fits.
+  ImageMaker(ImageSettings settings, int samples);
+
+  const ImageSettings& settings() const noexcept { return settings_; }
+  ImageShape shape() const noexcept;
+  /// sway_rad: `samples` values. image: shape().size() values, channel-major, rows (frequency) before columns (time).
+  /// isa: tests and benchmarks may ask for another.
+  void make(std::span<const float> sway_rad, std::span<float> image, Isa isa = chosen_isa()) const;
+  /// The images of several trials, one after another, each with the bits that it has alone. Eight windows are
+  /// transformed side by side: trials that have fewer share them, so give `trials_together` at once, or many.
+  void make_all(std::span<const std::span<const float>> sways_rad, std::span<float> images,
+                Isa isa = chosen_isa()) const;
+  int trials_together() const noexcept;
+
+ private:
+  /// The spectrum of one window in lane 0.
+  void transform_alone(std::span<const float> window, std::span<double> spectrum) const;
+
+  ImageSettings settings_;
+  int samples_;
+  sim::RealFft fft_;
+  int rows_;
+};
+
+/// Mean and standard deviation of each row (channel, frequency) over a training set's images and times.
+struct RowScaling {
+  std::vector<float> mean, deviation;  ///< channels * rows values; deviation is 1 where a row is constant
+
+  /// image = (image - mean) / deviation, row by row.
+  void apply(std::span<float> image, int columns) const;
+};
+
+/// Accumulates row statistics image by image, in double and in call order. The deviation is that over N.
+class RowStatistics {
+ public:
+  explicit RowStatistics(ImageShape shape);
+  void add(std::span<const float> image);
+  RowScaling finish() const;
+
+ private:
+  ImageShape shape_;
+  long long images_ = 0;
+  std::vector<double> mean_, squares_;  // squares: sum of the squared differences from the mean
+};
+
+}  // namespace decid::dataset

@@ -1,0 +1,10 @@
+// The kernels of images for x86-64 with AVX2 and FMA (2013 on).
+#include "dataset/image/kernels/generic.hpp"
+
+namespace decid::dataset {
+
+const ImageKernels& avx2_image_kernels() {
+  return image_table<Native>;
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,10 @@
+// The kernels of images for AArch64.
+#include "dataset/image/kernels/generic.hpp"
+
+namespace decid::dataset {
+
+const ImageKernels& neon_image_kernels() {
+  return image_table<Native>;
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,42 @@
+// The journal of a data set being made: which trials of it are in the unfinished file, with checksums, so that a later
+// run can go on after a kill or a power failure. Private to generate_npz.
+// Form: "decid journal 1\n", length and CRC-32 of the request's text, the text; then an entry a chunk of trials, each
+// with a CRC-32 of its own. Numbers are little endian. What is cut off or damaged counts as not written.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "base/disk_file.hpp"
+#include "dataset/sets/generator.hpp"
+
+namespace decid::dataset {
+
+struct JournalEntry {
+  Chunk chunk;  ///< without its sway
+  std::uint32_t sway_crc32 = 0;
+};
+
+class Journal {
+ public:
+  explicit Journal(const std::filesystem::path& path) : file_(path, DiskFile::Access::write) {}
+
+  /// The text given to start(), or nothing if it is not there whole. Leaves the position at the first entry.
+  std::optional<std::string> request();
+  /// Empties the journal and begins it; the text is on the disk afterwards.
+  void start(const std::string& request);
+
+  /// The entry at the position, if there is a whole one that continues after `trials` trials.
+  std::optional<JournalEntry> read(int trials) const;
+  /// Moves the position behind the entry that was read.
+  void pass(const JournalEntry& entry);
+  /// Writes at the position, drops what was behind it, and moves behind it.
+  void append(const JournalEntry& entry, int trials_before);
+
+ private:
+  DiskFile file_;
+  std::uint64_t position_ = 0;
+};
+
+}  // namespace decid::dataset

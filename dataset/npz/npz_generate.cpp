@@ -1,0 +1,268 @@
+// A data set made straight into its file: see npz.hpp, and journal.hpp for how an interrupted one is taken up again.
+// The unfinished file is the finished one's beginning, so going on means to pass over what is there and is sound.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <future>
+#include <optional>
+#include <system_error>
+
+#include "base/error.hpp"
+#include "base/json_object.hpp"
+#include "base/parallel.hpp"
+#include "dataset/npz/journal.hpp"
+#include "dataset/npz/npz.hpp"
+#include "dataset/npz/npz_parts.hpp"
+#include "dataset/sets/generator.hpp"
+#include "sim/protocol_json.hpp"
+
+namespace decid::dataset {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The file that the name stands for, symbolic links followed.
+fs::path target_of(const fs::path& path) {
+  std::error_code error;
+  const fs::path target = fs::weakly_canonical(path, error);
+  const fs::file_status status = fs::status(error ? path : target, error);
+  if (fs::is_directory(status)) throw Error(path.string(), "is a folder", "give the name of a file");
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "name a file on a disk");
+  }
+  return target.empty() ? path : target;
+}
+
+/// All that decides the bits of the file.
+std::string request_text(const DatasetRequest& request, const std::string& program) {
+  return print_json({{"format", npz_format_version},
+                     {"program", program},
+                     {"seed", request.seed},
+                     {"count", request.count},
+                     {"base", request.base == 0 ? request.count : request.base},
+                     {"protocol", parse_json(sim::to_json(request.protocol), "protocol")}});
+}
+
+/// "seed 1, not 2": how the request of a partial file differs from this one.
+std::string difference(const std::string& found, const std::string& wanted) {
+  const Json theirs = parse_json(found, "journal"), ours = parse_json(wanted, "request");
+  std::string text;
+  for (const auto& [key, value] : ours.items()) {
+    if (theirs.contains(key) && theirs[key] == value) continue;
+    if (!text.empty()) text += "; ";
+    if (value.is_object() || !theirs.contains(key)) {
+      text += "another " + key;
+    } else {
+      text += key + " " + theirs[key].dump() + ", not " + value.dump();
+    }
+  }
+  return text;
+}
+
+/// The unfinished file and its journal, opened by one process at a time.
+class Partial {
+ public:
+  explicit Partial(const NpzPartial& paths)
+      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths)) {}
+
+  DiskFile& file() { return file_; }
+  Journal& journal() { return journal_; }
+
+  /// Leaves the journal ready to be read, or begins it; refuses the file of another request.
+  void take(const std::string& request) {
+    const std::optional<std::string> found = journal_.request();
+    // The journal's beginning is on the disk before anything is in the file: without one the other is worth nothing.
+    if (file_.size() == 0) return journal_.start(request);
+    const std::string remedy = "delete " + paths_.file.string() + " and " + paths_.journal.string() + " to begin anew";
+    if (!found) throw Error(paths_.file.string(), "is an unfinished data set whose journal is lost", remedy);
+    if (*found != request) {
+      throw Error(paths_.file.string(),
+                  "is an unfinished data set of another request (" + difference(*found, request) + ")",
+                  "give the options it was begun with, or " + remedy);
+    }
+  }
+
+  void remove() {
+    std::error_code ignored;
+    fs::remove(paths_.file, ignored);
+    fs::remove(paths_.journal, ignored);
+  }
+
+  /// Gives the finished file its name. The content is on the disk before the name is.
+  void commit(const fs::path& target) {
+    std::error_code ignored;
+    const fs::file_status old = fs::status(target, ignored);
+    if (fs::exists(old)) fs::permissions(paths_.file, old.permissions(), ignored);
+    file_.sync();
+    std::error_code error;
+    fs::rename(paths_.file, target, error);
+    if (error) {
+      throw Error(target.string(), "cannot be replaced: " + error.message(), "check the permissions of its folder");
+    }
+    fs::remove(paths_.journal, ignored);
+    const fs::path folder = target.parent_path().empty() ? "." : target.parent_path();
+    if (const int number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); number >= 0) {
+      static_cast<void>(::fsync(number));
+      ::close(number);
+    }
+  }
+
+ private:
+  static Journal open(DiskFile& file, const NpzPartial& paths) {
+    if (!file.try_lock() || !file.is_still_at_its_path()) {
+      throw Error(paths.file.string(), "is being written by another decid", "wait for it, or choose another output");
+    }
+    return Journal(paths.journal);
+  }
+
+  NpzPartial paths_;
+  DiskFile file_;
+  Journal journal_;
+};
+
+std::vector<std::span<const std::byte>> bytes_of(const std::vector<std::span<const float>>& sway) {
+  std::vector<std::span<const std::byte>> pieces;
+  for (const std::span<const float> trial : sway) pieces.push_back(std::as_bytes(trial));
+  return pieces;
+}
+
+/// CRC-32 of `trials` trials of the file, or nothing if it ends before.
+std::optional<std::uint32_t> crc32_of(const DiskFile& file, std::uint64_t position, std::size_t trials,
+                                      std::size_t trial_bytes) {
+  if (position + trials * trial_bytes > file.size()) return std::nullopt;
+  std::vector<std::uint32_t> parts(trials);
+  parallel_for(static_cast<int>(trials), [&](int i) {
+    thread_local std::vector<std::byte> bytes;
+    bytes.resize(trial_bytes);
+    const auto index = static_cast<std::size_t>(i);
+    file.read(position + index * trial_bytes, bytes);
+    parts[index] = crc32(bytes);
+  });
+  std::uint32_t sum = 0;
+  for (const std::uint32_t part : parts) sum = crc32_joined(sum, part, trial_bytes);
+  return sum;
+}
+
+class Run {
+ public:
+  Run(Partial& partial, Generator& generator, const Progress& progress)
+      : partial_(partial),
+        generator_(generator),
+        progress_(progress),
+        zip_(partial.file()),
+        trial_bytes_(static_cast<std::size_t>(generator.samples()) * sizeof(float)) {
+    begin_array<float>(
+        zip_, "sway",
+        {static_cast<std::size_t>(generator.request().count), static_cast<std::size_t>(generator.samples())});
+  }
+
+  /// Passes over what is there, up to the first chunk that is not as the journal says.
+  void take_up() {
+    Journal& journal = partial_.journal();
+    while (const std::optional<JournalEntry> entry = journal.read(generator_.trials())) {
+      const std::size_t trials = entry->chunk.trials.size();
+      if (trials > static_cast<std::size_t>(generator_.request().count - generator_.trials())) break;
+      if (crc32_of(partial_.file(), zip_.position(), trials, trial_bytes_) != entry->sway_crc32) break;
+      zip_.skip(trials * trial_bytes_, entry->sway_crc32);
+      generator_.restore(entry->chunk);
+      journal.pass(*entry);
+      if (!go_on()) throw stopped();
+    }
+  }
+
+  /// A chunk is written while the next one is simulated.
+  void make_the_rest() {
+    std::future<void> writing;
+    while (!generator_.done()) {
+      const int before = generator_.trials();
+      const Chunk& chunk = next_chunk();
+      if (writing.valid()) writing.get();
+      writing = std::async(std::launch::async, [this, &chunk, before] { write(chunk, before); });
+      if (!go_on()) {
+        writing.get();
+        throw stopped();
+      }
+    }
+    if (writing.valid()) writing.get();
+    zip_.end();
+  }
+
+  void finish() {
+    const DatasetRequest& request = generator_.request();
+    begin_array<double>(zip_, "parameters", {static_cast<std::size_t>(request.count), sim::parameter_count});
+    Journal& journal = partial_.journal();
+    static_cast<void>(journal.request());  // back to its first entry
+    std::vector<sim::Parameters> parameters;
+    int trials = 0;
+    while (const std::optional<JournalEntry> entry = journal.read(trials)) {
+      parameters.clear();
+      for (const TrialRecord& trial : entry->chunk.trials) parameters.push_back(trial.parameters);
+      zip_.write(std::as_bytes(std::span(parameters)));
+      trials += static_cast<int>(parameters.size());
+      journal.pass(*entry);
+    }
+    if (trials != request.count) {
+      throw Error(partial_.file().path().string(), "its journal was damaged meanwhile", "run the same command again");
+    }
+    zip_.end();
+    finish_archive(zip_, generator_.group(), split_by_group(generator_.group()),
+                   describe(request.protocol, request.seed));
+  }
+
+ private:
+  /// A request that cannot be met leaves nothing behind.
+  const Chunk& next_chunk() {
+    try {
+      return generator_.next();
+    } catch (const Error&) {
+      partial_.remove();
+      throw;
+    }
+  }
+
+  void write(const Chunk& chunk, int trials_before) {
+    const std::uint32_t sum = zip_.write(bytes_of(chunk.sway));
+    partial_.journal().append({{chunk.trials, {}, chunk.base_attempts, chunk.child_attempts}, sum}, trials_before);
+  }
+
+  bool go_on() const { return !progress_ || progress_(generator_.trials(), generator_.request().count); }
+
+  Error stopped() const {
+    return Error(partial_.file().path().string(),
+                 "stopped after " + std::to_string(generator_.trials()) + " of " +
+                     std::to_string(generator_.request().count) + " trials",
+                 "the same command goes on from there");
+  }
+
+  Partial& partial_;
+  Generator& generator_;
+  const Progress& progress_;
+  ZipWriter zip_;
+  std::size_t trial_bytes_;
+};
+
+}  // namespace
+
+NpzPartial npz_partial(const fs::path& path) {
+  fs::path file = target_of(path);
+  file += ".partial";
+  fs::path journal = file;
+  journal += ".journal";
+  return {file, journal};
+}
+
+DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, const std::string& program,
+                           const Progress& progress, const std::function<void(int trials)>& resumed) {
+  Generator generator(request);
+  Partial partial(npz_partial(path));
+  partial.take(request_text(request, program));
+  Run run(partial, generator, progress);
+  run.take_up();
+  if (resumed && generator.trials() > 0) resumed(generator.trials());
+  run.make_the_rest();
+  run.finish();
+  partial.commit(target_of(path));
+  return generator.report();
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,72 @@
+// Writing data sets: see npz.hpp for the form of the file.
+#include <bit>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/json_object.hpp"
+#include "dataset/npz/npz.hpp"
+#include "dataset/npz/npz_parts.hpp"
+#include "sim/protocol_json.hpp"
+
+namespace decid::dataset {
+
+static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
+
+std::string describe(const sim::Protocol& protocol, std::uint64_t seed) {
+  std::vector<std::string> names;
+  for (const sim::ParameterInfo& info : sim::parameter_info) names.emplace_back(info.name);
+  return print_json({{"format", npz_format_version},
+                     {"seed", seed},
+                     {"protocol", parse_json(sim::to_json(protocol), "protocol")},
+                     {"parameters", names}});
+}
+
+void begin_array(ZipWriter& zip, const char* name, const std::string& type, const std::vector<std::size_t>& shape,
+                 std::uint64_t value_bytes) {
+  const std::string header = npy_header(type, shape);
+  zip.begin(std::string(name) + ".npy", header.size() + value_bytes);
+  zip.write(std::as_bytes(std::span(header)));
+}
+
+void finish_archive(ZipWriter& zip, std::span<const std::int32_t> group, std::span<const std::uint8_t> split,
+                    const std::string& description) {
+  begin_array<std::int32_t>(zip, "group", {group.size()});
+  zip.write(std::as_bytes(group));
+  zip.end();
+  begin_array<std::uint8_t>(zip, "split", {split.size()});
+  zip.write(std::as_bytes(split));
+  zip.end();
+  begin_array(zip, "decid.json", "|S" + std::to_string(description.size()), {}, description.size());
+  zip.write(std::as_bytes(std::span(description)));
+  zip.end();
+  zip.finish();
+}
+
+std::uint64_t npz_bytes(int count, const sim::Protocol& protocol) {
+  constexpr std::uint64_t a_trial = sizeof(sim::Parameters) + sizeof(std::int32_t) + sizeof(std::uint8_t);
+  return static_cast<std::uint64_t>(count) * (static_cast<std::uint64_t>(protocol.samples()) * sizeof(float) + a_trial);
+}
+
+void write_npz(const std::filesystem::path& path, const Dataset& data) {
+  check_dataset(data, path.string());
+  const std::size_t trials = data.parameters.size();
+  PendingFile pending(path);
+  // A device would be written to directly, and could not be returned to for the checksums.
+  if (!std::filesystem::is_regular_file(pending.path())) {
+    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "name a file on a disk");
+  }
+  {
+    DiskFile file(pending.path(), DiskFile::Access::write);
+    ZipWriter zip(file);
+    begin_array<float>(zip, "sway", {trials, static_cast<std::size_t>(data.samples)});
+    zip.write(std::as_bytes(std::span(data.sway)));
+    zip.end();
+    begin_array<double>(zip, "parameters", {trials, sim::parameter_count});
+    zip.write(std::as_bytes(std::span(data.parameters)));
+    zip.end();
+    finish_archive(zip, data.group, data.split, describe(data.protocol, data.seed));
+  }
+  pending.commit();
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,192 @@
+// When samples were taken: see clock.hpp. Cubic interpolation is Lagrange's through four points: at a hundredth of the
+// sample rate it errs by less than (2 pi / 100)^4 3 / 128 = 4e-7 of the amplitude.
+#include "dataset/recording/clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "dataset/recording/columns.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+/// In median steps. Steps that differ by more than `gross` from every whole number of them are no clock's.
+constexpr double even = 0.01, gross = 0.3;
+/// Neighbours farther apart than this many samples have a gap between them.
+constexpr double gap = 1.5;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Where the times are an even grid, rounded: its step in the column's unit. Rounding moves a time by half a unit in
+/// either direction, so those of an even grid lie within one unit of a straight line.
+std::optional<double> rounded_step(const std::vector<double>& time, double unit_s) {
+  const double n = static_cast<double>(time.size());
+  const double mean_k = 0.5 * (n - 1.0);
+  double mean = 0.0, product = 0.0;
+  for (const double t : time) mean += (t - time.front()) / n;
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    product += (static_cast<double>(k) - mean_k) * (time[k] - time.front() - mean);
+  }
+  const double step = product / (n * (n * n - 1.0) / 12.0);
+  double low = 0.0, high = 0.0;
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    const double off = time[k] - time.front() - step * static_cast<double>(k);
+    low = std::min(low, off);
+    high = std::max(high, off);
+  }
+  for (const double resolution_s : {1e-3, 1e-4}) {
+    const double resolution = resolution_s / unit_s;
+    const auto whole = [&](double t) { return std::abs(t / resolution - std::round(t / resolution)) < 1e-3; };
+    if (high - low <= 1.05 * resolution && 3.0 * resolution <= step && std::all_of(time.begin(), time.end(), whole)) {
+      return step;
+    }
+  }
+  return {};
+}
+
+double near_whole(double rate) {
+  const double whole = std::round(rate);
+  return std::abs(rate - whole) < 1e-6 * rate ? whole : rate;
+}
+
+}  // namespace
+
+Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting) {
+  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const std::vector<double> time = table.numbers(column);
+  const double unit_s = time_unit_s(name);
+  std::vector<double> steps(time.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
+  const double usual = median(steps);
+  const auto is_even = [&](double step) { return step > 0.0 && std::abs(step - usual) <= even * usual; };
+  const double last = static_cast<double>(steps.size());
+  Clock clock;
+  if (std::all_of(steps.begin(), steps.end(), is_even)) {
+    // Steps agree with the median to 1%; their mean is exact where the times were rounded.
+    clock.rate_hz = near_whole(1.0 / ((time.back() - time.front()) / last * unit_s));
+    return clock;
+  }
+  const auto told = [&](std::size_t i) {
+    return table.place_of(i + 1) + ": '" + name + "' steps by " + six_digits(steps[i]) + ", elsewhere by " +
+           six_digits(usual);
+  };
+  double places = 0.0;  // of the last sample
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const double multiple = std::round(steps[i] / usual);
+    // Written so that a step that is not a number fails.
+    if (steps[i] > 0.0 && multiple >= 1.0 && std::abs(steps[i] - multiple * usual) <= gross * usual) {
+      places += multiple;
+      continue;
+    }
+    throw Error(where, told(i),
+                "correct the times, or give " + setting + " if the samples are evenly spaced all the same");
+  }
+  if (places == last) {
+    if (const std::optional<double> step = rounded_step(time, unit_s)) {
+      clock.rate_hz = near_whole(1.0 / (*step * unit_s));
+      // A grid of a whole number of samples a second is likelier than one a little off; rounding cannot tell.
+      const double whole = std::round(clock.rate_hz);
+      if (std::abs(whole / clock.rate_hz - 1.0) * last < 0.5 * 1e-3 * clock.rate_hz) clock.rate_hz = whole;
+      return clock;
+    }
+  }
+  clock.first_uneven = told(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
+  clock.rate_hz = near_whole(places / ((time.back() - time.front()) * unit_s));
+  const double per_unit = places / (time.back() - time.front());
+  double largest = 0.0;
+  for (std::size_t i = 0; i < time.size(); ++i) {
+    clock.place.push_back((time[i] - time.front()) * per_unit);
+    if (i > 0) {
+      const double step = clock.place[i] - clock.place[i - 1];
+      largest = std::max(largest, std::abs(step - std::max(1.0, std::round(step))));
+    }
+  }
+  if (largest > even) {
+    clock.warning = "the times of '" + name + "' are uneven, steps differ by up to " + six_digits(100.0 * largest) +
+                    "% of a sample: interpolated to " + six_digits(clock.rate_hz) + " Hz; give " + setting +
+                    " if the samples are evenly spaced all the same";
+  }
+  return clock;
+}
+
+std::vector<double> place_evenly(const std::vector<double>& values, const Clock& clock) {
+  if (clock.place.empty()) return values;
+  const std::vector<double>& place = clock.place;
+  const auto count = static_cast<std::size_t>(std::round(place.back())) + 1;
+  std::vector<double> result(count, std::numeric_limits<double>::quiet_NaN());
+  const auto apart = [&](std::size_t i) { return place[i + 1] - place[i] > gap; };
+  std::size_t i = 0;  // the samples around j are i and i + 1
+  for (std::size_t j = 0; j < count; ++j) {
+    const double at = static_cast<double>(j);
+    while (i + 2 < place.size() && place[i + 1] <= at) ++i;
+    const bool second = at - place[i] > place[i + 1] - at;
+    const std::size_t nearest = second ? i + 1 : i;
+    if (std::abs(place[nearest] - at) <= even || (apart(i) && std::abs(place[nearest] - at) <= gross)) {
+      result[j] = values[nearest];
+      continue;
+    }
+    if (apart(i)) continue;
+    const bool inner = i > 0 && i + 2 < place.size() && !apart(i - 1) && !apart(i + 1) &&
+                       std::isfinite(values[i - 1]) && std::isfinite(values[i + 2]);
+    const std::size_t first = inner ? i - 1 : i, last = inner ? i + 2 : i + 1;
+    double sum = 0.0;
+    for (std::size_t a = first; a <= last; ++a) {
+      double weight = 1.0;
+      for (std::size_t b = first; b <= last; ++b) {
+        if (a != b) weight *= (at - place[b]) / (place[a] - place[b]);
+      }
+      sum += weight * values[a];
+    }
+    result[j] = sum;  // NaN if a neighbour is missing
+  }
+  return result;
+}
+
+std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
+                      const std::string& where) {
+  std::size_t gaps = 0, filled = 0, longest = 0;
+  for (std::size_t begin = 0; begin < values.size(); ++begin) {
+    if (!std::isnan(values[begin])) continue;
+    std::size_t end = begin;
+    while (end < values.size() && std::isnan(values[end])) ++end;
+    const std::size_t length = end - begin;
+    const double length_s = static_cast<double>(length) / rate_hz;
+    if (length == values.size()) throw Error(where, "all values of " + name + " are missing", "name another column");
+    if (length_s > longest_s * (1.0 + 1e-9)) {
+      throw Error(where,
+                  name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
+                      six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
+                      " s after the first one" +
+                      (longest_s > 0.0 ? ", more than --fill-gaps " + six_digits(longest_s) : ""),
+                  "--fill-gaps " + six_digits(std::ceil(length_s * 1e4) / 1e4) + " interpolates gaps of that length");
+    }
+    for (std::size_t k = begin; k < end; ++k) {
+      if (begin == 0) {
+        values[k] = values[end];
+      } else if (end == values.size()) {
+        values[k] = values[begin - 1];
+      } else {
+        const double part = static_cast<double>(k - begin + 1) / static_cast<double>(length + 1);
+        values[k] = values[begin - 1] + part * (values[end] - values[begin - 1]);
+      }
+    }
+    ++gaps;
+    filled += length;
+    longest = std::max(longest, length);
+    begin = end;
+  }
+  if (gaps == 0) return {};
+  return std::to_string(filled) + " missing values of " + name + " in " + std::to_string(gaps) +
+         (gaps == 1 ? " gap" : " gaps") + ", the longest " + six_digits(static_cast<double>(longest) / rate_hz) +
+         " s, are interpolated (" +
+         six_digits(100.0 * static_cast<double>(filled) / static_cast<double>(values.size())) + "% of the recording)";
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,38 @@
+// When samples were taken: even and uneven columns of time, lost samples, and gaps that are filled on request.
+// Private to dataset.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dataset/recording/table.hpp"
+
+namespace decid::dataset {
+
+/// Where the samples of a recording lie on an even grid of rate_hz, the first at 0.
+struct Clock {
+  double rate_hz = 0.0;
+  std::vector<double> place;  ///< in samples, strictly increasing; empty: sample k at k
+  std::string warning;        ///< for people, if times were uneven
+  std::string first_uneven;   ///< the first step that is not even: "line 4: 'time' steps by 0.02, elsewhere by 0.01"
+};
+
+/// Sample rate and places of a column of time, in seconds unless its name says otherwise. Steps within 1% of their
+/// median, and times that are an even grid rounded to 1 ms or 0.1 ms, are even. Else each step may differ by 30% of the
+/// median from a whole multiple of it; multiples beyond 1 are lost samples. Throws Error for the first step that does
+/// not fit; `setting` gives the rate instead: "--rate".
+Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting);
+
+/// Values at the clock's places brought to its even grid: by cubic interpolation between four neighbours, linear beside
+/// gaps. NaN where the neighbours are more than 1.5 samples apart or missing. Times that are 1% of a sample off are not
+/// moved.
+std::vector<double> place_evenly(const std::vector<double>& values, const Clock& clock);
+
+/// Runs of NaN up to `longest_s` are filled: linearly between their neighbours, at an end with the nearest value (a
+/// curve through neighbours would swing with the sensor's noise). Throws Error for a longer run, saying when it begins,
+/// for `name`, and if all values are missing. Returns a warning, empty if there was nothing to fill.
+std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
+                      const std::string& where);
+
+}  // namespace decid::dataset

@@ -1,0 +1,42 @@
+// MATLAB's MAT-files as tables: versions 4, 5, 7 and 7.3, read by matio (https://github.com/tbeu/matio).
+// Private to dataset.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "dataset/recording/table.hpp"
+
+namespace decid::dataset {
+
+/// Throws Error if the bytes of a file of version 5 or 7 are cut short or their compressed parts damaged: matio 1.5.23
+/// may not come back from such a file.
+void check_mat(std::string_view bytes, const std::string& where);
+
+/// Columns are the real numeric variables with two values or more, also those that are fields of a struct (to four
+/// levels): a vector is one column of its name, a matrix one a column ("data(:,2)"), or one a row if it is wider than
+/// high ("data(2,:)"). A field is called by its own name ("COM_x"), or with its struct's ("trial.COM_x") where that is
+/// not unique. A scalar called fs, rate, sample_rate or the like is the sample rate in Hz. Text, cells, sparse and
+/// complex arrays, and MATLAB's own objects (table, timetable) are passed over.
+class MatTable final : public Table {
+ public:
+  /// Throws Error if the file cannot be opened, is no MAT-file or holds no column, naming what it holds instead.
+  explicit MatTable(const std::filesystem::path& path);
+
+  std::size_t rows(int column) const override { return values_[static_cast<std::size_t>(column)].size(); }
+  bool has_header() const override { return named_; }
+  const std::vector<std::string>& names() const override { return names_; }
+  std::vector<double> numbers(int column, Missing missing) const override;
+  std::string place_of(std::size_t row) const override { return "row " + std::to_string(row + 1); }
+  std::optional<double> rate_hz() const override { return rate_hz_; }
+
+ private:
+  std::string where_;
+  bool named_ = false;  ///< some column is a vector, with a name of its own
+  std::vector<std::string> names_;
+  std::vector<std::vector<double>> values_;
+  std::optional<double> rate_hz_;
+};
+
+}  // namespace decid::dataset

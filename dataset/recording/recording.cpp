@@ -1,0 +1,178 @@
+// Recordings: which column is the sway, in which unit, at which rate. dataset/recording/trial.cpp brings them to a
+// protocol. The rules for finding them are ours, made for EUROBENCH files (time,COM_x), exports of motion capture and
+// decid's own.
+#include "dataset/recording/recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "dataset/recording/clock.hpp"
+#include "dataset/recording/columns.hpp"
+#include "dataset/recording/table.hpp"
+#include "sim/protocol.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+constexpr double slowest_plausible_hz = 5.0;
+constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
+/// Where degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
+constexpr double small_for_a_guess_deg = 0.1;
+
+int find_sway(const Table& table, int time, Recording& recording) {
+  for (const char* name :
+       {"com_sway", "com_x", "sway", "body_sway", "com_ap", "sway_ap", "com_angle", "sway_angle", "a_bs", "com"}) {
+    for (int i = 0; i < table.columns(); ++i) {
+      if (i != time && name_without_unit(table.names()[static_cast<std::size_t>(i)]) == name) return i;
+    }
+  }
+  const int candidates = table.columns() - (time >= 0 ? 1 : 0);
+  if (candidates == 0) {
+    throw Error(recording.file, "has a column of time but none of sway", "add the sway, or name it with --column");
+  }
+  if (candidates > 1) {
+    throw Error(recording.file, "has several columns that may be the sway: " + list_of(table, time),
+                "name one with --column");
+  }
+  const int sway = time == 0 ? 1 : 0;
+  if (table.has_header()) {
+    recording.warnings.push_back("column '" + table.names()[static_cast<std::size_t>(sway)] +
+                                 "' is taken as the sway: it is the only one");
+  }
+  return sway;
+}
+
+Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
+  if (options.rate_hz && !(std::isfinite(*options.rate_hz) && *options.rate_hz > 0.0)) {
+    throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not positive",
+                "give the samples per second as --rate");
+  }
+  const Clock given{options.rate_hz.value_or(table.rate_hz().value_or(0.0)), {}, {}, {}};
+  if (time < 0) {
+    if (given.rate_hz > 0.0) return given;
+    throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
+  }
+  const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
+  Clock clock;
+  try {
+    clock = read_clock(table, time, recording.file, "--rate");
+  } catch (const Error& error) {
+    if (!options.rate_hz) throw;
+    recording.warnings.push_back("the column of time is not used: " + error.problem());
+    return given;
+  }
+  if (options.rate_hz) {
+    if (std::abs(clock.rate_hz - *options.rate_hz) > rate_tolerance * clock.rate_hz) {
+      recording.warnings.push_back("the column " + name + " says " + six_digits(clock.rate_hz) +
+                                   " Hz, the rate given is " + six_digits(*options.rate_hz) +
+                                   " Hz; the rate given is used");
+    }
+    return given;
+  }
+  if (clock.rate_hz < slowest_plausible_hz) {
+    recording.warnings.push_back("the column " + name + " says " + six_digits(clock.rate_hz) +
+                                 " Hz, which is slow; if it is not in seconds, call it time_ms or give --rate");
+  }
+  if (!clock.warning.empty()) recording.warnings.push_back(clock.warning);
+  return clock;
+}
+
+/// A column on the clock's even grid, its gaps filled if they may be.
+std::vector<double> read_column(const Table& table, int column, const Clock& clock, double fill_gaps_s,
+                                Recording& recording) {
+  const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
+  std::vector<double> values = place_evenly(table.numbers(column, missing), clock);
+  const std::string filled =
+      fill_gaps(values, clock.rate_hz, fill_gaps_s, table.names()[static_cast<std::size_t>(column)], recording.file);
+  if (!filled.empty()) recording.warnings.push_back(filled);
+  return values;
+}
+
+/// Brings the sway to radians and holds its size against what a standing body does.
+void convert(Recording& recording, const RecordingOptions& options) {
+  const std::optional<Unit> unit = options.unit ? options.unit : unit_in(recording.column);
+  const std::string last_word = words(recording.column).back();
+  if (!unit && words(recording.column).size() > 1 && one_of(last_word, {"mm", "cm", "m", "meter", "metre"})) {
+    throw Error(recording.file, recording.column + " is a length by its name, not an angle",
+                "divide it by the height of the centre of mass above the ankles, or give --unit if it is an angle");
+  }
+  if (!unit) recording.warnings.push_back("no unit in the name of " + recording.column + ": degrees are assumed");
+  if (unit.value_or(Unit::degree) == Unit::degree) {
+    for (double& value : recording.sway_rad) value *= sim::rad_per_deg;
+  }
+  const auto [least, most] = std::minmax_element(recording.sway_rad.begin(), recording.sway_rad.end());
+  const double peak_deg = std::max(-*least, *most) / sim::rad_per_deg;
+  const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
+  const char* other = "if the unit is another, give --unit";
+  if (*least == *most) {
+    throw Error(recording.file, recording.column + " is constant, " + six_digits(*most / sim::rad_per_deg) + " degrees",
+                "name the column of sway with --column");
+  }
+  if (peak_deg > largest_deg) {
+    throw Error(recording.file, recording.column + " reaches " + six_digits(peak_deg) + " degrees, beyond lying flat",
+                other);
+  }
+  if (peak_deg > largest_plausible_deg) {
+    recording.warnings.push_back("sway reaches " + six_digits(peak_deg) + " degrees, more than a standing body does; " +
+                                 other);
+  }
+  if (peak_to_peak_deg < smallest_plausible_deg || (!unit && peak_to_peak_deg < small_for_a_guess_deg)) {
+    recording.warnings.push_back("sway is only " + six_digits(peak_to_peak_deg) + " degrees peak to peak, " +
+                                 six_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
+  }
+}
+
+/// The tilt's column in radians. Of its size nothing is asked here: it is held against the protocol's.
+void read_tilt(const Table& table, int sway, const Clock& clock, const RecordingOptions& options,
+               Recording& recording) {
+  const int column = named_column(table, options.tilt_column, recording.file, "--tilt-column");
+  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  if (column == sway) throw Error(recording.file, name + " is the sway", "name the tilt with --tilt-column");
+  if (table.rows(column) != table.rows(sway)) {
+    throw Error(recording.file,
+                "the tilt " + name + " has " + std::to_string(table.rows(column)) + " values, the sway " +
+                    std::to_string(table.rows(sway)),
+                "name signals that were sampled together");
+  }
+  const std::optional<Unit> unit = options.tilt_unit ? options.tilt_unit : unit_in(name);
+  if (!unit) recording.warnings.push_back("no unit in the name of " + name + ": degrees are assumed");
+  recording.tilt_column = name;
+  recording.tilt_rad = read_column(table, column, clock, options.fill_gaps_s, recording);
+  const double factor =
+      (unit.value_or(Unit::degree) == Unit::degree ? sim::rad_per_deg : 1.0) * (options.invert_tilt ? -1.0 : 1.0);
+  for (double& value : recording.tilt_rad) value *= factor;
+}
+
+}  // namespace
+
+Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
+  Recording recording;
+  recording.file = path.string();
+  const std::unique_ptr<Table> read = read_table(path);
+  const Table& table = *read;
+  int time = find_time(table);
+  const int sway = options.column.empty() ? find_sway(table, time, recording)
+                                          : named_column(table, options.column, recording.file, "--column");
+  if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
+  if (sway == time) time = -1;  // the user knows better than its looks
+  recording.column = table.names()[static_cast<std::size_t>(sway)];
+  if (time >= 0 && table.rows(time) != table.rows(sway)) {
+    throw Error(recording.file,
+                recording.column + " has " + std::to_string(table.rows(sway)) + " values, its time " +
+                    table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
+                "name the sway with --column, or give --rate and save it without that time");
+  }
+  const Clock clock = find_clock(table, time, options, recording);
+  recording.rate_hz = clock.rate_hz;
+  recording.sway_rad = read_column(table, sway, clock, options.fill_gaps_s, recording);
+  convert(recording, options);
+  if (options.invert_sway) {
+    for (double& value : recording.sway_rad) value = -value;
+  }
+  if (!options.tilt_column.empty()) read_tilt(table, sway, clock, options, recording);
+  return recording;
+}
+
+}  // namespace decid::dataset

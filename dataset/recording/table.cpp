@@ -1,0 +1,40 @@
+// Which kind of file a table is in; see table.hpp.
+#include "dataset/recording/table.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "dataset/recording/csv.hpp"
+#include "dataset/recording/mat.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+constexpr std::size_t file_limit_bytes = std::size_t{1} << 30;
+
+}  // namespace
+
+const char* remedy_for(Missing missing) {
+  return missing == Missing::fillable
+             ? "give a value; short gaps of a recording are interpolated with --fill-gaps SECONDS"
+             : "give a value";
+}
+
+std::unique_ptr<Table> read_table(const std::filesystem::path& path) {
+  std::string end = path.extension().string();
+  std::transform(end.begin(), end.end(), end.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  // Reading it first says why a file cannot be read, and that it is not too large.
+  std::string text = read_file(path, file_limit_bytes);
+  if (end == ".mat" || text.starts_with("MATLAB ")) {
+    check_mat(text, path.string());
+    text = {};
+    return std::make_unique<MatTable>(path);
+  }
+  return std::make_unique<CsvTable>(std::move(text), path.string());
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,233 @@
+// Recordings brought to a protocol: where it starts, its rate and length, offset and drift taken off.
+#include "dataset/recording/trial.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "dataset/recording/columns.hpp"
+#include "dataset/recording/resample.hpp"
+#include "dataset/recording/tilt_match.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+/// So much of a trial may be missing at either end.
+constexpr double missing_limit = 0.01;
+constexpr double least_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
+/// Samples by which lengths differ from rounding alone.
+constexpr double rounding = 1e-6;
+
+std::string count_at(std::size_t samples, double rate_hz) {
+  return std::to_string(samples) + " samples at " + six_digits(rate_hz) + " Hz (" +
+         six_digits(static_cast<double>(samples) / rate_hz) + " s)";
+}
+
+/// A recording's samples among the trial's, k = first .. last, and where in the recording the trial starts.
+struct Place {
+  double start_s = 0.0;
+  long long first = 0, last = -1;
+};
+
+std::vector<double> cut(const std::vector<double>& signal, double from_hz, double to_hz, const Place& place,
+                        std::size_t samples) {
+  const auto count = static_cast<std::size_t>(place.last - place.first + 1);
+  std::vector<double> inside;
+  if (from_hz == to_hz) {
+    const auto begin = signal.begin() + static_cast<std::ptrdiff_t>(std::llround(place.start_s * to_hz) + place.first);
+    inside.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+  } else {
+    const double start_s = place.start_s + static_cast<double>(place.first) / to_hz;
+    inside = resample(signal, from_hz, to_hz, start_s, count);
+  }
+  std::vector<double> result(samples);
+  for (std::size_t k = 0; k < samples; ++k) {
+    const auto at = static_cast<long long>(k) - place.first;
+    const auto end = static_cast<long long>(count) - 1;
+    const long long mirrored = at < 0 ? -at : at > end ? 2 * end - at : at;
+    result[k] = inside[static_cast<std::size_t>(mirrored)];
+  }
+  return result;
+}
+
+[[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
+  const auto needed = static_cast<std::size_t>(protocol.samples());
+  const double left_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz - std::max(start_s, 0.0);
+  const int cycles = protocol.cycles();
+  const int whole = std::min(cycles, static_cast<int>((left_s - protocol.lead_in_s()) / protocol.cycle_s() + 1e-9));
+  std::string problem = "recording has " + count_at(recording.sway_rad.size(), recording.rate_hz);
+  if (start_s < 0.0) problem += ", which begin " + six_digits(-start_s) + " s after the protocol";
+  if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
+  problem += "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.sample_rate_hz);
+  std::string remedy;
+  if (whole >= 1 && whole < cycles) {
+    problem += ", and of its " + std::to_string(cycles) + " cycles only " + std::to_string(whole) +
+               (whole == 1 ? " is whole" : " are whole");
+    remedy = "write its protocol (decid stimulus --write-protocol mine.json), set its cycles to " +
+             std::to_string(whole) + ", and give it to decid fit, or to decid train --stream for a model of these";
+  } else {
+    remedy =
+        "give decid fit its own --protocol, or train a model for it (decid train --stream --protocol mine.json), then "
+        "identify --model; or give --rate if the time column is wrong";
+  }
+  throw Error(recording.file, problem, remedy);
+}
+
+std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol);
+  const int samples = protocol.samples(), steps_per_sample = protocol.steps_per_sample();
+  std::vector<double> tilt;
+  for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
+  return tilt;
+}
+
+/// Finds the protocol's tilt in the recording's.
+TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double from_hz) {
+  const double rate = protocol.sample_rate_hz;
+  const auto needed = static_cast<std::size_t>(protocol.samples());
+  // More than may be missing: so that what is missing is told, not overlooked.
+  const int overhang = static_cast<int>(needed / 4);
+  const std::vector<double> measured =
+      from_hz == rate ? recording.tilt_rad : resample(recording.tilt_rad, from_hz, rate);
+  if (measured.size() + 2 * static_cast<std::size_t>(overhang) < needed) refuse_length(recording, protocol, 0.0);
+  const Match match = match_tilt(measured, prescribed_tilt(protocol), overhang);
+  TiltMatch result{match.delay_samples / rate, match.correlation, match.gain, {}};
+  const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
+  if (std::abs(match.correlation) < least_correlation) {
+    throw Error(recording.file,
+                "the tilt " + recording.tilt_column + " does not follow the protocol '" + protocol.name + "' (" +
+                    figures + " at best)",
+                "name another --tilt-column, or a model for the protocol that was played");
+  }
+  if (match.correlation < 0.0) {
+    throw Error(recording.file,
+                "the tilt " + recording.tilt_column + " follows the protocol with the other sign (" + figures + ")",
+                "give --invert tilt if only its sensor is mounted the other way round, --invert both if the sway is "
+                "positive in that direction too");
+  }
+  if (match.correlation < good_correlation) {
+    recording.warnings.push_back("the tilt " + recording.tilt_column + " follows the protocol only roughly (" +
+                                 figures + "): its delay may be wrong, or the platform played something else");
+  }
+  if (std::abs(match.gain - 1.0) > good_gain) {
+    recording.warnings.push_back("the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
+                                 " times as far as the protocol says; the model knows its amplitude only: train one "
+                                 "for yours, or check --tilt-unit");
+  }
+  return result;
+}
+
+/// What of a longer recording is not used, what of a shorter one is made up.
+void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
+  const double recorded_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz;
+  const double rate = protocol.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
+  const double after_s = recorded_s - place.start_s - protocol.duration_s();
+  const double sample_s = 1.0 / std::min(rate, recording.rate_hz);
+  if (before_s > 0.5 * sample_s || after_s > 0.5 * sample_s) {
+    std::string text = "the recording lasts " + six_digits(recorded_s) + " s, the protocol '" + protocol.name + "' " +
+                       six_digits(protocol.duration_s()) + " s: ";
+    if (before_s > 0.5 * sample_s) {
+      text += "the first " + six_digits(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
+    }
+    if (after_s > 0.5 * sample_s) text += "the last " + six_digits(after_s) + " s are not used";
+    if (!start_was_told) text += "; --begin SECONDS chooses others. Was this the protocol that was played?";
+    recording.warnings.push_back(text);
+  }
+  const long long lacking = place.first + (protocol.samples() - 1 - place.last);
+  if (lacking > 0) {
+    recording.warnings.push_back("the recording lacks " + std::to_string(lacking) +
+                                 (lacking == 1 ? " sample" : " samples") + " of the protocol's " +
+                                 std::to_string(protocol.samples()) + " at its " +
+                                 (place.first == 0                       ? "end"
+                                  : place.last == protocol.samples() - 1 ? "start"
+                                                                         : "ends") +
+                                 "; its mirror image stands in for them");
+  }
+}
+
+/// Mean of samples begin .. end - 1.
+double mean(const std::vector<double>& signal, std::size_t begin, std::size_t end) {
+  double sum = 0.0;
+  for (std::size_t k = begin; k < end; ++k) sum += signal[k];
+  return sum / static_cast<double>(end - begin);
+}
+
+void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind) {
+  if (kind == Detrend::none) return;
+  const double rate = protocol.sample_rate_hz, lead_in_s = protocol.lead_in_s(), cycle_s = protocol.cycle_s();
+  const int cycles = protocol.cycles();
+  const auto sample_at = [&](int cycle) {
+    const double at = std::round((lead_in_s + cycle * cycle_s) * rate);
+    return std::min(static_cast<std::size_t>(at), sway.size());
+  };
+  const std::size_t begin = sample_at(0), end = sample_at(cycles);
+  double slope = 0.0;  // a sample
+  if (kind == Detrend::linear) {
+    // Least squares: of the cycles' means over their places, or of the samples over theirs.
+    const bool by_cycle = cycles > 1;
+    const std::size_t count = by_cycle ? static_cast<std::size_t>(cycles) : end - begin;
+    const double middle = 0.5 * (static_cast<double>(count) - 1.0), whole = mean(sway, begin, end);
+    double product = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double at = static_cast<double>(i) - middle;
+      const int cycle = static_cast<int>(i);
+      const double value = by_cycle ? mean(sway, sample_at(cycle), sample_at(cycle + 1)) : sway[begin + i];
+      product += at * (value - whole);
+      squares += at * at;
+    }
+    slope = product / squares / (by_cycle ? cycle_s * rate : 1.0);
+  }
+  for (std::size_t k = 0; k < sway.size(); ++k) sway[k] -= slope * static_cast<double>(k);
+  const double offset = mean(sway, begin, end);
+  for (double& value : sway) value -= offset;
+}
+
+}  // namespace
+
+Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options) {
+  const double rate = protocol.sample_rate_hz;
+  const auto needed = static_cast<long long>(protocol.samples());
+  const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
+  const double from_hz = same_rate ? rate : recording.rate_hz;
+  const double recorded_s = static_cast<double>(recording.sway_rad.size()) / from_hz;
+  if (options.start_s && !recording.tilt_rad.empty()) {
+    throw Error(recording.file, "both a start and a column of tilt tell where the protocol starts",
+                "give --begin or --tilt-column, not both");
+  }
+  if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {
+    throw Error(recording.file,
+                "the start, " + six_digits(*options.start_s) + " s after the first sample, is not within its " +
+                    six_digits(recorded_s) + " s",
+                "give --begin in seconds after the recording's first sample");
+  }
+  Trial trial;
+  Place place{options.start_s.value_or(0.0), 0, needed - 1};
+  if (!recording.tilt_rad.empty()) {
+    trial.tilt = find_start(recording, protocol, from_hz);
+    place.start_s = trial.tilt->delay_s;
+  }
+  if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
+  // The length is settled before any work is done: samples k with 0 <= start + k / rate, and before the end.
+  place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - rounding)));
+  place.last =
+      std::min(needed - 1, static_cast<long long>(std::ceil((recorded_s - place.start_s) * rate - rounding)) - 1);
+  const auto most = static_cast<long long>(missing_limit * static_cast<double>(needed));
+  if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
+    refuse_length(recording, protocol, place.start_s);
+  }
+  const auto samples = static_cast<std::size_t>(needed);
+  std::vector<double> sway = cut(recording.sway_rad, from_hz, rate, place, samples);
+  if (trial.tilt) trial.tilt->tilt_rad = cut(recording.tilt_rad, from_hz, rate, place, samples);
+  if (!same_rate) {
+    recording.warnings.push_back("resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) +
+                                 " Hz");
+  }
+  tell_length(recording, protocol, place, options.start_s || trial.tilt);
+  detrend(sway, protocol, options.detrend);
+  trial.sway_rad.resize(samples);
+  std::transform(sway.begin(), sway.end(), trial.sway_rad.begin(), [](double v) { return static_cast<float>(v); });
+  return trial;
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,48 @@
+// Recordings brought to a protocol: its rate, its length, its start.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "dataset/recording/recording.hpp"
+#include "sim/protocol.hpp"
+
+namespace decid::dataset {
+
+/// What is taken off a trial. `offset`: its mean. `linear`: a straight line too. Both are those of the protocol's whole
+/// cycles, about whose mean simulated trials swing. The line's slope is that of the cycles' means: the response to the
+/// stimulus is the same in each cycle and leaves it alone; with one cycle it is the line of least squares.
+enum class Detrend { none, offset, linear };
+
+struct TrialOptions {
+  std::optional<double> start_s = {};  ///< where in the recording the protocol starts; empty: at its first sample, or
+                                       ///< where the tilt says
+  Detrend detrend = Detrend::none;
+};
+
+/// How the tilt measured lies over the tilt that the protocol prescribes.
+struct TiltMatch {
+  double delay_s = 0.0;          ///< the protocol starts so long after the recording's first sample
+  double correlation = 0.0;      ///< over the trial, at that delay
+  double gain = 0.0;             ///< measured over prescribed tilt, by least squares
+  std::vector<double> tilt_rad;  ///< measured, at the trial's samples
+};
+
+/// A recording brought to a protocol.
+struct Trial {
+  std::vector<float> sway_rad;    ///< the protocol's samples
+  std::optional<TiltMatch> tilt;  ///< if the recording has one
+};
+
+/// The recording at the protocol's rate (resampled if the rates differ by more than 0.01%) and length.
+/// A longer recording is cut: from start_s, or from where its tilt follows the protocol's best, else from its first
+/// sample, with a warning that says what was left out. One that lacks up to 1% of the trial at either end is
+/// continued by its mirror image, with a warning: that keeps its noise, where holding a value would show as silence.
+/// At equal rates a start is rounded to a sample: filtering would change the noise that a model has learned.
+/// Throws Error if more is missing, naming both lengths and rates, how many whole cycles there are and how to get a
+/// model for them: none are made up, since what changes from cycle to cycle is what the noise is read from. Throws too
+/// if start_s is not within the recording, or a tilt does not follow the protocol (correlation below 0.5) or follows it
+/// with the other sign. Warns for a correlation below 0.95 and a gain that is off by more than 10%.
+Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
+
+}  // namespace decid::dataset

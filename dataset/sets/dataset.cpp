@@ -1,0 +1,132 @@
+// Data sets in memory, their halves, and the scaling of their targets. The trials are made in generator.cpp.
+#include "dataset/sets/dataset.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/random.hpp"
+#include "dataset/sets/generator.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+constexpr const char* where = "data set";
+
+}  // namespace
+
+sim::Trial base_trial(std::uint64_t seed, std::uint64_t attempt) {
+  const Random random(seed, Stream::base_parameters, attempt);
+  sim::Parameters parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    parameters[i] = random.uniform(i, sim::parameter_info[i].low, sim::parameter_info[i].high);
+  }
+  return {parameters, Random(seed, Stream::vestibular_noise, attempt)};
+}
+
+BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
+                              std::span<double> sway_rad) {
+  const sim::Trial trial = base_trial(seed, attempt);
+  return {trial.parameters, simulator.run(trial.parameters, trial.noise, sway_rad)};
+}
+
+Dataset generate(const DatasetRequest& request, DatasetReport* report, const Progress& progress) {
+  Generator generator(request);
+  Dataset data;
+  data.protocol = request.protocol;
+  data.seed = request.seed;
+  data.samples = generator.samples();
+  const std::size_t values = static_cast<std::size_t>(request.count) * static_cast<std::size_t>(data.samples);
+  try {
+    data.sway.reserve(values);
+  } catch (const std::exception&) {  // bad_alloc or length_error
+    throw Error(where,
+                std::to_string(request.count) + " trials need " + std::to_string(values * sizeof(float) / 1'000'000) +
+                    " MB of memory",
+                "ask for fewer trials");
+  }
+  while (!generator.done()) {
+    const Chunk& chunk = generator.next();
+    for (const TrialRecord& trial : chunk.trials) data.parameters.push_back(trial.parameters);
+    for (const std::span<const float> sway : chunk.sway) data.sway.insert(data.sway.end(), sway.begin(), sway.end());
+    if (progress && !progress(data.trials(), request.count)) {
+      throw Error(where,
+                  "stopped after " + std::to_string(data.trials()) + " of " + std::to_string(request.count) + " trials",
+                  "run it again to make it whole");
+    }
+  }
+  data.group = generator.group();
+  data.split = split_by_group(data.group);
+  if (report) *report = generator.report();
+  return data;
+}
+
+std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group) {
+  std::vector<int> size(group.size(), 0);
+  for (const std::int32_t index : group) {
+    if (index < 0 || static_cast<std::size_t>(index) >= group.size()) {
+      throw Error(where, "group " + std::to_string(index) + " of " + std::to_string(group.size()) + " trials",
+                  "a group is named by the index of one of its trials");
+    }
+    ++size[static_cast<std::size_t>(index)];
+  }
+  long long filled[2] = {0, 0};
+  std::vector<std::uint8_t> half(group.size(), 0);  // of each group
+  const auto place = [&](std::size_t index) {
+    half[index] = filled[1] < filled[0] ? 1 : 0;
+    filled[half[index]] += size[index];
+  };
+  // The large pieces first: single trials then level what those left uneven.
+  for (std::size_t index = 0; index < size.size(); ++index) {
+    if (size[index] > 1) place(index);
+  }
+  for (std::size_t index = 0; index < size.size(); ++index) {
+    if (size[index] == 1) place(index);
+  }
+  std::vector<std::uint8_t> split;
+  for (const std::int32_t index : group) split.push_back(half[static_cast<std::size_t>(index)]);
+  return split;
+}
+
+std::array<float, sim::parameter_count> TargetScaling::scale(const sim::Parameters& parameters) const {
+  std::array<float, sim::parameter_count> target{};
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    target[i] = static_cast<float>((parameters[i] - mean[i]) / deviation[i]);
+  }
+  return target;
+}
+
+sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
+  if (target.size() != sim::parameter_count) {
+    throw Error("targets", std::to_string(target.size()) + " values for 7 parameters", "give one value a parameter");
+  }
+  sim::Parameters parameters{};
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    parameters[i] = mean[i] + static_cast<double>(target[i]) * deviation[i];
+  }
+  return parameters;
+}
+
+TargetScaling target_scaling(std::span<const sim::Parameters> parameters) {
+  if (parameters.empty()) throw Error("targets", "no trials to scale by", "choose the training half");
+  const auto count = static_cast<double>(parameters.size());
+  TargetScaling scaling;
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    double sum = 0.0, squares = 0.0;
+    for (const sim::Parameters& p : parameters) sum += p[i];
+    scaling.mean[i] = sum / count;
+    for (const sim::Parameters& p : parameters) {
+      const double difference = p[i] - scaling.mean[i];
+      squares += difference * difference;
+    }
+    const double deviation = std::sqrt(squares / count);
+    // One trial, or the same value in all, has no spread to divide by.
+    const sim::ParameterInfo& info = sim::parameter_info[i];
+    scaling.deviation[i] = deviation > 1e-12 * (info.high - info.low) ? deviation : 1.0;
+  }
+  return scaling;
+}
+
+}  // namespace decid::dataset

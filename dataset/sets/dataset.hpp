@@ -1,0 +1,90 @@
+// Data sets of simulated trials: sampling of the parameters, validity, enrichment with larger sways, split in halves.
+// Source: section 2.3 of the paper. Its enrichment is given only as "a relatively small modification (about 10% of the
+// range)"; here a child's parameters are its parent's plus a uniform change of up to 10% of each range, clamped.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "dataset/sets/distribution.hpp"
+#include "sim/parameters.hpp"
+#include "sim/simulate.hpp"
+
+namespace decid::dataset {
+
+/// Trials with peak-to-peak sway above this are parents of the enrichment.
+inline constexpr double parent_peak_to_peak_rad = 0.05;
+/// A child's largest change of a parameter, as a part of its range.
+inline constexpr double child_change = 0.1;
+
+struct Dataset {
+  sim::Protocol protocol;
+  std::uint64_t seed = 0;
+  int samples = 0;                          ///< of each trial
+  std::vector<float> sway;                  ///< trials x samples, rad
+  std::vector<sim::Parameters> parameters;  ///< one a trial, SI units
+  std::vector<std::int32_t> group;          ///< index of the trial's parent; a base trial's own index
+  std::vector<std::uint8_t> split;          ///< 0 training, 1 validation; a group is never divided
+
+  int trials() const { return static_cast<int>(parameters.size()); }
+  std::span<const float> trial(int index) const {
+    return std::span(sway).subspan(static_cast<std::size_t>(index) * static_cast<std::size_t>(samples),
+                                   static_cast<std::size_t>(samples));
+  }
+};
+
+struct DatasetRequest {
+  sim::Protocol protocol;
+  int count = 0;  ///< valid trials in all
+  int base = 0;   ///< of which drawn from the uniform distributions; the rest are children. 0: all
+  std::uint64_t seed = 0;
+};
+
+/// What came of the attempts.
+struct DatasetReport {
+  long long base_attempts = 0, child_attempts = 0;
+  int parents = 0;
+  TrialDistributions base, all;  ///< before and after enrichment
+};
+
+/// Called now and then from one thread with the number of trials done; returns false to stop (generate throws Error).
+using Progress = std::function<bool(int done, int total)>;
+
+/// Attempt `attempt` of the base trials: what is simulated.
+sim::Trial base_trial(std::uint64_t seed, std::uint64_t attempt);
+
+/// One base trial: attempt `attempt` of seed `seed`, the same alone as in any data set. sway_rad: samples() values,
+/// sensor noise not included.
+struct BaseTrial {
+  sim::Parameters parameters;
+  sim::Outcome outcome;
+};
+BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
+                              std::span<double> sway_rad);
+
+/// Generates the data set in memory (npz.hpp: generate_npz, straight into a file); the bits depend only on the request.
+/// Sensor noise is that of the trial's attempt, for children with bit 63 set. Throws Error if base > count, count < 1,
+/// children are asked for but there is no parent, there is not enough memory, or, after 10,000 attempts, fewer than 1
+/// in 1000 are valid.
+Dataset generate(const DatasetRequest& request, DatasetReport* report = nullptr, const Progress& progress = {});
+
+/// group[i] is the index of a trial (0 .. trials - 1), else Error; trials of equal group belong together.
+/// Splits groups into halves whose sizes differ by at most one if the groups allow: groups of several trials first,
+/// in order of their index, each to the smaller half (the training half if they are equal), then single trials.
+std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group);
+
+/// Mean and standard deviation (over N) of each parameter over some trials; z-scored targets have mean 0,
+/// deviation 1. The deviation is 1 where all values are the same.
+struct TargetScaling {
+  sim::Parameters mean{}, deviation{};
+
+  std::array<float, sim::parameter_count> scale(const sim::Parameters& parameters) const;
+  sim::Parameters unscale(std::span<const float> target) const;
+};
+/// `parameters`: those of the training half. Throws Error if there are none.
+TargetScaling target_scaling(std::span<const sim::Parameters> parameters);
+
+}  // namespace decid::dataset

@@ -1,0 +1,175 @@
+// Generation of data sets. Attempts are simulated in parallel, a chunk at a time, and accepted in their order: which
+// trials there are depends neither on threads nor on the size of the chunks.
+// Source: section 2.3 of the paper, see dataset.hpp for what it leaves open.
+#include "dataset/sets/generator.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/random.hpp"
+
+namespace decid::dataset {
+namespace {
+
+constexpr const char* where = "data set";
+/// Attempts simulated at once: enough to keep lanes and threads busy, 50 MB of sway at 121 s and 100 Hz.
+constexpr std::size_t most_attempts = 1024, fewest_attempts = 16;
+constexpr std::size_t most_bytes = std::size_t{1} << 26;
+/// So many attempts are made before a lack of valid trials is called an error.
+constexpr long long patience = 10'000;
+constexpr long long attempts_per_valid_trial = 1000;
+/// Sensor noise of children: base trials and children count their attempts from 0 each.
+constexpr std::uint64_t child_sensor_noise = std::uint64_t{1} << 63;
+
+DatasetRequest checked(DatasetRequest request) {
+  if (request.count < 1) {
+    throw Error(where, std::to_string(request.count) + " trials are asked for", "ask for at least 1");
+  }
+  if (request.base < 0 || request.base > request.count) {
+    throw Error(where,
+                std::to_string(request.base) + " base trials of " + std::to_string(request.count) + " trials in all",
+                "choose the number of base trials between 1 and that of all trials, or 0 for all");
+  }
+  return request;
+}
+
+/// Eight chains of comparisons: one would wait for the last at every step.
+double peak_to_peak(std::span<const double> sway) {
+  std::array<double, 8> least, most;
+  least.fill(sway.front());
+  most.fill(sway.front());
+  std::size_t k = 0;
+  for (; k + 8 <= sway.size(); k += 8) {
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      least[lane] = sway[k + lane] < least[lane] ? sway[k + lane] : least[lane];
+      most[lane] = sway[k + lane] > most[lane] ? sway[k + lane] : most[lane];
+    }
+  }
+  for (; k < sway.size(); ++k) {
+    least[0] = std::min(least[0], sway[k]);
+    most[0] = std::max(most[0], sway[k]);
+  }
+  return *std::ranges::max_element(most) - *std::ranges::min_element(least);
+}
+
+}  // namespace
+
+Generator::Generator(DatasetRequest request)
+    : request_(checked(std::move(request))),
+      base_(request_.base == 0 ? request_.count : request_.base),
+      simulator_(request_.protocol) {
+  const std::size_t trial_bytes = static_cast<std::size_t>(samples()) * sizeof(float);
+  largest_chunk_ = static_cast<int>(std::clamp(most_bytes / trial_bytes, fewest_attempts, most_attempts));
+}
+
+int Generator::attempts_worth_making(int missing) const {
+  // A few more than the rate so far asks for: a second, small chunk would leave lanes empty.
+  const double attempts = static_cast<double>(making_children() ? report_.child_attempts : report_.base_attempts);
+  const double valid = making_children() ? trials() - base_ : trials();
+  const double rate = valid > 0.0 ? valid / attempts : 0.8;
+  const double wanted = 1.05 * missing / rate + 8.0;
+  return wanted < largest_chunk_ ? static_cast<int>(wanted) : largest_chunk_;
+}
+
+std::int32_t Generator::parent_of(long long attempt) const {
+  return parents_[static_cast<std::size_t>(attempt) % parents_.size()];
+}
+
+sim::Trial Generator::trial_of(long long attempt) const {
+  const auto item = static_cast<std::uint64_t>(attempt);
+  if (!making_children()) return base_trial(request_.seed, item);
+  const Random random(request_.seed, Stream::child_parameters, item);
+  sim::Parameters parameters = parents_parameters_[item % parents_.size()];
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const sim::ParameterInfo& info = sim::parameter_info[i];
+    const double change = random.uniform(i, -child_change, child_change) * (info.high - info.low);
+    parameters[i] = std::clamp(parameters[i] + change, info.low, info.high);
+  }
+  return {parameters, Random(request_.seed, Stream::child_noise, item)};
+}
+
+/// Parents are found on the exact sway; what is stored is that plus the sensor's noise.
+Generator::Result Generator::finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const {
+  const double width = peak_to_peak(sway_rad);
+  const std::uint64_t item = static_cast<std::uint64_t>(attempt) | (making_children() ? child_sensor_noise : 0);
+  sim::add_sensor_noise(request_.protocol.sensor_noise, request_.seed, item, sway_rad);
+  std::ranges::transform(sway_rad, stored.begin(), [](double value) { return static_cast<float>(value); });
+  return {true, width};
+}
+
+const Chunk& Generator::next() {
+  const bool children = making_children();
+  if (children && parents_.empty()) {
+    throw Error(where,
+                "none of the " + std::to_string(base_) +
+                    " base trials sways more than 0.05 rad, so none can be the parent of more",
+                "ask for more base trials, or only for base trials");
+  }
+  const int missing = (children ? request_.count : base_) - trials();
+  const int attempts = attempts_worth_making(missing);
+  const long long first = children ? report_.child_attempts : report_.base_attempts;
+  const auto width = static_cast<std::size_t>(samples());
+  auto& [sway, chunk] = buffers_[second_];
+  second_ = !second_;
+  if (sway.size() < static_cast<std::size_t>(attempts) * width) sway.resize(static_cast<std::size_t>(attempts) * width);
+  const auto stored = [width, &values = sway](int i) {
+    return std::span(values).subspan(static_cast<std::size_t>(i) * width, width);
+  };
+  std::vector<Result> results(static_cast<std::size_t>(attempts));
+  simulator_.run_all(
+      attempts, [&](int i) { return trial_of(first + i); },
+      [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
+        if (outcome.valid) results[static_cast<std::size_t>(i)] = finish(first + i, sway_rad, stored(i));
+      });
+
+  chunk.trials.clear();
+  chunk.sway.clear();
+  const int before = trials();
+  const long long valid_before = before - (children ? base_ : 0);
+  long long made = first;
+  for (int i = 0; i < attempts && static_cast<int>(chunk.trials.size()) < missing; ++i) {
+    ++made;
+    if (const Result& result = results[static_cast<std::size_t>(i)]; result.valid) {
+      const std::int32_t own = before + static_cast<std::int32_t>(chunk.trials.size());
+      chunk.trials.push_back(
+          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? parent_of(first + i) : own});
+      chunk.sway.push_back(stored(i));
+    }
+    const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
+    if (made >= patience && valid * attempts_per_valid_trial < made) {
+      throw Error(
+          where,
+          "only " + std::to_string(valid) + " of " + std::to_string(made) + " simulated trials stay within 5 degrees",
+          "check body, amplitude and noise of the protocol");
+    }
+  }
+  (children ? report_.child_attempts : report_.base_attempts) = made;
+  chunk.base_attempts = report_.base_attempts;
+  chunk.child_attempts = report_.child_attempts;
+  for (const TrialRecord& trial : chunk.trials) accept(trial);
+  return chunk;
+}
+
+void Generator::restore(const Chunk& chunk) {
+  report_.base_attempts = chunk.base_attempts;
+  report_.child_attempts = chunk.child_attempts;
+  for (const TrialRecord& trial : chunk.trials) accept(trial);
+}
+
+void Generator::accept(const TrialRecord& trial) {
+  if (!making_children()) {
+    report_.base.add(trial.parameters, trial.peak_to_peak_rad);
+    if (trial.peak_to_peak_rad > parent_peak_to_peak_rad) {
+      parents_.push_back(trials());
+      parents_parameters_.push_back(trial.parameters);
+      ++report_.parents;
+    }
+  }
+  report_.all.add(trial.parameters, trial.peak_to_peak_rad);
+  group_.push_back(trial.group);
+}
+
+}  // namespace decid::dataset

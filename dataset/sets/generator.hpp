@@ -1,0 +1,81 @@
+// The trials of a data set as they come, a chunk at a time: for data sets that are larger than memory, and for going on
+// with one that was interrupted.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dataset/sets/dataset.hpp"
+#include "sim/simulate.hpp"
+
+namespace decid::dataset {
+
+/// What is known of a trial besides its sway.
+struct TrialRecord {
+  sim::Parameters parameters;  ///< SI units
+  double peak_to_peak_rad;     ///< of the exact sway, which decides who is a parent
+  std::int32_t group;          ///< index of its parent; a base trial's own index
+};
+
+/// Valid trials in their order, and how many attempts have been made in all, up to the last of them.
+struct Chunk {
+  std::vector<TrialRecord> trials;
+  std::vector<std::span<const float>> sway;  ///< one a trial, rad, with sensor noise
+  long long base_attempts = 0, child_attempts = 0;
+};
+
+/// Base trials first, then children. Memory: two chunks (some 50 MB each) and a few bytes a trial.
+class Generator {
+ public:
+  /// Throws Error if the request cannot be met, see generate().
+  explicit Generator(DatasetRequest request);
+
+  const DatasetRequest& request() const noexcept { return request_; }
+  int samples() const noexcept { return simulator_.samples(); }
+  int trials() const noexcept { return static_cast<int>(group_.size()); }  ///< so far
+  bool done() const noexcept { return trials() == request_.count; }
+  const std::vector<std::int32_t>& group() const noexcept { return group_; }
+  const DatasetReport& report() const noexcept { return report_; }
+
+  /// A chunk stays valid until the call after the next: one may be written while the other is simulated.
+  /// Simulates some hundred attempts on OpenMP's threads; the chunk may hold no trial. Which trials come depends
+  /// neither on the size of the chunks nor on threads. Throws Error if there is no parent, or too few attempts are
+  /// valid.
+  const Chunk& next();
+
+  /// Goes on after trials that an earlier run made: its chunks, in order, without their sway.
+  void restore(const Chunk& chunk);
+
+ private:
+  struct Result {
+    bool valid;
+    double peak_to_peak_rad;
+  };
+
+  bool making_children() const noexcept { return trials() >= base_; }
+  int attempts_worth_making(int missing) const;
+  std::int32_t parent_of(long long attempt) const;
+  sim::Trial trial_of(long long attempt) const;
+  Result finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const;
+  void accept(const TrialRecord& trial);
+
+  DatasetRequest request_;
+  int base_;
+  sim::Simulator simulator_;
+  int largest_chunk_;
+  struct Buffer {
+    std::vector<float> sway;
+    Chunk chunk;
+  };
+  std::array<Buffer, 2> buffers_;
+  bool second_ = false;  // which of them is next
+
+  std::vector<std::int32_t> group_;
+  std::vector<std::int32_t> parents_;
+  std::vector<sim::Parameters> parents_parameters_;
+  DatasetReport report_;
+};
+
+}  // namespace decid::dataset

@@ -1,0 +1,152 @@
+// Familiarity: see familiarity.hpp.
+#include "identify/familiarity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <variant>
+
+#include "base/parallel.hpp"
+#include "identify/model.hpp"
+#include "nn/predictor.hpp"
+
+namespace decid {
+namespace {
+
+constexpr int batch = 64;
+/// Trials that are learned from, and those that show what is usual.
+constexpr int most_learned = 6144, most_shown = 4096;
+constexpr double usual_part = 0.97;
+/// Of the mean variance: what is added to each, so that features that are always the same can be divided by.
+constexpr double ridge = 1e-3;
+
+/// Features of `trials` images, one row each.
+std::vector<double> features_of(nn::Predictor& predictor, int trials, std::span<const float> images) {
+  const auto count = static_cast<std::size_t>(trials);
+  std::vector<float> outputs(count * static_cast<std::size_t>(predictor.inference().output_shape().size()));
+  std::vector<float> features(count * static_cast<std::size_t>(predictor.feature_count()));
+  predictor.run(images, outputs, features);
+  return {features.begin(), features.end()};
+}
+
+/// The inverse of the Cholesky factor of the rows' covariance: a lower triangle, row by row.
+std::vector<double> whitening_of(const std::vector<double>& rows, const std::vector<double>& mean) {
+  const std::size_t n = mean.size(), count = rows.size() / n;
+  std::vector<double> covariance(n * n, 0.0);
+  parallel_for(static_cast<int>(n), [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    for (std::size_t r = 0; r < count; ++r) {
+      const double* row = rows.data() + r * n;
+      for (std::size_t j = 0; j <= i; ++j) covariance[i * n + j] += (row[i] - mean[i]) * (row[j] - mean[j]);
+    }
+    for (std::size_t j = 0; j <= i; ++j) covariance[i * n + j] /= static_cast<double>(count);
+  });
+  double trace = 0.0;
+  for (std::size_t i = 0; i < n; ++i) trace += covariance[i * n + i];
+  const double added = std::max(ridge * trace / static_cast<double>(n), 1e-12);
+  std::vector<double>& factor = covariance;  // in place, row by row
+  for (std::size_t i = 0; i < n; ++i) {
+    factor[i * n + i] += added;
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = factor[i * n + j];
+      for (std::size_t k = 0; k < j; ++k) sum -= factor[i * n + k] * factor[j * n + k];
+      factor[i * n + j] = i == j ? std::sqrt(sum) : sum / factor[j * n + j];
+    }
+  }
+  std::vector<double> inverse(n * (n + 1) / 2, 0.0);
+  const auto at = [&](std::size_t i, std::size_t j) -> double& { return inverse[i * (i + 1) / 2 + j]; };
+  for (std::size_t j = 0; j < n; ++j) {
+    at(j, j) = 1.0 / factor[j * n + j];
+    for (std::size_t i = j + 1; i < n; ++i) {
+      double sum = 0.0;
+      for (std::size_t k = j; k < i; ++k) sum += factor[i * n + k] * at(k, j);
+      at(i, j) = -sum / factor[i * n + i];
+    }
+  }
+  return inverse;
+}
+
+double distance(const Familiarity& known, const double* features) {
+  const std::size_t n = known.mean.size();
+  double squares = 0.0;
+  const float* weight = known.whitening.data();
+  for (std::size_t i = 0; i < n; ++i) {
+    double sum = 0.0;
+    for (std::size_t j = 0; j <= i; ++j) sum += static_cast<double>(*weight++) * (features[j] - known.mean[j]);
+    squares += sum * sum;
+  }
+  return std::sqrt(squares / static_cast<double>(n));
+}
+
+/// Images of trials first .. first + count - 1.
+std::vector<float> images_of(const Model& model, const dataset::TrialSource& source, int epoch, int first, int count) {
+  const auto values = static_cast<std::size_t>(model.images().shape().size());
+  std::vector<int> indices(static_cast<std::size_t>(count));
+  std::iota(indices.begin(), indices.end(), first);
+  std::vector<float> images(indices.size() * values);
+  dataset::encode_all(
+      model.encoding(),
+      [&](const dataset::TakeSway& take) {
+        source.unseen(epoch, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
+          take(place, sway_rad);
+        });
+      },
+      images);
+  return images;
+}
+
+/// Features of trials first .. first + count - 1, images for a few at a time in memory.
+std::vector<double> features_of_trials(const Model& model, nn::Predictor& predictor, const dataset::TrialSource& source,
+                                       int epoch, int first, int count) {
+  std::vector<double> rows;
+  for (int done = 0; done < count; done += source.trials_at_once()) {
+    const int here = std::min(source.trials_at_once(), count - done);
+    const std::vector<double> more = features_of(predictor, here, images_of(model, source, epoch, first + done, here));
+    rows.insert(rows.end(), more.begin(), more.end());
+  }
+  return rows;
+}
+
+}  // namespace
+
+int feature_count(const nn::Network<float>& network) {
+  const auto layers = network.layers();
+  if (layers.size() < 2 || !std::holds_alternative<nn::FullyConnected>(layers.back().kind())) return 0;
+  const int count = layers.back().src_shape().size();
+  return count <= most_features ? count : 0;
+}
+
+Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch) {
+  Familiarity familiarity;
+  const auto n = static_cast<std::size_t>(feature_count(model.network));
+  if (n == 0) return familiarity;
+  const int trials = std::min(source.unseen_trials(), most_learned + most_shown);
+  const int learned = static_cast<int>(0.6 * trials);
+  if (learned < 8 * static_cast<int>(n)) return familiarity;
+
+  nn::Predictor predictor(model.network, batch);
+  const std::vector<double> rows = features_of_trials(model, predictor, source, next_epoch, 0, learned);
+  std::vector<double> mean(n, 0.0);
+  for (std::size_t i = 0; i < rows.size(); ++i) mean[i % n] += rows[i] / static_cast<double>(learned);
+  const std::vector<double> whitening = whitening_of(rows, mean);
+  familiarity.mean.assign(mean.begin(), mean.end());
+  familiarity.whitening.assign(whitening.begin(), whitening.end());
+
+  const std::vector<double> shown = features_of_trials(model, predictor, source, next_epoch, learned, trials - learned);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(distance(familiarity, shown.data() + i));
+  std::ranges::sort(all);
+  familiarity.usual = all[static_cast<std::size_t>(usual_part * static_cast<double>(all.size()))];
+  return familiarity;
+}
+
+std::vector<double> distances(const Model& model, int trials, std::span<const float> images) {
+  const auto n = model.familiarity.mean.size();
+  nn::Predictor predictor(model.network, std::min(trials, batch));
+  const std::vector<double> rows = features_of(predictor, trials, images);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < rows.size(); i += n) all.push_back(distance(model.familiarity, rows.data() + i));
+  return all;
+}
+
+}  // namespace decid

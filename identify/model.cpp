@@ -1,0 +1,203 @@
+// Model files and prediction: see model.hpp.
+#include "identify/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "embedded/built_in_model.hpp"
+#include "nn/predictor.hpp"
+#include "nn/safetensors.hpp"
+#include "sim/protocol_json.hpp"
+
+namespace decid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* format_name = "decid model 1";
+constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
+
+nn::Shape network_input(const dataset::ImageMaker& images) {
+  const dataset::ImageShape s = images.shape();
+  return {s.channels, s.rows, s.columns};
+}
+
+/// The protocol, if it plays the cycles that the images fold.
+sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& image) {
+  image.validate();
+  if (image.fold == 1) return protocol;
+  const int columns = std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
+  const double cycle_samples = protocol.cycle_s() * protocol.sample_rate_hz;
+  const double lead_in_samples = protocol.lead_in_s() * protocol.sample_rate_hz;
+  if (image.fold == protocol.cycles() && columns * image.window == std::lround(cycle_samples) &&
+      image.first_sample == std::lround(lead_in_samples))
+    return protocol;
+  throw Error(
+      "image settings",
+      format(
+          "fold %d times %d windows of %d samples from sample %d on, but protocol '%s' plays %d cycles of %g samples "
+          "after %g",
+          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.cycles(),
+          cycle_samples, lead_in_samples),
+      "choose a preset made for this protocol, or one that does not fold");
+}
+
+}  // namespace
+
+Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture)
+    : protocol(checked(std::move(protocol_), image_)),
+      image(std::move(image_)),
+      network(network_input(dataset::ImageMaker(image, protocol.samples())), architecture),
+      images_(image, protocol.samples()) {
+  const auto parameters = static_cast<int>(sim::parameter_count);
+  if (network.output_shape() != nn::Shape{parameters, 1, 1})
+    throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
+}
+
+std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
+  nn::TensorFile file;
+  file.metadata = {
+      {"format", format_name},
+      {"architecture", model.network.architecture()},
+      {"protocol", sim::to_json(model.protocol)},
+      {"image", dataset::to_json(model.image)},
+      {"targets", Json{{"mean", model.targets.mean}, {"deviation", model.targets.deviation}}.dump()},
+      {"origin", model.origin},
+  };
+  if (checkpoint != nullptr) file.metadata["progress"] = checkpoint->progress;
+  if (model.image.standardize_rows) {
+    const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
+    file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
+    file.tensors.push_back({"image.row_deviation", shape, model.rows.deviation});
+  }
+  if (model.familiarity.known()) {
+    const auto n = static_cast<long long>(model.familiarity.mean.size());
+    file.metadata["familiarity"] = Json{{"usual", model.familiarity.usual}}.dump();
+    file.tensors.push_back({"familiarity.mean", {n}, model.familiarity.mean});
+    file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
+  }
+  nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
+  return nn::to_safetensors(file);
+}
+
+Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint) {
+  const nn::TensorFile file = nn::from_safetensors(bytes, where);
+  const std::string remedy = "give a model file written by decid train";
+  const auto text = [&](const std::string& key) {
+    const auto it = file.metadata.find(key);
+    if (it == file.metadata.end()) throw Error(where, "is no decid model: it says nothing of its " + key, remedy);
+    return it->second;
+  };
+  if (text("format") != format_name)
+    throw Error(where, "is of format '" + text("format") + "', not '" + format_name + "'", remedy);
+  if (checkpoint != nullptr) checkpoint->progress = text("progress");
+  Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
+              text("architecture"));
+  model.origin = text("origin");
+  try {
+    const Json targets = Json::parse(text("targets"));
+    model.targets.mean = targets.at("mean").get<sim::Parameters>();
+    model.targets.deviation = targets.at("deviation").get<sim::Parameters>();
+  } catch (const Json::exception&) {
+    throw Error(where, "has a target scaling that cannot be read", remedy);
+  }
+  for (const double deviation : model.targets.deviation)
+    if (!(deviation > 0)) throw Error(where, "has a target scaling that is not positive", remedy);
+  if (model.image.standardize_rows) {
+    const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
+    model.rows.mean = file.find("image.row_mean", rows, where).values;
+    model.rows.deviation = file.find("image.row_deviation", rows, where).values;
+    for (std::size_t i = 0; i < rows; ++i)
+      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.deviation[i] > 0))
+        throw Error(where, "has an image scaling that is not positive", remedy);
+  }
+  if (file.metadata.contains("familiarity")) {
+    const auto n = static_cast<std::size_t>(feature_count(model.network));
+    if (n == 0) throw Error(where, "has a familiarity of features that its network does not have", remedy);
+    model.familiarity.mean = file.find("familiarity.mean", n, where).values;
+    model.familiarity.whitening = file.find("familiarity.whitening", n * (n + 1) / 2, where).values;
+    try {
+      model.familiarity.usual = Json::parse(text("familiarity")).at("usual").get<double>();
+    } catch (const Json::exception&) {
+      throw Error(where, "has a familiarity that cannot be read", remedy);
+    }
+    if (!(model.familiarity.usual > 0)) throw Error(where, "has a familiarity that is not positive", remedy);
+  }
+  nn::load_network(model.network, file, where, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
+  return model;
+}
+
+Model load_model(const std::filesystem::path& path) {
+  return model_from_bytes(read_file(path), path.string());
+}
+
+Model built_in_model() {
+  return model_from_bytes(embedded::built_in_model(), "built-in model");
+}
+
+Model model_or_built_in(const std::string& path) {
+  return path.empty() ? built_in_model() : load_model(path);
+}
+
+std::string model_name(const std::string& path) {
+  return path.empty() ? "built-in model" : path;
+}
+
+void require_same_experiment(const Model& model, const std::string& name, const sim::Protocol& data,
+                             const std::string& file) {
+  if (sim::same_experiment(model.protocol, data)) return;
+  const auto described = [](const sim::Protocol& p) {
+    return format("'%s' (%g s at %g Hz)", p.name.c_str(), p.duration_s(), p.sample_rate_hz);
+  };
+  throw Error(file,
+              "was made with protocol " + described(data) + ", another experiment than " + described(model.protocol) +
+                  " of " + name,
+              "make a data set with the model's protocol, or train a model on this one");
+}
+
+std::string noise_difference(const sim::Protocol& model, const sim::Protocol& data) {
+  const auto described = [](const sim::VestibularNoise& noise) {
+    return format("%g degrees from %g to %g Hz, exponent %g", noise.scale_deg, noise.low_hz, noise.high_hz,
+                  noise.exponent);
+  };
+  const std::string ours = described(model.vestibular_noise), theirs = described(data.vestibular_noise);
+  if (ours == theirs) return {};
+  return "its vestibular noise (" + theirs + ") is not that of the model's training (" + ours +
+         "), so Nv means something else";
+}
+
+Sways sways_in_memory(std::function<std::span<const float>(int)> sway) {
+  return [sway = std::move(sway)](std::span<const int> indices, const TakeSway& take) {
+    parallel_for(static_cast<int>(indices.size()), [&](int i) {
+      const auto place = static_cast<std::size_t>(i);
+      take(place, sway(indices[place]));
+    });
+  };
+}
+
+std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways) {
+  const auto outputs = static_cast<std::size_t>(model.network.output_shape().size());
+  const auto values = static_cast<std::size_t>(model.network.input_shape().size());
+  const auto fitting = static_cast<int>(std::min(most_image_bytes / (values * sizeof(float)), std::size_t{1} << 20));
+  at_once = std::clamp(at_once, 1, std::max(fitting, 1));
+  nn::Predictor predictor(model.network, std::min(trials, at_once));
+  std::vector<float> result(static_cast<std::size_t>(trials) * outputs), images;
+  for (int first = 0; first < trials; first += at_once) {
+    std::vector<int> indices(static_cast<std::size_t>(std::min(at_once, trials - first)));
+    std::iota(indices.begin(), indices.end(), first);
+    images.resize(indices.size() * values);
+    dataset::encode_all(
+        model.encoding(), [&](const TakeSway& take) { sways(indices, take); }, images);
+    predictor.run(images,
+                  std::span(result).subspan(static_cast<std::size_t>(first) * outputs, indices.size() * outputs));
+  }
+  return result;
+}
+
+}  // namespace decid

@@ -1,0 +1,334 @@
+// The computations of decid study: see study.hpp.
+#include "identify/study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "dataset/recording/csv.hpp"
+#include "nn/predictor.hpp"
+#include "sim/double_pendulum.hpp"
+
+namespace decid {
+namespace {
+
+constexpr auto outputs = sim::parameter_count;
+
+double peak_to_peak(std::span<const float> sway_rad) {
+  const auto [low, high] = std::ranges::minmax(sway_rad);
+  return static_cast<double>(high) - static_cast<double>(low);
+}
+
+/// What the network says may lie a little outside of what can be simulated.
+std::vector<float> noise_free_trial(const sim::Simulator& simulator, sim::Parameters parameters) {
+  for (double& p : parameters) p = std::max(p, 0.0);
+  parameters[sim::Delay] = std::min(parameters[sim::Delay], sim::longest_delay_s);
+  parameters[sim::Nv] = 0.0;
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  const sim::Outcome outcome = simulator.run(parameters, Random(0, Stream::vestibular_noise, 0), sway);
+  if (!outcome.valid)
+    sway.resize(std::min(sway.size(), static_cast<std::size_t>(outcome.end_s * simulator.protocol().sample_rate_hz)));
+  return {sway.begin(), sway.end()};
+}
+
+KnownTrial known_trial(const Model& model, const sim::Parameters& truth, std::span<const float> output,
+                       std::vector<float> sway_rad) {
+  KnownTrial trial;
+  trial.truth = truth;
+  trial.identified = model.targets.unscale(output);
+  std::ranges::copy(model.targets.scale(truth), trial.target.begin());
+  std::ranges::copy(output, trial.output.begin());
+  trial.fitted_rad = noise_free_trial(sim::Simulator(model.protocol), trial.identified);
+  trial.peak_to_peak_rad = peak_to_peak(sway_rad);
+  trial.sway_rad = std::move(sway_rad);
+  return trial;
+}
+
+/// The trial with the median of the squared errors.
+int typical(const Model& model, const std::vector<float>& predicted, const std::vector<sim::Parameters>& truth) {
+  std::vector<std::pair<double, int>> errors;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const auto target = model.targets.scale(truth[i]);
+    double sum = 0;
+    for (std::size_t p = 0; p < outputs; ++p)
+      sum += std::pow(static_cast<double>(predicted[i * outputs + p]) - static_cast<double>(target[p]), 2);
+    errors.push_back({sum, static_cast<int>(i)});
+  }
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>((errors.size() - 1) / 2);
+  std::ranges::nth_element(errors, middle);
+  return middle->second;
+}
+
+Sample make_sample(const Model& model, std::string from, int index, KnownTrial trial) {
+  Sample sample{std::move(from), index, std::move(trial), {}, model.images().shape(), {}, {}, {}};
+  sample.image.resize(static_cast<std::size_t>(sample.image_shape.size()));
+  std::vector<float> input(sample.image.size());
+  model.images().make(sample.trial.sway_rad, sample.image);
+  model.make_input(sample.trial.sway_rad, input);
+  const nn::Layer<float>& first = model.network.layers().front();
+  sample.activation_shape = first.dst_shape();
+  sample.activation_layer = first.text();
+  sample.activation.resize(static_cast<std::size_t>(sample.activation_shape.size()));
+  nn::Predictor(model.network, 1).activation(0, input, sample.activation);
+  return sample;
+}
+
+/// The network's outputs for one half of a data set, and its trials' parameters.
+struct Half {
+  std::vector<float> predicted;
+  std::vector<sim::Parameters> truth;
+};
+template <class Read>
+Half predict_half(Model& model, int trials, int at_once, const Read& read) {
+  Half half;
+  half.truth.resize(static_cast<std::size_t>(trials));
+  half.predicted = predict(model, trials, at_once, [&](std::span<const int> indices, const TakeSway& take) {
+    read(indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway) {
+      half.truth[static_cast<std::size_t>(indices[place])] = parameters;
+      take(place, sway);
+    });
+  });
+  return half;
+}
+
+std::vector<Bin> bins(const std::vector<double>& edges) {
+  std::vector<Bin> made;
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i) made.push_back({edges[i], edges[i + 1], 0, {}, {}});
+  return made;
+}
+
+void add(std::vector<Bin>& all, double x, const Scores& target, const Scores& output) {
+  for (Bin& bin : all) {
+    // The last bin has its upper end.
+    if (x < bin.low || x > bin.high || (x == bin.high && &bin != &all.back())) continue;
+    ++bin.trials;
+    for (std::size_t p = 0; p < outputs; ++p) {
+      bin.mse[p] += (output[p] - target[p]) * (output[p] - target[p]);
+      bin.baseline[p] += target[p] * target[p];
+    }
+    return;
+  }
+}
+
+void finish(std::vector<Bin>& all) {
+  for (Bin& bin : all)
+    for (std::size_t p = 0; p < outputs; ++p) {
+      const double count = bin.trials > 0 ? bin.trials : std::numeric_limits<double>::quiet_NaN();
+      bin.mse[p] /= count;
+      bin.baseline[p] /= count;
+    }
+}
+
+[[noreturn]] void refuse_seed(std::uint64_t seed) {
+  throw Error("--seed", std::to_string(seed) + " is that of the training's trials", "give another for fresh ones");
+}
+
+int column_named(const dataset::CsvTable& table, const std::string& name, const std::string& file) {
+  for (int c = 0; c < table.columns(); ++c)
+    if (table.names()[static_cast<std::size_t>(c)] == name) return c;
+  throw Error(file, "has no column '" + name + "'", "give a table whose header has it");
+}
+
+}  // namespace
+
+double KnownTrial::squared_error() const {
+  double sum = 0;
+  for (std::size_t p = 0; p < outputs; ++p) sum += (output[p] - target[p]) * (output[p] - target[p]);
+  return sum;
+}
+
+double mean_of(const Scores& scores) {
+  return std::accumulate(scores.begin(), scores.end(), 0.0) / static_cast<double>(scores.size());
+}
+
+void study_dataset(Model& model, const std::string& file, Study& study, const Stage& stage) {
+  const dataset::StoredDataset stored{std::filesystem::path(file)};
+  const dataset::Dataset& about = stored.about();
+  require_same_experiment(model, study.model, about.protocol, file);
+  if (about.seed == study.fresh_seed) refuse_seed(study.fresh_seed);
+  stage("sway of " + file);
+  StudyData& data = study.data.emplace();
+  data.file = file;
+  data.seed = about.seed;
+  std::vector<double> amplitude(static_cast<std::size_t>(stored.trials()));
+  parallel_for(stored.trials(), [&](int i) {
+    thread_local std::vector<float> sway;
+    sway.resize(static_cast<std::size_t>(about.samples));
+    stored.read(i, sway);
+    amplitude[static_cast<std::size_t>(i)] = peak_to_peak(sway);
+  });
+  for (std::size_t i = 0; i < amplitude.size(); ++i) {
+    const bool base = about.group[i] == static_cast<std::int32_t>(i);
+    if (base) data.before.add(about.parameters[i], amplitude[i]);
+    data.base += base ? 1 : 0;
+    data.all.add(about.parameters[i], amplitude[i]);
+  }
+
+  const auto source = dataset::stored_source(stored);
+  const int at_once = source->trials_at_once();
+  stage(format("identifying %d training trials", source->training_trials()));
+  const Half training = predict_half(
+      model, source->training_trials(), at_once,
+      [&](std::span<const int> i, const dataset::TrialSource::Take& take) { source->training(0, i, take); });
+  data.training = evaluate(model, training.predicted, training.truth);
+  stage(format("identifying %d validation trials", source->validation_trials()));
+  const auto read = [&](std::span<const int> i, const dataset::TrialSource::Take& take) {
+    source->validation(i, take);
+  };
+  const Half validation = predict_half(model, source->validation_trials(), at_once, read);
+  data.validation = evaluate(model, validation.predicted, validation.truth);
+
+  const int index = typical(model, validation.predicted, validation.truth);
+  const auto place = static_cast<std::size_t>(index);
+  std::vector<float> sway;
+  read(std::vector<int>{index}, [&](std::size_t, const sim::Parameters&, std::span<const float> sway_rad) {
+    sway.assign(sway_rad.begin(), sway_rad.end());
+  });
+  study.sample = make_sample(model, "validation half", index,
+                             known_trial(model, validation.truth[place],
+                                         std::span(validation.predicted).subspan(place * outputs, outputs), sway));
+}
+
+void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg, Study& study, const Stage& stage) {
+  constexpr int attempts = 1024, chunk = 512;
+  const std::uint64_t seed = study.fresh_seed;
+  if (model.origin.find("simulated for each epoch from seed " + std::to_string(seed) + "\"") != std::string::npos)
+    refuse_seed(seed);
+  const sim::Simulator simulator(model.protocol);
+  for (const double level : levels_deg)
+    study.levels.push_back(
+        {level, {}, bins({0, 0.5, 1, 1.5, 2, 3, 4, 6, 10}), bins({0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1})});
+  std::vector<std::vector<float>> predicted(levels_deg.size());
+  std::vector<sim::Parameters> truth(static_cast<std::size_t>(trials));
+  std::vector<double> amplitude_deg(truth.size());
+  std::vector<std::vector<double>> sways;
+  const auto simulate = [&](int first, int count) {
+    sways.assign(static_cast<std::size_t>(count), {});
+    simulator.run_until_valid(
+        count, attempts,
+        [&](int i, int attempt) {
+          return dataset::base_trial(
+              seed, static_cast<std::uint64_t>(first + i) * attempts + static_cast<std::uint64_t>(attempt));
+        },
+        [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
+          const auto at = static_cast<std::size_t>(first + i);
+          const auto [low, high] = std::ranges::minmax(sway);
+          truth[at] = parameters;
+          amplitude_deg[at] = (high - low) / sim::rad_per_deg;
+          sways[static_cast<std::size_t>(i)].assign(sway.begin(), sway.end());
+        });
+  };
+  const auto noisy = [&](int first, std::size_t i, double level_deg) {
+    std::vector<double> sway = sways[i];
+    sim::add_sensor_noise({level_deg, level_deg}, seed, static_cast<std::uint64_t>(first) + i, sway);
+    return std::vector<float>(sway.begin(), sway.end());
+  };
+  for (int first = 0; first < trials; first += chunk) {
+    const int count = std::min(chunk, trials - first);
+    stage(format("fresh trials %d to %d of %d at %zu levels of sensor noise", first + 1, first + count, trials,
+                 levels_deg.size()));
+    simulate(first, count);
+    for (std::size_t l = 0; l < levels_deg.size(); ++l) {
+      const auto outputs_of_chunk = predict(model, count, 64, [&](std::span<const int> indices, const TakeSway& take) {
+        parallel_for(static_cast<int>(indices.size()), [&](int place) {
+          const auto i = static_cast<std::size_t>(indices[static_cast<std::size_t>(place)]);
+          take(static_cast<std::size_t>(place), noisy(first, i, levels_deg[l]));
+        });
+      });
+      predicted[l].insert(predicted[l].end(), outputs_of_chunk.begin(), outputs_of_chunk.end());
+    }
+  }
+  for (std::size_t l = 0; l < levels_deg.size(); ++l) {
+    NoiseLevel& level = study.levels[l];
+    level.all = evaluate(model, predicted[l], truth);
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      Scores target{}, output{};
+      std::ranges::copy(model.targets.scale(truth[i]), target.begin());
+      std::ranges::copy(std::span(predicted[l]).subspan(i * outputs, outputs), output.begin());
+      add(level.by_amplitude_deg, amplitude_deg[i], target, output);
+      add(level.by_nv, truth[i][sim::Nv], target, output);
+    }
+    finish(level.by_amplitude_deg);
+    finish(level.by_nv);
+  }
+  if (study.data) return;
+  const int index = typical(model, predicted.front(), truth);
+  const auto place = static_cast<std::size_t>(index);
+  const int first = index / chunk * chunk;
+  simulate(first, std::min(chunk, trials - first));
+  study.sample =
+      make_sample(model, format("fresh trials with %g degrees of sensor noise", levels_deg.front()), index,
+                  known_trial(model, truth[place], std::span(predicted.front()).subspan(place * outputs, outputs),
+                              noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
+}
+
+void study_double(Model& model, int realisations, Study& study, const Stage& stage) {
+  stage("leg and trunk");
+  std::optional<sim::DoubleSimulator> simulator;
+  try {
+    simulator.emplace(model.protocol);
+  } catch (const Error& error) {
+    study.notes.push_back(std::string("no double pendulum: ") + error.what());
+    return;
+  }
+  const sim::DoubleParameters parameters = sim::default_double_parameters(simulator->segments());
+  const auto samples = static_cast<std::size_t>(simulator->samples());
+  std::vector<std::vector<float>> sways;
+  std::vector<double> com(samples), leg(samples), trunk(samples);
+  for (int r = 0; r < realisations; ++r) {
+    const Random noise(study.fresh_seed, Stream::vestibular_noise, static_cast<std::uint64_t>(r));
+    if (simulator->run(parameters, noise, {com, leg, trunk}).valid) sways.emplace_back(com.begin(), com.end());
+  }
+  if (sways.empty()) {
+    study.notes.push_back("no double pendulum: with this protocol none of its trials stands");
+    return;
+  }
+  const auto predicted =
+      predict(model, static_cast<int>(sways.size()), 64,
+              sways_in_memory([&](int i) { return std::span<const float>(sways[static_cast<std::size_t>(i)]); }));
+  DoubleCase& dip = study.dip.emplace();
+  for (std::size_t i = 0; i < sways.size(); ++i) {
+    KnownTrial trial =
+        known_trial(model, parameters.ankle, std::span(predicted).subspan(i * outputs, outputs), sways[i]);
+    dip.squared_errors.push_back(trial.squared_error());
+    if (i == 0) dip.trial = std::move(trial);
+  }
+}
+
+std::vector<LearningPoint> read_learning_curve(const std::string& file) {
+  const dataset::CsvTable table(read_file(file, std::size_t{1} << 24), file);
+  const auto trials = table.numbers(column_named(table, "trials", file));
+  const auto mse = table.numbers(column_named(table, "mse", file));
+  std::vector<LearningPoint> curve;
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    if (!(trials[i] > (i > 0 ? trials[i - 1] : 0)) || !(mse[i] >= 0))
+      throw Error(file,
+                  format("%s: trials must grow from row to row, and no mse be negative", table.place_of(i).c_str()),
+                  "sort it by trials");
+    curve.push_back({trials[i], mse[i]});
+  }
+  return curve;
+}
+
+std::vector<EpochLog> read_log(const std::string& file) {
+  const dataset::CsvTable table(read_file(file, std::size_t{1} << 26), file);
+  const auto epoch = table.numbers(column_named(table, "epoch", file));
+  const auto training = table.numbers(column_named(table, "training_mse", file));
+  const auto validation = table.numbers(column_named(table, "validation_mse", file));
+  const auto rate = table.numbers(column_named(table, "learning_rate", file));
+  std::vector<EpochLog> log;
+  for (std::size_t i = 0; i < epoch.size(); ++i) {
+    log.push_back({static_cast<int>(i) + 1, training[i], validation[i], rate[i]});
+    if (epoch[i] != static_cast<double>(i + 1))
+      throw Error(file, format("%s: epochs do not count from 1", table.place_of(i).c_str()),
+                  "give the log that decid train wrote");
+  }
+  return log;
+}
+
+}  // namespace decid

@@ -1,0 +1,133 @@
+// Ready-made networks: see presets.hpp.
+#include "identify/training/presets.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "sim/fft.hpp"
+
+namespace decid {
+
+using dataset::Channel;
+
+const std::vector<Preset>& presets() {
+  // The mean of the stimulus' cycles, and how they differ.
+  const std::vector<Channel> folded_channels{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
+                                             Channel::log_residual};
+  const dataset::ImageSettings harmonics_image{.window = 6050,
+                                               .half_spectrum = true,
+                                               .channels = folded_channels,
+                                               .standardize_rows = true,
+                                               .fold = 2,
+                                               .rows = 256};
+  // Neighbouring harmonics tell the same things, so convolutions along them come first.
+  const std::string harmonics_network =
+      "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
+      "conv 96 3x1 stride 2x1 pad 1x0; batchnorm; relu; fc 256; batchnorm; relu; fc 7";
+  static const std::vector<Preset> all{
+      {.name = "best",
+       .description = "the spectrum of the cycles' mean and difference, harmonic by harmonic up to 4.2 Hz",
+       .architecture = harmonics_network,
+       .image = harmonics_image,
+       .epochs = 48,
+       .batch = 64,
+       .learning_rate = 0.05,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "cosine",
+       .warmup_epochs = 1},
+      {.name = "short",
+       .description = "the same for the short protocol, three cycles of 20 s, up to 6.4 Hz",
+       .architecture = harmonics_network,
+       .image = {.window = 2000,
+                 .half_spectrum = true,
+                 .channels = folded_channels,
+                 .standardize_rows = true,
+                 .first_sample = 197,
+                 .fold = 3,
+                 .rows = 128},
+       .epochs = 24,
+       .batch = 64,
+       .learning_rate = 0.05,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "cosine",
+       .warmup_epochs = 1},
+      {.name = "firmware",
+       .description = "the image of best, a network of 52 KB for decid export c",
+       .architecture =
+           "conv 24 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
+           "conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
+           "conv 22 5x1 stride 2x1 pad 2x0; batchnorm; relu; fc 7",
+       .image = harmonics_image,
+       .epochs = 160,
+       .batch = 64,
+       .learning_rate = 0.05,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "cosine",
+       .warmup_epochs = 1},
+      {.name = "paper",
+       .description = "the paper's setting: 64 filters first, raw modulus and phase, 110 x 110",
+       .architecture =
+           "conv 64 3x3 pad 1x1; batchnorm; relu; maxpool 2x2; conv 64 3x3 pad 1x1; batchnorm; relu; "
+           "maxpool 2x2; conv 128 3x3 pad 1x1; batchnorm; relu; maxpool 2x2; conv 128 3x3 pad 1x1; batchnorm; "
+           "relu; globalavgpool; fc 7",
+       .image = {},
+       .epochs = 100,
+       .batch = 64,
+       .learning_rate = 0.01,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "step:30:0.3",
+       .warmup_epochs = 0},
+      {.name = "small",
+       .description = "trains in seconds, for trying things out",
+       .architecture =
+           "conv 8 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 16 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+           "conv 32 3x3 stride 2x2 pad 1x1; batchnorm; relu; globalavgpool; fc 7",
+       .image = {.window = 110,
+                 .half_spectrum = true,
+                 .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
+                 .standardize_rows = true},
+       .epochs = 10,
+       .batch = 32,
+       .learning_rate = 0.02,
+       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+       .schedule = "cosine",
+       .warmup_epochs = 0},
+  };
+  return all;
+}
+
+dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol) {
+  dataset::ImageSettings image = preset.image;
+  if (image.fold == 1) return image;
+  // Presets that fold are made for 100 Hz.
+  const double highest_hz = 100.0 * image.rows / image.window, rate_hz = protocol.sample_rate_hz;
+  const double cycle = protocol.cycle_s() * rate_hz, lead_in = protocol.lead_in_s() * rate_hz;
+  const auto whole = [](double samples) { return std::abs(samples - std::round(samples)) < 1e-6; };
+  const auto transformed = [](int samples) { return sim::largest_prime_factor(samples) <= sim::largest_fft_prime; };
+  const bool folds = whole(cycle) && whole(lead_in) && cycle <= dataset::largest_window &&
+                     protocol.cycles() <= dataset::largest_fold && transformed(static_cast<int>(std::lround(cycle)));
+  const double window = folds ? cycle : cycle * protocol.cycles();
+  const int fold = folds ? protocol.cycles() : 1, first_sample = static_cast<int>(std::ceil(lead_in - 1e-6));
+  int window_samples = std::min({static_cast<int>(std::floor(window + 1e-6)), dataset::largest_window,
+                                 (protocol.samples() - first_sample) / fold});
+  while (!transformed(window_samples)) --window_samples;
+  if (window_samples == image.window && fold == image.fold && first_sample == image.first_sample) return image;
+  image.window = window_samples;
+  image.fold = fold;
+  image.first_sample = first_sample;
+  image.rows = std::clamp(static_cast<int>(std::lround(highest_hz * window_samples / rate_hz)), 64, 1024);
+  image.rows = std::min(image.rows, window_samples / 2 + 1);
+  return image;
+}
+
+const Preset& preset_named(const std::string& name) {
+  std::string names;
+  for (const Preset& preset : presets()) {
+    if (preset.name == name) return preset;
+    names += (names.empty() ? "" : ", ") + preset.name;
+  }
+  throw Error("--preset", "'" + name + "' is not there", "choose one of " + names);
+}
+
+}  // namespace decid

@@ -1,0 +1,125 @@
+// The training loop: see training.hpp.
+#include "identify/training/training.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "dataset/feed.hpp"
+#include "nn/loss.hpp"
+#include "nn/schedule.hpp"
+#include "nn/trainer.hpp"
+
+namespace decid {
+namespace {
+
+constexpr auto outputs = sim::parameter_count;
+
+double validate(const dataset::TrialSource& source, const Model& model) {
+  std::vector<sim::Parameters> truth(static_cast<std::size_t>(source.validation_trials()));
+  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+    source.validation(indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway) {
+      truth[static_cast<std::size_t>(indices[place])] = parameters;
+      take(place, sway);
+    });
+  };
+  const std::vector<float> predicted = predict(model, source.validation_trials(), source.trials_at_once(), sways);
+  return evaluate(model, predicted, truth).mse();
+}
+
+}  // namespace
+
+double Evaluation::mse() const {
+  return std::accumulate(mse_per_parameter.begin(), mse_per_parameter.end(), 0.0) / static_cast<double>(outputs);
+}
+
+Evaluation evaluate(const Model& model, const std::vector<float>& predicted,
+                    const std::vector<sim::Parameters>& truth) {
+  Evaluation result;
+  result.trials = static_cast<int>(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const auto target = model.targets.scale(truth[i]);
+    for (std::size_t p = 0; p < outputs; ++p) {
+      const double error = static_cast<double>(predicted[i * outputs + p]) - static_cast<double>(target[p]);
+      result.mse_per_parameter[p] += error * error;
+    }
+  }
+  for (double& mse : result.mse_per_parameter) mse /= static_cast<double>(truth.size());
+  return result;
+}
+
+std::string log_csv(const std::vector<EpochLog>& log) {
+  std::string text = "epoch,training_mse,validation_mse,training_matlab_loss,validation_matlab_loss,learning_rate\n";
+  for (const EpochLog& e : log)
+    text += format("%d,%.9g,%.9g,%.9g,%.9g,%.9g\n", e.epoch, e.training_mse, e.validation_mse,
+                   0.5 * outputs * e.training_mse, 0.5 * outputs * e.validation_mse, e.learning_rate);
+  return text;
+}
+
+int best_epoch(const std::vector<EpochLog>& log) {
+  const auto best = std::ranges::min_element(log, {}, &EpochLog::validation_mse);
+  return best == log.end() ? 0 : best->epoch;
+}
+
+TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings) {
+  TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture), {}};
+  const int all = source.training_trials();
+  dataset::Scaling scaling = dataset::measure_scaling(source, state.model.images(),
+                                                      settings.scaling_trials > 0 ? settings.scaling_trials : all);
+  state.model.rows = std::move(scaling.rows);
+  state.model.targets = scaling.targets;
+  state.model.network.initialise(settings.seed);
+  return state;
+}
+
+bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
+                  const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
+  const Preset& preset = settings.preset;
+  const int trials = source.training_trials();
+  const long long steps = (trials + preset.batch - 1) / preset.batch;
+  const nn::Schedule schedule(preset.schedule, preset.learning_rate, steps * preset.epochs, steps,
+                              steps * preset.warmup_epochs);
+  Model& model = state.model;
+  nn::Trainer<float> trainer(model.network, std::min(preset.batch, trials));
+  if (!state.velocities.empty()) trainer.set_velocities(state.velocities);
+  const auto values = static_cast<std::size_t>(model.network.input_shape().size());
+  const int done = static_cast<int>(state.log.size());
+  dataset::Feed feed(source, model.encoding(), model.targets, preset.batch, settings.seed, done, preset.epochs);
+
+  const auto patient = [&] {
+    return settings.patience == 0 || static_cast<int>(state.log.size()) - best_epoch(state.log) < settings.patience;
+  };
+  for (int epoch = done; epoch < preset.epochs && patient(); ++epoch) {
+    EpochLog log;
+    log.epoch = epoch + 1;
+    double squares_sum = 0.0;
+    for (int first = 0; first < trials; first += preset.batch) {
+      const dataset::Feed::Batch batch = feed.next();
+      trainer.set_batch(batch.trials);
+      parallel_for(batch.trials, [&](int i) {
+        trainer.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));
+      });
+      trainer.forward();
+      std::array<double, outputs> squares{};
+      nn::mean_squared_error(trainer.output(), batch.targets, squares, trainer.output_diff());
+      trainer.backward();
+      log.learning_rate = schedule.rate(epoch * steps + first / preset.batch);
+      trainer.step(log.learning_rate, preset.sgd);
+      squares_sum += std::accumulate(squares.begin(), squares.end(), 0.0);
+      if (!std::isfinite(squares_sum))
+        throw Error("training", format("diverged in epoch %d: the loss is not finite", epoch + 1), "lower --lr");
+      if (!after_batch(first + batch.trials, trials)) return false;
+    }
+    log.training_mse = squares_sum / (static_cast<double>(trials) * static_cast<double>(outputs));
+    log.validation_mse = validate(source, model);
+    state.log.push_back(log);
+    state.velocities = trainer.velocities();
+    after_epoch();
+  }
+  return true;
+}
+
+}  // namespace decid

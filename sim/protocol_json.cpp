@@ -1,0 +1,119 @@
+// Protocols to JSON and back. Doubles are printed with as many digits as bring back their bits.
+// Source of the keys: the doc in protocol_json.hpp.
+#include "sim/protocol_json.hpp"
+
+#include "base/error.hpp"
+#include "base/json_object.hpp"
+#include "sim/segments.hpp"
+#include "sim/stimulus_json.hpp"
+
+namespace decid::sim {
+
+namespace {
+
+Json sensor_noise_json(const SensorNoise& noise) {
+  if (noise.low_deg == noise.high_deg) return noise.low_deg;
+  return {noise.low_deg, noise.high_deg};
+}
+
+void read_body(const Json& json, const std::string& where, Body& body) {
+  JsonObject object(json, where, "body");
+  if (const Json* part = object.find("subject")) {
+    for (const char* key : {"mass_kg", "com_height_m", "inertia_kgm2"}) {
+      if (!object.find(key)) continue;
+      throw Error(where, std::string("'body.") + key + "' stands beside 'body.subject', which decides it",
+                  "keep one of them; body.mass_kg is the mass above the ankles");
+    }
+    Subject subject;
+    JsonObject subject_object(*part, where, "body.subject");
+    subject_object.require("mass_kg");
+    subject_object.require("height_m");
+    subject_object.read("mass_kg", subject.mass_kg);
+    subject_object.read("height_m", subject.height_m);
+    subject_object.finish();
+    try {
+      body = body_of(segments_of(subject));
+    } catch (const Error& error) {
+      throw Error(where, "body." + error.where() + ": " + error.problem(), error.remedy());
+    }
+  }
+  object.read("mass_kg", body.mass_kg);
+  object.read("com_height_m", body.com_height_m);
+  object.read("inertia_kgm2", body.inertia_kgm2);
+  object.finish();
+}
+
+void read_vestibular_noise(const Json& json, const std::string& where, VestibularNoise& noise) {
+  JsonObject object(json, where, "vestibular_noise");
+  object.read("scale_deg", noise.scale_deg);
+  object.read("low_hz", noise.low_hz);
+  object.read("high_hz", noise.high_hz);
+  object.read("exponent", noise.exponent);
+  object.finish();
+}
+
+void read_sensor_noise(const JsonObject& parent, const Json& json, SensorNoise& noise) {
+  if (json.is_number()) {
+    noise.low_deg = noise.high_deg = json.get<double>();
+  } else if (json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number()) {
+    noise = {json[0].get<double>(), json[1].get<double>()};
+  } else {
+    parent.wrong_type("sensor_noise_deg", "a number or [low, high]");
+  }
+}
+
+}  // namespace
+
+std::string to_json(const Protocol& protocol) {
+  const VestibularNoise& noise = protocol.vestibular_noise;
+  Json json{{"name", protocol.name}};
+  write_stimulus(protocol.stimulus, json);
+  json["sample_rate_hz"] = protocol.sample_rate_hz;
+  json["body"] = {{"mass_kg", protocol.body.mass_kg},
+                  {"com_height_m", protocol.body.com_height_m},
+                  {"inertia_kgm2", protocol.body.inertia_kgm2}};
+  json["vestibular_noise"] = {{"scale_deg", noise.scale_deg},
+                              {"low_hz", noise.low_hz},
+                              {"high_hz", noise.high_hz},
+                              {"exponent", noise.exponent}};
+  json["sensor_noise_deg"] = sensor_noise_json(protocol.sensor_noise);
+  return print_json(json);
+}
+
+namespace {
+
+Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
+  const std::string& where = source.where;
+  const Json json = parse_json(text, where);
+  Protocol protocol = default_protocol();
+  JsonObject object(json, where);
+  protocol.name = source.name;
+  object.read("name", protocol.name);
+  object.read("sample_rate_hz", protocol.sample_rate_hz);
+  read_stimulus(object, source, protocol.sample_rate_hz, protocol.stimulus);
+  if (const Json* part = object.find("body")) read_body(*part, where, protocol.body);
+  if (const Json* part = object.find("vestibular_noise"))
+    read_vestibular_noise(*part, where, protocol.vestibular_noise);
+  if (const Json* part = object.find("sensor_noise_deg")) read_sensor_noise(object, *part, protocol.sensor_noise);
+  object.finish();
+  try {
+    protocol.validate();
+    if (source.read_tilt) protocol.refuse_implausible();
+  } catch (const Error& error) {
+    // validate() knows the setting, not the file.
+    throw Error(where, error.where() + ": " + error.problem(), error.remedy());
+  }
+  return protocol;
+}
+
+}  // namespace
+
+Protocol protocol_from_json(const std::string& text, const std::string& where) {
+  return parse_protocol(text, {.where = where});
+}
+
+Protocol protocol_from_text(const std::string& text, const ProtocolText& source) {
+  return parse_protocol(text, source);
+}
+
+}  // namespace decid::sim

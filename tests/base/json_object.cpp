@@ -1,0 +1,92 @@
+// JSON as decid reads it: what is nested too deeply or said twice is refused, and errors stay short.
+#include "base/json_object.hpp"
+
+#include <functional>
+
+#include "dataset/image/image.hpp"
+#include "sim/protocol_json.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::dataset;
+using namespace decid::test;
+
+namespace {
+
+std::string nested(std::size_t levels) {
+  return std::string(levels, '[') + std::string(levels, ']');
+}
+
+std::string message_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+}  // namespace
+
+TEST_CASE("nesting is bounded, with its place") {
+  CHECK(parse_json(nested(32), "x.json").is_array());
+  check_error([] { parse_json(nested(33), "x.json"); }, {"x.json", "deeper than 32 levels at line 1, column 33"});
+  check_error([] { parse_json("{\n\"name\":\n  " + nested(100'000) + "}", "x.json"); }, {"line 3, column 34"});
+  // Objects count too, brackets in texts do not, and those that are closed are gone.
+  std::string objects = "1";
+  for (int i = 0; i < 33; ++i) objects = "{\"a\": " + objects + "}";
+  check_error([&] { parse_json(objects, "x.json"); }, {"deeper than 32"});
+  CHECK(parse_json("[\"" + std::string(100, '[') + "\\\"" + std::string(100, '{') + "\"]", "x.json").size() == 1);
+  std::string row = "[0";
+  for (int i = 0; i < 100; ++i) row += ",[{}]";
+  CHECK(parse_json(row + "]", "x.json").size() == 101);
+  // More brackets closed than opened are the parser's to refuse.
+  check_error([] { parse_json("]]]]", "x.json"); }, {"not valid JSON"});
+}
+
+TEST_CASE("whatever is read as JSON is bounded: protocols and image settings") {
+  const std::string text = "{\"name\": " + nested(100'000) + "}";
+  check_error([&] { sim::protocol_from_json(text, "p.json"); }, {"p.json", "deeper than 32"});
+  check_error([&] { image_settings_from_json(text, "m.safetensors"); }, {"m.safetensors", "deeper than 32"});
+}
+
+TEST_CASE("a key that stands twice is refused") {
+  check_error([] { parse_json(R"({"a": 1, "b": 2, "a": 1})", "x.json"); }, {"x.json", "'a' stands twice", "keep one"});
+  check_error([] { sim::protocol_from_json(R"({"sequence": {"cycles": 1, "cycles": 2}})", "p.json"); },
+              {"p.json", "'cycles' stands twice"});
+  // In different objects it may.
+  CHECK(parse_json(R"([{"a": {"a": 1}, "b": {"a": 1}}, {"a": 1}])", "x.json").size() == 2);
+  const std::string length = message_of([] {
+    const std::string key(100'000, 'k');
+    parse_json("{\"" + key + "\": 1, \"" + key + "\": 1}", "x.json");
+  });
+  CHECK(length.find("stands twice") != std::string::npos);
+  CHECK(length.size() < 200);
+}
+
+TEST_CASE("errors show the beginning of a value, and each known key once") {
+  const auto reading = [](const std::string& value) {
+    return message_of([&] {
+      const Json json = parse_json("{\"key\": " + value + "}", "x.json");
+      JsonObject object(json, "x.json");
+      double number = 0.0;
+      object.read("key", number);
+    });
+  };
+  CHECK(reading("[1, \"two\", {\"a\": null}]") == "x.json: 'key' is [1, \"two\", {\"a\": null}]; make it a number");
+  CHECK(reading("\"short\"").find("'key' is \"short\";") != std::string::npos);
+  std::string wide = "[0";
+  for (int i = 0; i < 100'000; ++i) wide += ",[" + std::to_string(i) + "]";
+  CHECK(reading(wide + "]").find("'key' is [0, [0], [1], [2], [3], [4], [5], [6]...;") != std::string::npos);
+  // 36 bytes and a cut through the middle of a character that takes two.
+  const std::string umlauts = reading("\"" + std::string(35, 'x') + "\xC3\xA4\xC3\xA4\xC3\xA4\xC3\xA4\"");
+  CHECK(umlauts.find("'key' is \"" + std::string(35, 'x') + "...;") != std::string::npos);
+  CHECK(reading(nested(31)).find("'key' is " + std::string(31, '[')) != std::string::npos);
+  CHECK(message_of([] { parse_json("{\"" + std::string(100'000, 'x'), "x.json"); }).size() < 300);
+
+  const std::string unknown = message_of([] {
+    sim::protocol_from_json(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1, "x": 1}]}})", "p");
+  });
+  CHECK(unknown.find("the keys here are frequency_hz, amplitude_deg, phase_deg") != std::string::npos);
+  CHECK(message_of([] { sim::protocol_from_json("{\"" + std::string(100'000, 'k') + "\": 1}", "p"); }).size() < 300);
+}

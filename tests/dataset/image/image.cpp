@@ -1,0 +1,374 @@
+// Images: every channel against a direct Fourier sum, the mirrored half, row statistics, settings as JSON.
+#include "dataset/image/image.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+
+#include "base/random.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::dataset;
+using namespace decid::test;
+
+namespace {
+
+const std::vector<Channel> all_channels{Channel::modulus,   Channel::log_modulus, Channel::phase,    Channel::cos_phase,
+                                        Channel::sin_phase, Channel::real,        Channel::imaginary};
+
+std::vector<float> noise(int samples, std::uint64_t item = 0) {
+  const Random random(5, Stream::sensor_noise, item);
+  std::vector<float> signal(static_cast<std::size_t>(samples));
+  for (std::size_t k = 0; k < signal.size(); ++k) signal[k] = static_cast<float>(0.01 * random.normal(k));
+  return signal;
+}
+
+std::vector<float> image_of(const ImageMaker& maker, std::span<const float> sway) {
+  std::vector<float> image(static_cast<std::size_t>(maker.shape().size()), -99.0f);
+  maker.make(sway, image);
+  return image;
+}
+
+std::complex<double> direct_bin(std::span<const float> window, int k) {
+  const auto n = static_cast<double>(window.size());
+  std::complex<double> sum = 0.0;
+  for (std::size_t i = 0; i < window.size(); ++i) {
+    sum += std::polar(static_cast<double>(window[i]), -2.0 * sim::pi * std::fmod(k * static_cast<double>(i), n) / n);
+  }
+  return sum;
+}
+
+/// Values of an image by channel, row and column.
+struct View {
+  const std::vector<float>& image;
+  ImageShape shape;
+  double operator()(std::size_t channel, int row, int column) const {
+    return image[(channel * static_cast<std::size_t>(shape.rows) + static_cast<std::size_t>(row)) *
+                     static_cast<std::size_t>(shape.columns) +
+                 static_cast<std::size_t>(column)];
+  }
+};
+
+void check_against_direct_sum(int window, bool half) {
+  const int columns = 3, samples = columns * window + 1;
+  const std::vector<float> sway = noise(samples);
+  const ImageMaker maker({window, half, all_channels, false}, samples);
+  const ImageShape shape = maker.shape();
+  CHECK(shape.channels == 7);
+  CHECK(shape.rows == (half ? window / 2 + 1 : window));
+  CHECK(shape.columns == columns);
+  const std::vector<float> image = image_of(maker, sway);
+  const View value{image, shape};
+  const double scale = 0.01 * std::sqrt(window), tolerance = 2e-7 * scale;  // float's rounding of values of that size
+  for (int column = 0; column < columns; ++column) {
+    const auto part =
+        std::span(sway).subspan(static_cast<std::size_t>(column * window), static_cast<std::size_t>(window));
+    for (int row = 0; row < shape.rows; ++row) {
+      std::complex<double> z = direct_bin(part, row);
+      if (row == 0 || 2 * row == window) z = z.real();
+      CAPTURE(window);
+      CAPTURE(row);
+      CAPTURE(column);
+      REQUIRE(std::abs(z) > 1e-3 * scale);  // so that the phase is well defined
+      CHECK(std::abs(value(0, row, column) - std::abs(z)) < 4 * tolerance);
+      CHECK(value(1, row, column) == doctest::Approx(std::log(std::abs(z))).epsilon(1e-6));
+      CHECK(std::abs(std::polar(1.0, value(2, row, column)) - z / std::abs(z)) < 1e-6);
+      CHECK(value(2, row, column) > -sim::pi);
+      CHECK(value(2, row, column) <= static_cast<double>(static_cast<float>(sim::pi)));
+      CHECK(std::abs(value(3, row, column) - z.real() / std::abs(z)) < 1e-6);
+      CHECK(std::abs(value(4, row, column) - z.imag() / std::abs(z)) < 1e-6);
+      CHECK(std::abs(value(5, row, column) - z.real()) < 4 * tolerance);
+      CHECK(std::abs(value(6, row, column) - z.imag()) < 4 * tolerance);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every channel shows the bins of a direct Fourier sum") {
+  for (const int window : {2, 3, 10, 11, 55, 110, 128}) {
+    check_against_direct_sum(window, false);
+    check_against_direct_sum(window, true);
+  }
+}
+
+TEST_CASE("the paper's image is 2 x 110 x 110 and keeps the energy of its windows (Parseval)") {
+  const ImageMaker maker({}, 12100);
+  CHECK(maker.shape().channels == 2);
+  CHECK(maker.shape().rows == 110);
+  CHECK(maker.shape().columns == 110);
+  const std::vector<float> sway = noise(12100);
+  const std::vector<float> image = image_of(maker, sway);
+  double energy = 0.0, spectrum = 0.0;
+  for (const float value : sway) energy += static_cast<double>(value) * value;
+  for (std::size_t i = 0; i < image.size() / 2; ++i) spectrum += static_cast<double>(image[i]) * image[i];
+  CHECK(spectrum / 110.0 == doctest::Approx(energy).epsilon(1e-6));
+}
+
+TEST_CASE("the upper half mirrors the lower") {
+  for (const int window : {8, 9}) {
+    const int samples = 4 * window;
+    const ImageMaker maker({window, false, all_channels, false}, samples);
+    const std::vector<float> image = image_of(maker, noise(samples));
+    const View value{image, maker.shape()};
+    for (int column = 0; column < 4; ++column) {
+      for (int k = 1; k < window; ++k) {
+        for (const std::size_t even : {0u, 1u, 3u, 5u})
+          CHECK(value(even, k, column) == value(even, window - k, column));
+        if (2 * k == window) continue;  // real: its own conjugate
+        for (const std::size_t odd : {2u, 4u, 6u}) CHECK(value(odd, k, column) == -value(odd, window - k, column));
+      }
+    }
+  }
+}
+
+TEST_CASE("half a spectrum is the upper rows of the whole") {
+  const std::vector<float> sway = noise(330);
+  const ImageMaker whole({110, false, all_channels, false}, 330), half({110, true, all_channels, false}, 330);
+  const std::vector<float> a = image_of(whole, sway), b = image_of(half, sway);
+  const View all{a, whole.shape()}, upper{b, half.shape()};
+  for (std::size_t channel = 0; channel < all_channels.size(); ++channel) {
+    for (int row = 0; row <= 55; ++row) {
+      for (int column = 0; column < 3; ++column) CHECK(all(channel, row, column) == upper(channel, row, column));
+    }
+  }
+}
+
+TEST_CASE("fewer rows are the lowest of all; a window may be a whole cycle") {
+  const std::vector<float> sway = noise(12'100);
+  ImageSettings settings{.window = 6050, .half_spectrum = true, .channels = all_channels, .fold = 2};
+  const ImageMaker whole(settings, 12'100);
+  settings.rows = 256;
+  const ImageMaker lowest(settings, 12'100);
+  CHECK(whole.shape().rows == 3026);
+  CHECK(lowest.shape().rows == 256);
+  CHECK(lowest.shape().columns == 1);
+  const std::vector<float> all = image_of(whole, sway), some = image_of(lowest, sway);
+  for (std::size_t channel = 0; channel < all_channels.size(); ++channel) {
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(channel * 3026);
+    CHECK(std::equal(first, first + 256, some.begin() + static_cast<std::ptrdiff_t>(channel * 256)));
+  }
+}
+
+TEST_CASE("silence: modulus 0, its logarithm at the floor, phase 0") {
+  const ImageMaker maker({10, false, all_channels, false}, 10);
+  const std::vector<float> image = image_of(maker, std::vector<float>(10, 0.0f));
+  const View value{image, maker.shape()};
+  for (int row = 0; row < 10; ++row) {
+    CHECK(value(0, row, 0) == 0.0);
+    CHECK(value(1, row, 0) == doctest::Approx(std::log(1e-6)));
+    CHECK(value(2, row, 0) == 0.0);
+    CHECK(value(3, row, 0) == 1.0);
+    CHECK(value(4, row, 0) == 0.0);
+  }
+}
+
+TEST_CASE("the phase of negative real bins is +pi, in both halves") {
+  std::vector<float> impulse(8, 0.0f);
+  impulse[0] = -1.0f;  // every bin is -1
+  const ImageMaker maker({8, false, {Channel::phase}, false}, 8);
+  for (const float phase : image_of(maker, impulse)) CHECK(phase == static_cast<float>(sim::pi));
+}
+
+TEST_CASE("samples that fill no window are left out") {
+  const std::vector<float> sway = noise(25);
+  const ImageMaker longer({10, false, {Channel::real}, false}, 25), exact({10, false, {Channel::real}, false}, 20);
+  CHECK(longer.shape().columns == 2);
+  CHECK(image_of(longer, sway) == image_of(exact, std::span(sway).first(20)));
+}
+
+TEST_CASE("image sizes and settings out of bounds are refused") {
+  check_error([] { ImageMaker({}, 109); }, {"window of 110", "trial of 109"});
+  check_error([] { ImageSettings{.window = 1}.validate(); }, {"window of 1 ", "2 to 131072"});
+  check_error([] { ImageSettings{.window = 131073}.validate(); }, {"window of 131073 ", "2 to 131072"});
+  check_error([] { ImageSettings{.rows = 5}.validate(); }, {"5 rows", "half_spectrum"});
+  check_error([] { ImageSettings{.half_spectrum = true, .rows = 57}.validate(); }, {"57 rows", "window / 2 + 1"});
+  check_error([] { ImageSettings{.half_spectrum = true, .rows = -1}.validate(); }, {"-1 rows"});
+  check_error([] { ImageMaker({.window = 0}, 100); }, {"window of 0 "});
+  check_error([] { ImageSettings{.channels = {}}.validate(); }, {"0 channels"});
+  check_error([] { ImageSettings{.channels = std::vector<Channel>(17)}.validate(); }, {"17 channels"});
+  const ImageMaker maker({.window = 10}, 20);
+  std::vector<float> sway(20), image(40);
+  check_error([&] { maker.make(std::span(sway).first(19), image); }, {"a trial of 19 samples", "images of 20"});
+  check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"room for 39 values for 1 images of 40"});
+  const std::array<std::span<const float>, 2> two{std::span<const float>(sway), std::span<const float>(sway).first(18)};
+  std::vector<float> images(80);
+  check_error([&] { maker.make_all(two, images); }, {"a trial of 18 samples", "images of 20"});
+  check_error([&] { maker.make_all(std::span(two).first(1), images); }, {"room for 80 values for 1 images of 40"});
+}
+
+TEST_CASE("channels have names") {
+  for (const Channel channel : all_channels) CHECK(channel_from_name(name(channel)) == channel);
+  check_error([] { channel_from_name("Modulus"); }, {"'Modulus'", "log_modulus"});
+}
+
+TEST_CASE("image settings come back from JSON") {
+  for (const ImageSettings& settings : {ImageSettings{}, ImageSettings{64, true, all_channels, true},
+                                        ImageSettings{2, false, {Channel::real}, false}}) {
+    CHECK(image_settings_from_json(to_json(settings), "settings") == settings);
+  }
+  CHECK(image_settings_from_json("{}", "settings") == ImageSettings{});
+  const auto parsing = [](const char* text) { return [text] { image_settings_from_json(text, "m.json"); }; };
+  check_error(parsing("{\"window\": }"), {"m.json", "line 1, column 12"});
+  check_error(parsing(R"({"windows": 110})"), {"m.json", "unknown key 'windows'", "window, half_spectrum"});
+  check_error(parsing(R"({"window": "110"})"), {"m.json", "'window'", "a whole number"});
+  check_error(parsing(R"({"window": 1})"), {"m.json", "window of 1 "});
+  check_error(parsing(R"({"half_spectrum": 1})"), {"m.json", "'half_spectrum' is 1", "true or false"});
+  check_error(parsing(R"({"channels": "phase"})"), {"m.json", "'channels'", "a list of texts"});
+  check_error(parsing(R"({"channels": []})"), {"m.json", "0 channels"});
+  check_error(parsing(R"({"channels": ["phase", "colour"]})"), {"m.json", "'colour'"});
+  check_error(parsing(R"({"standardize_rows": null})"), {"m.json", "'standardize_rows' is null"});
+}
+
+TEST_CASE("row statistics are those of two passes over all images") {
+  const int samples = 200;
+  const ImageMaker maker({10, true, {Channel::log_modulus, Channel::phase, Channel::imaginary}, true}, samples);
+  const ImageShape shape = maker.shape();
+  RowStatistics statistics(shape);
+  std::vector<std::vector<float>> images;
+  for (std::uint64_t item = 0; item < 7; ++item) {
+    images.push_back(image_of(maker, noise(samples, item)));
+    statistics.add(images.back());
+  }
+  const RowScaling scaling = statistics.finish();
+  const auto rows = static_cast<std::size_t>(shape.channels * shape.rows);
+  const auto columns = static_cast<std::size_t>(shape.columns);
+  REQUIRE(scaling.mean.size() == rows);
+  const double count = 7.0 * shape.columns;
+  for (std::size_t row = 0; row < rows; ++row) {
+    double mean = 0.0, squares = 0.0;
+    for (const auto& image : images) {
+      for (std::size_t k = 0; k < columns; ++k) mean += image[row * columns + k] / count;
+    }
+    for (const auto& image : images) {
+      for (std::size_t k = 0; k < columns; ++k) squares += std::pow(image[row * columns + k] - mean, 2) / count;
+    }
+    CHECK(scaling.mean[row] == doctest::Approx(mean).epsilon(1e-6));
+    if (squares == 0.0) {
+      CHECK(scaling.deviation[row] == 1.0f);  // the imaginary part of bin 0
+    } else {
+      CHECK(scaling.deviation[row] == doctest::Approx(std::sqrt(squares)).epsilon(1e-6));
+    }
+  }
+  std::vector<float> scaled = images[3];
+  scaling.apply(scaled, shape.columns);
+  for (std::size_t i = 0; i < scaled.size(); ++i) {
+    const std::size_t row = i / columns;
+    CHECK(scaled[i] == (images[3][i] - scaling.mean[row]) / scaling.deviation[row]);
+  }
+}
+
+TEST_CASE("a constant row has deviation 1 even where its mean is rounded") {
+  RowStatistics statistics({1, 1, 7});
+  const std::vector<float> image(7, 0.1f);
+  for (int i = 0; i < 10; ++i) statistics.add(image);
+  CHECK(statistics.finish().mean[0] == 0.1f);
+  CHECK(statistics.finish().deviation[0] == 1.0f);
+}
+
+TEST_CASE("row statistics refuse images of another shape") {
+  RowStatistics statistics({1, 2, 3});
+  check_error([&] { statistics.finish(); }, {"no images"});
+  const std::vector<float> five(5), six{1, 2, 3, 4, 5, 6};
+  check_error([&] { statistics.add(five); }, {"5 values", "6 are expected"});
+  statistics.add(six);
+  std::vector<float> copy = five;
+  check_error([&] { statistics.finish().apply(copy, 3); }, {"an image of 5 values"});
+}
+
+TEST_CASE("folded cycles: the mean, and how the cycles differ from it") {
+  const int window = 10, columns = 4, lead = 7;
+  const std::vector<Channel> channels{Channel::real,       Channel::imaginary,       Channel::log_residual,
+                                      Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus};
+  for (const int fold : {1, 2, 3}) {
+    CAPTURE(fold);
+    const int samples = lead + fold * columns * window + 5;
+    const std::vector<float> sway = noise(samples, 3);
+    const ImageMaker maker({window, false, channels, false, lead, fold}, samples);
+    CHECK(maker.shape().columns == columns);
+    const std::vector<float> image = image_of(maker, sway);
+    const View value{image, maker.shape()};
+    for (int column = 0; column < columns; ++column)
+      for (int row = 0; row < window; ++row) {
+        std::vector<std::complex<double>> bins;
+        std::complex<double> mean = 0;
+        for (int cycle = 0; cycle < fold; ++cycle) {
+          const int first = lead + (cycle * columns + column) * window;
+          bins.push_back(direct_bin(std::span(sway).subspan(static_cast<std::size_t>(first), window), row));
+          mean += bins.back() / static_cast<double>(fold);
+        }
+        double squares = 0;
+        for (const auto& bin : bins) squares += std::norm(bin - mean) / fold;
+        CHECK(std::abs(value(0, row, column) - mean.real()) < 1e-8);
+        CHECK(std::abs(value(1, row, column) - mean.imag()) < 1e-8);
+        if (fold > 1)
+          CHECK(value(2, row, column) == doctest::Approx(0.5 * std::log(squares)).epsilon(1e-5));
+        else
+          CHECK(value(2, row, column) == static_cast<double>(static_cast<float>(std::log(modulus_floor_rad))));
+        CHECK(value(3, row, column) == doctest::Approx(std::asinh(mean.real() / asinh_knee_rad)).epsilon(1e-5));
+        CHECK(std::abs(value(4, row, column) - std::asinh(mean.imag() / asinh_knee_rad)) < 2e-5);
+        CHECK(value(5, row, column) == doctest::Approx(std::log(std::abs(mean))).epsilon(1e-5));
+      }
+  }
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 95, 1}, 100), doctest::Contains("not one window"),
+                       Error);
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 0, 11}, 100), doctest::Contains("fold of 11"),
+                       Error);
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, -1, 1}, 100), doctest::Contains("first_sample"),
+                       Error);
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 0, 0}, 100), doctest::Contains("fold"), Error);
+}
+
+TEST_CASE("every instruction set draws the same bits") {
+  std::vector<Channel> channels = all_channels;
+  channels.insert(channels.end(), {Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual});
+  // The paper's windows, a fold, an odd window, a last block of columns that is not full, values over 60 decades.
+  std::vector<float> sway = noise(12'100);
+  for (std::size_t k = 0; k < sway.size(); k += 3) sway[k] *= std::pow(10.0F, static_cast<float>(k % 60) - 30.0F);
+  for (std::size_t k = 500; k < 900; ++k) sway[k] = 0.0F;
+  for (const auto& [window, fold, half] : {std::tuple{110, 1, false}, {110, 2, true}, {57, 3, false}, {64, 1, true}}) {
+    const ImageMaker maker({.window = window, .half_spectrum = half, .channels = channels, .fold = fold}, 12'100);
+    std::vector<float> plain(static_cast<std::size_t>(maker.shape().size()), -99.0F);
+    maker.make(sway, plain, Isa::reference);
+    for (const Isa isa : available_isas()) {
+      CAPTURE(name(isa));
+      std::vector<float> image(plain.size(), 99.0F);
+      maker.make(sway, image, isa);
+      CHECK(image == plain);
+    }
+  }
+}
+
+TEST_CASE("images of several trials are those of each alone, with every instruction set") {
+  constexpr int samples = 360;
+  std::vector<std::vector<float>> sways;
+  for (int i = 0; i < 19; ++i) sways.push_back(noise(samples, static_cast<std::uint64_t>(i)));
+  const std::vector<std::span<const float>> all(sways.begin(), sways.end());
+  // Windows of which a trial has 1, 2, 3 or 36: eight, four, two or one trial share the lanes.
+  for (const auto& [settings_of_it, together] : {std::pair{ImageSettings{.window = 180, .fold = 2}, 8},
+                                                 {{.window = 360}, 8},
+                                                 {{.window = 180}, 4},
+                                                 {{.window = 120}, 2},
+                                                 {{.window = 10}, 1}}) {
+    ImageSettings settings = settings_of_it;
+    CAPTURE(settings.window);
+    settings.half_spectrum = true;
+    settings.rows = 5;
+    settings.channels = {Channel::log_modulus, Channel::phase, Channel::log_residual};
+    const ImageMaker maker(settings, samples);
+    CHECK(maker.trials_together() == together);
+    const auto values = static_cast<std::size_t>(maker.shape().size());
+    std::vector<float> alone(all.size() * values);
+    for (std::size_t i = 0; i < all.size(); ++i) maker.make(all[i], std::span(alone).subspan(i * values, values));
+    for (const Isa isa : available_isas()) {
+      CAPTURE(name(isa));
+      for (const std::size_t count : {1U, 2U, 7U, 19U}) {
+        std::vector<float> images(count * values, -99.0F);
+        maker.make_all(std::span(all).first(count), images, isa);
+        CHECK(std::equal(images.begin(), images.end(), alone.begin()));
+      }
+    }
+  }
+}

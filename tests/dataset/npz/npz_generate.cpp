@@ -1,0 +1,368 @@
+// Data sets made straight into their file: the bytes of one made in memory, whatever interrupts the work and wherever
+// the unfinished file is cut or damaged; and what belongs to another request is left alone.
+#include <omp.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <map>
+
+#include "base/disk_file.hpp"
+#include "base/sha256.hpp"
+#include "dataset/npz/npz.hpp"
+#include "sim/protocol_json.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::dataset;
+using namespace decid::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* program = "decid test";
+
+/// Two chunks of base trials and one of children at least.
+DatasetRequest request() {
+  DatasetRequest wanted{tiny_protocol(), 1300, 1150, 3};
+  wanted.protocol.sensor_noise = {0.001, 0.1};
+  return wanted;
+}
+
+std::string hash_of(const fs::path& path) {
+  return sha256(read_text(path));
+}
+
+const std::string& expected_hash() {
+  static const std::string hash = [] {
+    const TemporaryFolder folder;
+    write_npz(folder / "a.npz", generate(request()));
+    return hash_of(folder / "a.npz");
+  }();
+  return hash;
+}
+
+std::size_t files_in(const TemporaryFolder& folder) {
+  const fs::directory_iterator files(folder.path());
+  return static_cast<std::size_t>(std::distance(begin(files), end(files)));
+}
+
+/// What a run leaves that is stopped after so many reports of progress.
+struct Stopped {
+  TemporaryFolder folder;
+  fs::path path = folder / "a.npz";
+  NpzPartial partial = npz_partial(path);
+  int trials = 0;
+
+  explicit Stopped(int reports) {
+    check_error(
+        [&] {
+          generate_npz(path, request(), program, [&](int done, int) {
+            trials = done;
+            return --reports > 0;
+          });
+        },
+        {"a.npz.partial", "stopped after", "of 1300 trials", "goes on"});
+    CHECK_FALSE(fs::exists(path));
+    CHECK(files_in(folder) == 2);
+  }
+};
+
+/// Goes on and checks the bytes; returns where it went on, 0 if from the start.
+int go_on(const fs::path& path) {
+  int resumed = 0, first = -1;
+  generate_npz(
+      path, request(), program,
+      [&](int done, int) {
+        if (first < 0) first = done;
+        return true;
+      },
+      [&](int trials) { resumed = trials; });
+  CHECK(hash_of(path) == expected_hash());
+  CHECK_FALSE(fs::exists(npz_partial(path).file));
+  CHECK_FALSE(fs::exists(npz_partial(path).journal));
+  return resumed;
+}
+
+}  // namespace
+
+TEST_CASE("a data set made into its file is the one made in memory, for any number of threads") {
+  const TemporaryFolder folder;
+  const int before = omp_get_max_threads();
+  DatasetReport in_memory;
+  generate(request(), &in_memory);
+  for (const int threads : {1, 2, 3}) {
+    CAPTURE(threads);
+    omp_set_num_threads(threads);
+    int last = 0;
+    const DatasetReport report = generate_npz(folder / "a.npz", request(), program, [&](int done, int total) {
+      CHECK(done >= last);
+      CHECK(total == 1300);
+      last = done;
+      return true;
+    });
+    CHECK(last == 1300);
+    CHECK(hash_of(folder / "a.npz") == expected_hash());
+    CHECK(report.base_attempts == in_memory.base_attempts);
+    CHECK(report.child_attempts == in_memory.child_attempts);
+    CHECK(report.parents == in_memory.parents);
+    CHECK(report.all.peak_to_peak.mean() == in_memory.all.peak_to_peak.mean());
+  }
+  omp_set_num_threads(before);
+  CHECK(files_in(folder) == 1);
+  CHECK(npz_bytes(1300, request().protocol) ==
+        doctest::Approx(static_cast<double>(fs::file_size(folder / "a.npz"))).epsilon(0.005));
+}
+
+TEST_CASE("a stopped data set goes on where it stopped, more than once, with the same report") {
+  const Stopped stopped(1);
+  CHECK(stopped.trials > 300);
+  // Stopped again, a chunk further: the first report is that of what is there.
+  int reports = 0;
+  int resumed = 0;
+  check_error(
+      [&] {
+        generate_npz(
+            stopped.path, request(), program, [&](int, int) { return ++reports < 2; },
+            [&](int trials) { resumed = trials; });
+      },
+      {"stopped after"});
+  CHECK(resumed == stopped.trials);
+  DatasetReport whole;
+  generate(request(), &whole);
+  const DatasetReport report = generate_npz(stopped.path, request(), program);
+  CHECK(hash_of(stopped.path) == expected_hash());
+  CHECK(report.base_attempts == whole.base_attempts);
+  CHECK(report.child_attempts == whole.child_attempts);
+  CHECK(report.parents == whole.parents);
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    CHECK(report.base.parameters[i].mean() == whole.base.parameters[i].mean());
+    CHECK(report.all.parameters[i].deviation() == whole.all.parameters[i].deviation());
+  }
+}
+
+TEST_CASE("an unfinished file that is cut off anywhere goes on from its last sound chunk") {
+  const Stopped stopped(3);
+  const std::string file = read_text(stopped.partial.file), journal = read_text(stopped.partial.journal);
+  const std::size_t trial = 400 * sizeof(float), start = 64 + 128;
+  REQUIRE(file.size() == start + static_cast<std::size_t>(stopped.trials) * trial);
+  std::map<int, int> seen;
+  const auto try_with = [&](const std::string& file_left, const std::string& journal_left) {
+    write_text(stopped.partial.file, file_left);
+    write_text(stopped.partial.journal, journal_left);
+    ++seen[go_on(stopped.path)];
+  };
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{40}, start - 1, start, start + trial / 2,
+                                 file.size() / 2, file.size() - trial, file.size() - 1, file.size()}) {
+    CAPTURE(size);
+    try_with(file.substr(0, size), journal);
+  }
+  const std::size_t entry = journal.find("etry"), last = journal.rfind("etry");
+  REQUIRE(entry != std::string::npos);
+  REQUIRE(last > entry);
+  for (const std::size_t size :
+       {entry, entry + 3, entry + 40, entry + 41, last - 1, last, last + 39, last + 40 + 72, journal.size() - 1}) {
+    CAPTURE(size);
+    try_with(file, journal.substr(0, size));
+  }
+  // Longer than it should be, as after a failure while the last arrays were written; and both at once.
+  try_with(file + std::string(5000, 'x'), journal + std::string(100, 'x'));
+  try_with(file.substr(0, file.size() / 2), journal.substr(0, last + 5));
+  // From the start, from each of the chunks, and from where it stopped.
+  CHECK(seen.size() == 4);
+  CHECK(seen.contains(0));
+  CHECK(seen.contains(stopped.trials));
+}
+
+TEST_CASE("damaged bytes of an unfinished file are made again") {
+  const Stopped stopped(3);
+  const std::string file = read_text(stopped.partial.file), journal = read_text(stopped.partial.journal);
+  const auto flipped = [](std::string text, std::size_t position) {
+    text[position] = static_cast<char>(text[position] ^ 0x10);
+    return text;
+  };
+  for (const std::size_t position :
+       {std::size_t{3}, std::size_t{15}, std::size_t{100}, std::size_t{64 + 128}, file.size() / 3, file.size() - 1}) {
+    CAPTURE(position);
+    write_text(stopped.partial.file, flipped(file, position));
+    write_text(stopped.partial.journal, journal);
+    const int resumed = go_on(stopped.path);
+    CHECK((resumed < stopped.trials) == (position >= 64 + 128));  // what stands before the sway is written anew
+  }
+  const std::size_t entry = journal.find("etry"), last = journal.rfind("etry");
+  for (const std::size_t position :
+       {entry, entry + 4, entry + 8, entry + 16, entry + 32, entry + 36, entry + 50, last + 2, journal.size() - 1}) {
+    CAPTURE(position);
+    write_text(stopped.partial.file, file);
+    write_text(stopped.partial.journal, flipped(journal, position));
+    CHECK(go_on(stopped.path) < stopped.trials);
+  }
+}
+
+TEST_CASE("an unfinished file of another request is refused and left as it is") {
+  const Stopped stopped(1);
+  const std::string file = read_text(stopped.partial.file), journal = read_text(stopped.partial.journal);
+  const auto refused = [&](DatasetRequest other, const char* name, std::initializer_list<const char*> parts) {
+    check_error([&] { generate_npz(stopped.path, other, name); }, parts);
+    CHECK(read_text(stopped.partial.file) == file);
+    CHECK(read_text(stopped.partial.journal) == journal);
+  };
+  DatasetRequest other = request();
+  other.seed = 4;
+  refused(other, program, {"a.npz.partial", "seed 3, not 4", "delete", "a.npz.partial.journal"});
+  other = request();
+  other.count = 1301;
+  refused(other, program, {"count 1300, not 1301"});
+  other.base = 0;
+  refused(other, program, {"base 1150, not 1301"});
+  other = request();
+  other.protocol.sensor_noise = {0.001, 0.2};
+  refused(other, program, {"another protocol", "give the options"});
+  refused(request(), "decid other", {"program \"decid test\", not \"decid other\""});
+  // Without the journal nobody knows what is in the file.
+  for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{30}}) {
+    write_text(stopped.partial.journal, journal.substr(0, size));
+    check_error([&] { generate_npz(stopped.path, request(), program); },
+                {"a.npz.partial", "journal is lost", "delete"});
+    CHECK(read_text(stopped.partial.file) == file);
+  }
+  // A journal alone holds nothing of worth.
+  write_text(stopped.partial.journal, journal);
+  fs::remove(stopped.partial.file);
+  other = request();
+  other.seed = 5;
+  generate_npz(stopped.path, other, program);
+  CHECK(files_in(stopped.folder) == 1);
+}
+
+TEST_CASE("base 0 and base = count are the same request") {
+  const TemporaryFolder folder;
+  DatasetRequest wanted{tiny_protocol(), 1100, 0, 3};
+  check_error([&] { generate_npz(folder / "a.npz", wanted, program, [](int, int) { return false; }); }, {"stopped"});
+  wanted.base = 1100;
+  int resumed = 0;
+  generate_npz(folder / "a.npz", wanted, program, {}, [&](int trials) { resumed = trials; });
+  CHECK(resumed > 0);
+}
+
+TEST_CASE("a full disk stops the work, and what is done is kept") {
+  const Stopped reference(3);
+  const TemporaryFolder folder;
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit tight = before;
+  int resumed = -1, last = 0;
+  for (const rlim_t limit : {rlim_t{50}, rlim_t{100'000}, rlim_t{1'700'000}, rlim_t{2'080'200}}) {
+    CAPTURE(limit);
+    tight.rlim_cur = limit;  // a limit on the size of files stands for a full disk
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &tight) == 0);
+    std::string message;
+    resumed = 0;
+    try {
+      generate_npz(folder / "a.npz", request(), program, {}, [&](int trials) { resumed = trials; });
+    } catch (const Error& error) {
+      message = error.what();
+    }
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
+    CHECK(message.find("a.npz.partial") != std::string::npos);
+    CHECK(message.find("cannot be written: ") != std::string::npos);
+    CHECK(message.find("same command again") != std::string::npos);
+    CHECK(fs::exists(folder / "a.npz.partial"));
+    CHECK_FALSE(fs::exists(folder / "a.npz"));
+    CHECK(resumed >= last);
+    last = resumed;
+  }
+  std::signal(SIGXFSZ, handler);
+  CHECK(go_on(folder / "a.npz") > 0);
+}
+
+TEST_CASE("one process at a time") {
+  const Stopped stopped(1);
+  {
+    DiskFile other(stopped.partial.file, DiskFile::Access::write);
+    REQUIRE(other.try_lock());
+    check_error([&] { generate_npz(stopped.path, request(), program); }, {"a.npz.partial", "another decid"});
+  }
+  CHECK(go_on(stopped.path) == stopped.trials);
+}
+
+TEST_CASE("outputs that cannot be, and requests that cannot be met, leave nothing behind") {
+  const TemporaryFolder folder;
+  const DatasetRequest wanted{tiny_protocol(), 10, 5, 3};
+  check_error([&] { generate_npz(folder / "no" / "a.npz", wanted, program); }, {"folder does not exist"});
+  check_error([&] { generate_npz(folder.path(), wanted, program); }, {"is a folder"});
+  check_error([&] { generate_npz("/dev/null", wanted, program); }, {"/dev/null", "not a regular file"});
+  DatasetRequest quiet = wanted;
+  quiet.protocol.sequence().amplitude_deg = 0.01;
+  quiet.protocol.vestibular_noise.scale_deg = 0.0;
+  check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, {"none of the 5 base trials"});
+  DatasetRequest none = wanted;
+  none.count = 0;
+  check_error([&] { generate_npz(folder / "a.npz", none, program); }, {"at least 1"});
+  CHECK(files_in(folder) == 0);
+}
+
+TEST_CASE("the output replaces an older file, with its permissions and through a link") {
+  const TemporaryFolder folder;
+  write_text(folder / "b.npz", "old");
+  fs::permissions(folder / "b.npz", fs::perms::owner_read | fs::perms::owner_write);
+  fs::create_symlink("b.npz", folder / "a.npz");
+  CHECK(npz_partial(folder / "a.npz").file.filename() == "b.npz.partial");
+  generate_npz(folder / "a.npz", request(), program);
+  CHECK(fs::is_symlink(folder / "a.npz"));
+  CHECK(hash_of(folder / "b.npz") == expected_hash());
+  CHECK(fs::status(folder / "b.npz").permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+}
+
+TEST_CASE("a stored data set reads its sway from the file") {
+  const TemporaryFolder folder;
+  const Dataset data = generate({tiny_protocol(), 40, 30, 3});
+  write_npz(folder / "a.npz", data);
+  const StoredDataset stored(folder / "a.npz"), in_memory(data);
+  CHECK_FALSE(stored.in_memory());
+  CHECK(in_memory.in_memory());
+  CHECK(stored.about().sway.empty());
+  CHECK(stored.about().parameters == data.parameters);
+  CHECK(stored.about().group == data.group);
+  CHECK(stored.about().split == data.split);
+  CHECK(stored.about().samples == 400);
+  CHECK(to_json(stored.about().protocol) == to_json(data.protocol));
+  std::vector<float> a(400), b(400);
+  for (const int i : {0, 17, 39}) {
+    stored.read(i, a);
+    in_memory.read(i, b);
+    CHECK(std::equal(a.begin(), a.end(), data.trial(i).begin()));
+    CHECK(a == b);
+  }
+  for (const StoredDataset* data_set : {&stored, &in_memory}) {
+    for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, {"no trial", "0 to 39"});
+    std::vector<float> wrong(399);
+    check_error([&] { data_set->read(0, wrong); }, {"holds 399 samples", "room for 400"});
+    wrong.resize(401);
+    check_error([&] { data_set->read(0, wrong); }, {"holds 401 samples", "room for 400"});
+  }
+  // The members in another order: into memory.
+  const std::string script =
+      "import sys, numpy as np\nd = dict(np.load(sys.argv[1]))\n"
+      "np.savez(sys.argv[2], group=d['group'], **{k: d[k] for k in d if k != 'group'})\n";
+  write_text(folder / "save.py", script);
+  if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") == 0) {
+    const std::string command = "/usr/bin/python3 " + (folder / "save.py").string() + " " +
+                                (folder / "a.npz").string() + " " + (folder / "b.npz").string();
+    REQUIRE(std::system(command.c_str()) == 0);
+    const StoredDataset other(folder / "b.npz");
+    CHECK(other.in_memory());
+    CHECK(other.about().sway == data.sway);
+  }
+  // Damage: a bit that only the checksum shows, a value that is none, and an end that is cut off while it is in use.
+  std::string content = read_text(folder / "a.npz");
+  content[1000] = static_cast<char>(content[1000] ^ 1);
+  write_text(folder / "c.npz", content);
+  check_error([&] { StoredDataset(folder / "c.npz"); }, {"c.npz: sway", "damaged", "CRC"});
+  content.replace(1000, 4, std::string("\x00\x00\xc0\x7f", 4));
+  write_text(folder / "c.npz", content);
+  check_error([&] { StoredDataset(folder / "c.npz"); }, {"sway of trial 0", "not finite"});
+  fs::resize_file(folder / "a.npz", 3000);
+  check_error([&] { stored.read(39, a); }, {"a.npz", "shorter than it was"});
+}

@@ -1,0 +1,117 @@
+// Uneven times, lost samples and gaps: what is put right, what is told, and what is refused.
+#include "dataset/recording/clock.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "base/random.hpp"
+#include "dataset/recording/recording.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::dataset;
+using namespace decid::test;
+
+namespace {
+
+/// A sine of 1 degree, 1 Hz, at the times given.
+std::string sine_at(const std::vector<double>& times, const char* format = "%.9f,%.9f\n") {
+  std::string text = "time,sway_deg\n";
+  char line[64];
+  for (const double t : times) {
+    std::snprintf(line, sizeof line, format, t, std::sin(2.0 * sim::pi * t));
+    text += line;
+  }
+  return text;
+}
+
+Recording read(const std::string& text, const RecordingOptions& options = {}) {
+  const TemporaryFolder folder;
+  return read_recording(write_text(folder / "r.csv", text), options);
+}
+
+/// Largest difference from that sine, in degrees.
+double deviation(const Recording& recording) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < recording.sway_rad.size(); ++k) {
+    const double exact = std::sin(2.0 * sim::pi * static_cast<double>(k) / recording.rate_hz);
+    largest = std::max(largest, std::abs(recording.sway_rad[k] / sim::rad_per_deg - exact));
+  }
+  return largest;
+}
+
+bool warns(const Recording& recording, const std::string& part) {
+  for (const std::string& warning : recording.warnings) {
+    if (warning.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("jitter is interpolated, and told") {
+  const Random random(3, Stream::sensor_noise, 0);
+  std::vector<double> times;
+  for (std::size_t k = 0; k <= 1000; ++k) {
+    const bool end = k == 0 || k == 1000;
+    times.push_back(0.01 * (static_cast<double>(k) + (end ? 0.0 : random.uniform(k, -0.12, 0.12))));
+  }
+  const Recording recording = read(sine_at(times));
+  CHECK(recording.rate_hz == 100.0);
+  CHECK(recording.sway_rad.size() == 1001);
+  // Cubic: (2 pi / 100)^4 3 / 128 = 4e-7, twice that for uneven points; straight lines at the ends, (2 pi / 100)^2 / 8
+  // = 5e-4, but the ends are on the grid; times within 1% of a sample are taken as they are, 2 pi / 100 * 0.01
+  // = 6.3e-4.
+  CHECK(deviation(recording) < 7e-4);
+  CHECK(warns(recording, "uneven"));
+  CHECK(warns(recording, "100 Hz"));
+}
+
+TEST_CASE("times rounded to milliseconds are an even grid") {
+  std::vector<double> times;
+  for (int k = 0; k < 1200; ++k) times.push_back(k / 120.0);
+  const Recording recording = read(sine_at(times, "%.3f,%.9f\n"));
+  CHECK(recording.rate_hz == 120.0);
+  CHECK(recording.warnings.empty());
+  CHECK(deviation(recording) < 1e-8);
+}
+
+TEST_CASE("lost samples are gaps: filled when they may be, else refused with their place") {
+  std::vector<double> times;
+  for (int k = 0; k < 500; ++k) {
+    if (k != 100 && !(k >= 300 && k < 304)) times.push_back(k / 100.0);
+  }
+  check_error([&] { read(sine_at(times)); }, {"r.csv", "lacks 1 sample (0.01 s) from 1 s", "--fill-gaps 0.01"});
+  check_error([&] { read(sine_at(times), {.fill_gaps_s = 0.03}); },
+              {"lacks 4 samples (0.04 s) from 3 s", "more than --fill-gaps 0.03"});
+  const Recording recording = read(sine_at(times), {.fill_gaps_s = 0.04});
+  CHECK(recording.rate_hz == 100.0);
+  REQUIRE(recording.sway_rad.size() == 500);
+  // A straight line over 0.05 s: (2 pi 0.05)^2 / 8 = 0.0123 degrees at most.
+  CHECK(deviation(recording) < 0.0124);
+  CHECK(warns(recording, "5 missing values of sway_deg in 2 gaps, the longest 0.04 s"));
+}
+
+TEST_CASE("missing cells are gaps, in the middle and at the ends") {
+  const auto text = [](const std::string& a, const std::string& b, const std::string& c) {
+    return "time,sway_deg\n0," + a + "\n0.01,1\n0.02," + b + "\n0.03,3\n0.04," + c + "\n";
+  };
+  check_error([&] { read(text("0", "", "4")); }, {"line 4, sway_deg", "the cell is empty", "--fill-gaps"});
+  check_error([&] { read(text("0", "NaN", "4")); }, {"line 4", "'NaN' is not a finite number", "--fill-gaps"});
+  check_error([&] { read(text("0", "inf", "4"), {.fill_gaps_s = 1.0}); }, {"line 4", "'inf' is not a finite number"});
+  const Recording recording = read(text("", "n/a", "nan"), {.fill_gaps_s = 0.01});
+  const double expected[] = {1.0, 1.0, 2.0, 3.0, 3.0};
+  REQUIRE(recording.sway_rad.size() == 5);
+  for (std::size_t k = 0; k < 5; ++k) {
+    CHECK(recording.sway_rad[k] / sim::rad_per_deg == doctest::Approx(expected[k]).epsilon(1e-14));
+  }
+  CHECK(warns(recording, "3 missing values of sway_deg in 3 gaps"));
+  check_error([] { read("time,sway\n0,\n0.01,\n", {.fill_gaps_s = 1.0}); }, {"all values of sway are missing"});
+}
+
+TEST_CASE("no clock's times are refused") {
+  std::vector<double> times{0.0, 0.01, 0.02, 0.0345, 0.04, 0.05};
+  check_error([&] { read(sine_at(times)); }, {"line 5", "steps by 0.0145", "--rate"});
+  times[3] = 0.015;
+  check_error([&] { read(sine_at(times)); }, {"line 5", "steps by -0.005"});
+}

@@ -1,0 +1,110 @@
+// CMA-ES finds the minima of functions that are known, within bounds too, and repeats itself.
+#include "identify/fit/cmaes.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "base/error.hpp"
+
+namespace decid::fit {
+namespace {
+
+using Function = std::function<double(std::span<const double>)>;
+
+CmaEs minimise(const Function& function, std::vector<double> start, int generations, std::uint64_t seed = 1) {
+  CmaEs search(start, 0.3, 0, seed, 0);
+  const auto n = start.size();
+  std::vector<double> values(static_cast<std::size_t>(search.population()));
+  for (int g = 0; g < generations; ++g) {
+    const std::vector<double>& points = search.ask();
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = function(std::span(points).subspan(k * n, n));
+    search.tell(values);
+  }
+  return search;
+}
+
+double square(double x) {
+  return x * x;
+}
+
+}  // namespace
+
+TEST_CASE("cma-es: sphere, ellipsoid and Rosenbrock's valley, inside the box") {
+  const Function sphere = [](auto x) {
+    double sum = 0;
+    for (const double v : x) sum += square(v - 0.3);
+    return sum;
+  };
+  // In 7 dimensions CMA-ES gains a decade of the value in about 20 generations: 300 are 15 decades.
+  const CmaEs found = minimise(sphere, std::vector<double>(7, 0.5), 300);
+  CHECK(found.best_value() < 1e-12);
+  for (const double x : found.mean()) CHECK(x == doctest::Approx(0.3).epsilon(1e-5));
+  CHECK(found.longest_axis() < 1e-4);
+
+  const Function ellipsoid = [](auto x) {
+    double sum = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) sum += std::pow(10.0, static_cast<double>(i)) * square(x[i] - 0.6);
+    return sum;
+  };
+  CHECK(minimise(ellipsoid, std::vector<double>(7, 0.5), 600).best_value() < 1e-12);
+
+  // [-2, 2] in the box; the minimum, 0, is at (1, 1, 1, 1), that is 3/4.
+  const Function rosenbrock = [](auto x) {
+    double sum = 0;
+    for (std::size_t i = 0; i + 1 < x.size(); ++i) {
+      const double a = 4 * x[i] - 2, b = 4 * x[i + 1] - 2;
+      sum += 100 * square(b - a * a) + square(1 - a);
+    }
+    return sum;
+  };
+  const CmaEs valley = minimise(rosenbrock, {0.4, 0.4, 0.4, 0.4}, 700);
+  CHECK(valley.best_value() < 1e-10);
+  for (const double x : valley.best()) CHECK(x == doctest::Approx(0.75).epsilon(1e-4));
+}
+
+TEST_CASE("cma-es: a minimum at an edge and in a corner") {
+  const Function edge = [](auto x) { return x[0] + square(x[1] - 0.5) + square(x[2] - 0.25); };
+  const CmaEs found = minimise(edge, {0.7, 0.2, 0.9}, 200);
+  CHECK(found.best()[0] >= 0);
+  CHECK(found.best()[0] < 1e-6);
+  CHECK(found.best()[1] == doctest::Approx(0.5).epsilon(1e-3));
+  const Function corner = [](auto x) { return -x[0] - 2 * x[1] + x[2]; };
+  const std::vector<double> best = minimise(corner, {0.5, 0.5, 0.5}, 200).best();
+  CHECK(best[0] == doctest::Approx(1).epsilon(1e-6));
+  CHECK(best[1] == doctest::Approx(1).epsilon(1e-6));
+  CHECK(best[2] < 1e-6);
+}
+
+TEST_CASE("cma-es: every point is in the box, the seed decides, NaN is worst") {
+  CmaEs search(std::vector<double>{0.0, 1.0}, 2.0, 10, 3, 0);
+  for (int g = 0; g < 5; ++g) {
+    for (const double x : search.ask()) CHECK((x >= 0 && x <= 1));
+    search.tell(std::vector<double>(10, std::numeric_limits<double>::quiet_NaN()));
+  }
+  CHECK(search.generations() == 5);
+  CHECK(std::isinf(search.best_value()));
+  const std::vector<double> start{0.5, 0.5};
+  CHECK(CmaEs(start, 0.1, 8, 1, 0).ask() == CmaEs(start, 0.1, 8, 1, 0).ask());
+  CHECK(CmaEs(start, 0.1, 8, 1, 0).ask() != CmaEs(start, 0.1, 8, 2, 0).ask());
+  CHECK(CmaEs(start, 0.1, 8, 1, 0).ask() != CmaEs(start, 0.1, 8, 1, 1).ask());
+  CHECK(mirrored(1.25) == 0.75);
+  CHECK(mirrored(-0.25) == 0.25);
+  CHECK(mirrored(2.25) == 0.25);
+}
+
+TEST_CASE("cma-es: what cannot be searched") {
+  const std::vector<double> start{0.5};
+  CHECK_THROWS_AS(CmaEs({}, 0.1, 0, 1, 0), Error);
+  CHECK_THROWS_AS(CmaEs(std::vector<double>{1.5}, 0.1, 0, 1, 0), Error);
+  CHECK_THROWS_AS(CmaEs(start, 0, 0, 1, 0), Error);
+  CHECK_THROWS_AS(CmaEs(start, 0.1, 3, 1, 0), Error);
+  CmaEs search(start, 0.1, 4, 1, 0);
+  CHECK_THROWS_AS(search.tell(std::vector<double>(4)), Error);  // not asked for
+  search.ask();
+  CHECK_THROWS_AS(search.tell(std::vector<double>(3)), Error);
+}
+
+}  // namespace decid::fit

@@ -1,0 +1,178 @@
+// Model files: everything identification needs survives the round trip to the bit.
+#include "identify/model.hpp"
+
+#include <doctest/doctest.h>
+
+#include "base/error.hpp"
+#include "base/sha256.hpp"
+#include "identify/training/presets.hpp"
+#include "sim/protocol_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+Model example() {
+  sim::Protocol protocol = sim::short_protocol();
+  protocol.sensor_noise = {0.001, 0.1};
+  Model model(protocol, preset_named("small").image, preset_named("small").architecture);
+  model.network.initialise(3);
+  for (nn::Layer<float>& layer : model.network.layers())
+    for (nn::Statistic<float>& statistic : layer.statistics())
+      for (std::size_t i = 0; i < statistic.value.size(); ++i) statistic.value[i] = 0.1F + static_cast<float>(i) / 3.0F;
+  const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    model.rows.mean.push_back(static_cast<float>(i) / 7.0F);
+    model.rows.deviation.push_back(1.0F + static_cast<float>(i) / 9.0F);
+  }
+  model.targets.mean = sim::middle_parameters();
+  for (std::size_t p = 0; p < sim::parameter_count; ++p)
+    model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
+  model.origin = R"({"seed":3})";
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("a model survives its file to the bit") {
+  const Model model = example();
+  const std::string bytes = to_bytes(model);
+  CHECK(bytes == to_bytes(model));
+  const Model copy = model_from_bytes(bytes, "copy");
+  CHECK(nn::weights_sha256(copy.network) == nn::weights_sha256(model.network));
+  CHECK(copy.network.architecture() == model.network.architecture());
+  CHECK(sim::to_json(copy.protocol) == sim::to_json(model.protocol));
+  CHECK(copy.image == model.image);
+  CHECK(copy.rows.mean == model.rows.mean);
+  CHECK(copy.rows.deviation == model.rows.deviation);
+  CHECK(copy.targets.mean == model.targets.mean);
+  CHECK(copy.targets.deviation == model.targets.deviation);
+  CHECK(copy.origin == model.origin);
+  CHECK(to_bytes(copy) == bytes);
+}
+
+TEST_CASE("a finished model is no checkpoint") {
+  Checkpoint checkpoint;
+  CHECK_THROWS_AS(model_from_bytes(to_bytes(example()), "m", &checkpoint), Error);
+}
+
+TEST_CASE("a model predicts the same for a trial alone and among others") {
+  Model model = example();
+  const auto samples = static_cast<std::size_t>(model.protocol.samples());
+  constexpr int trials = 70;
+  std::vector<float> sway(samples * trials);
+  for (std::size_t i = 0; i < sway.size(); ++i) sway[i] = static_cast<float>((i * 2654435761U) % 1000) * 1e-5F;
+  const auto trial = [&](int i) {
+    return std::span<const float>(sway).subspan(static_cast<std::size_t>(i) * samples, samples);
+  };
+  const std::vector<float> all = predict(model, trials, 33, sways_in_memory(trial));
+  for (const int i : {0, 15, 16, 32, 33, 63, 64, 69}) {
+    const std::vector<float> one = predict(model, 1, 64, sways_in_memory([&](int) { return trial(i); }));
+    for (std::size_t p = 0; p < sim::parameter_count; ++p)
+      CHECK(one[p] == all[static_cast<std::size_t>(i) * sim::parameter_count + p]);
+  }
+}
+
+TEST_CASE("an architecture without 7 outputs is refused") {
+  CHECK_THROWS_WITH_AS(Model(sim::default_protocol(), {}, "fc 6"), doctest::Contains("7 outputs"), Error);
+}
+
+TEST_CASE("presets fit the protocols they are for, and folded images no other") {
+  for (const Preset& preset : presets()) {
+    CAPTURE(preset.name);
+    const auto make = [&](const sim::Protocol& protocol) {
+      return Model(protocol, preset.image, preset.architecture).network.parameter_count();
+    };
+    if (preset.name == "short") {
+      CHECK(make(sim::short_protocol()) > 1000);
+      CHECK_THROWS_WITH_AS(make(sim::default_protocol()), doctest::Contains("cycles"), Error);
+    } else {
+      CHECK(make(sim::default_protocol()) > 1000);
+      if (preset.image.fold > 1)
+        CHECK_THROWS_WITH_AS(make(sim::short_protocol()), doctest::Contains("cycles"), Error);
+      else
+        CHECK(make(sim::short_protocol()) > 1000);
+    }
+  }
+}
+
+TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency") {
+  const auto fitted = [](const char* preset, const sim::Protocol& protocol) {
+    const dataset::ImageSettings image = image_for(preset_named(preset), protocol);
+    CHECK(Model(protocol, image, preset_named(preset).architecture).network.parameter_count() > 1000);
+    return image;
+  };
+  // What they are made for stays as it is.
+  CHECK(fitted("best", sim::default_protocol()) == preset_named("best").image);
+  CHECK(fitted("firmware", sim::default_protocol()) == preset_named("firmware").image);
+  CHECK(fitted("short", sim::short_protocol()) == preset_named("short").image);
+  CHECK(fitted("paper", sim::short_protocol()) == preset_named("paper").image);
+
+  const dataset::ImageSettings brief = fitted("best", sim::short_protocol());
+  CHECK(brief.window == 2000);
+  CHECK(brief.fold == 3);
+  CHECK(brief.first_sample == 197);
+  CHECK(brief.rows == 85);  // 4.2 Hz of 0.05 each
+  CHECK(fitted("short", sim::default_protocol()).rows == 387);
+
+  sim::Protocol protocol;
+  protocol.sample_rate_hz = 50.0;
+  CHECK(fitted("best", protocol).window == 3025);
+  CHECK(fitted("best", protocol).rows == 256);
+  protocol.sample_rate_hz = 1000.0;
+  CHECK(fitted("best", protocol).window == 60'500);
+  // Cycles of 80.242 s are no whole number of samples: one window, all of them.
+  protocol.sample_rate_hz = 100.0;
+  protocol.sequence().state_s = 0.331;
+  const dataset::ImageSettings unfolded = fitted("best", protocol);
+  CHECK(unfolded.fold == 1);
+  CHECK(unfolded.window == 16'020);
+  CHECK(unfolded.rows == 678);
+
+  sim::Sines sines;
+  sines.components = {{.frequency_hz = 0.5, .amplitude_deg = 1.0}};
+  sines.cycle_s = 4.0;
+  sines.cycles = 1;
+  protocol.stimulus = sines;
+  protocol.vestibular_noise.low_hz = 0.25;
+  sines.cycle_s = 200.11;  // a prime number of samples
+  sines.lead_out_s = 0.39;
+  protocol.stimulus = sines;
+  const dataset::ImageSettings prime = fitted("best", protocol);
+  CHECK(prime.fold == 1);
+  CHECK(prime.window == 20'010);
+
+  sines.lead_out_s = 0.0;
+  // Cycles that are too long for a window, or too many to fold.
+  sines.cycle_s = 200.0;
+  sines.cycles = 2;
+  protocol.stimulus = sines;
+  protocol.sample_rate_hz = 1000.0;
+  const dataset::ImageSettings long_cycles = fitted("best", protocol);
+  CHECK(long_cycles.fold == 1);
+  CHECK(long_cycles.window == dataset::largest_window);
+  sines.cycle_s = 2.0;
+  sines.cycles = 1200;
+  protocol.stimulus = sines;
+  protocol.sample_rate_hz = 20.0;
+  CHECK(fitted("best", protocol).fold == 1);
+
+  protocol.sample_rate_hz = 100.0;
+  sines.cycles = 1;
+  sines.cycle_s = 4.0;
+  protocol.stimulus = sines;
+  const dataset::ImageSettings tiny = fitted("best", protocol);
+  CHECK(tiny.window == 400);
+  CHECK(tiny.fold == 1);
+  CHECK(tiny.rows == 64);
+}
+
+TEST_CASE("other noise than the model's is told") {
+  const sim::Protocol ours;
+  sim::Protocol theirs;
+  theirs.sensor_noise = {0.01, 0.01};
+  CHECK(noise_difference(ours, theirs).empty());
+  theirs.vestibular_noise.scale_deg = 0.4;
+  CHECK(noise_difference(ours, theirs).find("0.4 degrees") != std::string::npos);
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,286 @@
+// Bad input: one clear line on standard error, exit code 2, nothing on standard output, and no file half-written.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "tests/tools/decid/run.hpp"
+
+using decid::test::check_refused;
+using decid::test::Folder;
+using decid::test::read_text;
+using decid::test::run_decid;
+using decid::test::write_text;
+
+namespace {
+
+/// Writes `text` as a recording and expects identify to refuse it, leaving neither JSON nor report.
+void check_recording_refused(const std::string& text, std::initializer_list<std::string> fragments,
+                             const std::string& options = "") {
+  const Folder folder;
+  write_text(folder / "r.csv", text);
+  check_refused(
+      "identify " + folder / "r.csv" + " -o " + folder / "o.json" + " --report " + folder / "o.html" + " " + options,
+      fragments);
+  CHECK(folder.files() == 1);
+}
+
+/// A recording of the default protocol's length; `cell(k)` gives the sway of sample k.
+template <class Cell>
+std::string recording(int samples, double rate, const Cell& cell) {
+  std::string text = "time,com_sway_deg\n";
+  for (int k = 0; k < samples; ++k) text += std::to_string(k / rate) + "," + cell(k) + "\n";
+  return text;
+}
+std::string wave(int k) {
+  return std::to_string(0.3 * ((k / 7) % 5 - 2));
+}
+
+}  // namespace
+
+TEST_CASE("no output replaces what the call reads") {
+  const Folder folder;
+  REQUIRE(run_decid("stimulus --quiet -o " + folder / "tilt.csv").code == 0);
+  write_text(folder / "p.json", R"({"name": "p", "measured": {"file": "tilt.csv", "column": "tilt_deg"}})");
+  write_text(folder / "image.json", R"({"window": 110})");
+  write_text(folder / "r.csv", "time,com_sway_deg\n0,0\n0.01,0\n");
+  std::filesystem::create_symlink("tilt.csv", folder / "link.csv");
+  const std::string tilt = read_text(folder / "tilt.csv");
+  const std::string with = " --quiet --protocol " + folder / "p.json";
+  const std::string quick = " --stream --preset small --stream-trials 16 --validation-trials 4 --epochs 1";
+  for (const std::string output : {"p.json", "tilt.csv", "link.csv"}) {
+    const std::string o = " -o " + folder / output;
+    check_refused("simulate" + with + o, {output, "read or written already"});
+    check_refused("dataset --count 3" + with + o, {output, "read or written already"});
+    check_refused("dataset --count 3" + with + " -o " + folder / "d.npz" + " --report " + folder / output,
+                  {output, "read or written already"});
+    check_refused("train" + quick + with + o, {output, "read or written already"});
+    check_refused("fit " + folder / "r.csv" + " --start middle" + with + o, {output, "read or written already"});
+  }
+  check_refused("train" + quick + " --image " + folder / "image.json" + " -o " + folder / "image.json",
+                {"image.json", "read or written already"});
+  CHECK(read_text(folder / "tilt.csv") == tilt);
+  CHECK(folder.files() == 5);
+  write_text(folder / "m.safetensors", "a model");
+  check_refused(
+      "export sway " + folder / "r.csv" + " --model " + folder / "m.safetensors" + " -o " + folder / "m.safetensors",
+      {"m.safetensors", "read or written already"});
+  // A built-in protocol's name is no file.
+  CHECK(run_decid("dataset --count 3 --quiet -o " + folder / "default").code == 0);
+}
+
+TEST_CASE("why a trial falls, and what to do") {
+  const Folder folder;
+  const std::string o = " --quiet -o " + folder / "t.csv";
+  check_refused("simulate --kp 0" + o, {"leaves 5 degrees", "must exceed", "raise --kp"});
+  check_refused("simulate --nv 10" + o, {"without vestibular noise it stands", "--nv"});
+  check_refused("simulate --delay 0.5" + o, {"shorten --delay"});
+  check_refused("simulate --model dip --hip-delay 0.5" + o, {"leg or trunk", "nearer to their defaults"});
+  write_text(folder / "p.json", R"({"sequence": {"amplitude_deg": 45}, "vestibular_noise": {"scale_deg": 0}})");
+  check_refused("simulate --kp-pass 300 --protocol " + folder / "p.json" + o, {"platform at rest", "amplitude"});
+  // A band that holds harmonics of this trial only.
+  write_text(folder / "p.json",
+             R"({"sines": {"components": [{"frequency_hz": 0.1, "amplitude_deg": 40}], "cycle_s": 600},
+                                    "vestibular_noise": {"low_hz": 0.002, "high_hz": 0.004}})");
+  check_refused("simulate --kp-pass 300 --protocol " + folder / "p.json" + o, {"leaves 5 degrees", "amplitude"});
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a full standard output is no success") {
+  const Folder folder;
+  for (const std::string arguments : {"info --json", "--help", "--version", "train --help"}) {
+    CAPTURE(arguments);
+    const std::string command = DECID_PROGRAM " " + arguments + " > /dev/full 2> " + folder / "err";
+    const int status = std::system(command.c_str());
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 1);
+    CHECK(read_text(folder / "err").find("standard output") != std::string::npos);
+  }
+}
+
+TEST_CASE("a file beyond the shell's limit is an error, and nothing is left") {
+  const Folder folder;
+  const auto limited = run_decid("simulate --quiet -o " + folder / "t.csv", "ulimit -f 20; ");
+  CHECK(limited.code == 2);
+  CHECK(limited.err.find("File too large") != std::string::npos);
+  CHECK(folder.files() == 0);
+}
+
+TEST_CASE("wrong usage") {
+  check_refused("", {"--help"});
+  check_refused("identfy x.csv", {"identfy", "no command", "--help"});
+  // What a shell makes of a variable that is not set.
+  check_refused("simulate --kp '' -o x.csv", {"--kp ''", "is empty"});
+  check_refused("simulate --kp= -o x.csv", {"--kp=", "is empty"});
+  check_refused("dataset --count 5 --sensor-noise '' -o x.npz", {"--sensor-noise ''", "is empty"});
+  check_refused("dataset --count 5 -o ''", {"-o ''", "is empty"});
+  check_refused("''", {"is empty"});
+  for (const std::string seed : {"-1", "18446744073709551616", "1.5", "1x"})
+    check_refused("simulate --seed " + seed + " -o x.csv", {"--seed", "'" + seed + "'", "18446744073709551615"});
+  CHECK(run_decid("simulate --seed 18446744073709551615 --quiet -o /dev/null").code != 2);
+  // Zeros before a number do not make it octal.
+  const Folder folder;
+  for (const std::string seed : {"8", "08", "10", "010"})
+    CHECK(run_decid("simulate --quiet --seed " + seed + " -o " + folder / seed).code == 0);
+  CHECK(read_text(folder / "08") == read_text(folder / "8"));
+  CHECK(read_text(folder / "010") == read_text(folder / "10"));
+  CHECK(read_text(folder / "8") != read_text(folder / "10"));
+  check_refused("simulate", {"--output", "simulate --help"});
+  check_refused("simulate --kp abc -o x.csv", {"--kp", "abc"});
+  check_refused("simulate --kp nan -o x.csv", {"Kp"});
+  check_refused("simulate --kp -5 -o x.csv", {"Kp"});
+  check_refused("simulate --delay 50 -o x.csv", {"delay"});
+  check_refused("simulate --model tripod -o x.csv", {"tripod"});
+  check_refused("simulate --threads 0 -o x.csv", {"--threads"});
+  check_refused("dataset --count 0 -o x.npz", {"--count"});
+  check_refused("dataset --count -3 -o x.npz", {"--count"});
+  check_refused("dataset --count 10 --base 20 -o x.npz", {"20", "10"});
+  check_refused("dataset --count 99999999999 -o x.npz", {"--count"});
+  check_refused("train -o m.safetensors", {"--data", "--stream"});
+  check_refused("train --stream --preset nope -o m.safetensors", {"nope", "best"});
+  check_refused("train --stream --schedule zigzag -o m.safetensors", {"zigzag", "cosine"});
+  check_refused("identify x.csv --truth Kp=1", {"--truth", "7"});
+  check_refused("identify x.csv --unit furlong", {"furlong"});
+  CHECK_FALSE(std::filesystem::exists("x.csv"));
+  CHECK_FALSE(std::filesystem::exists("x.npz"));
+}
+
+TEST_CASE("parameters that do not stand write no trial") {
+  const Folder folder;
+  check_refused("simulate --kp 1258 --kd 126 --delay 0.24 -o " + folder / "t.csv", {"5 degrees", "--delay"});
+  CHECK(folder.files() == 0);
+}
+
+TEST_CASE("recordings that cannot be used") {
+  check_refused("identify /nowhere/r.csv", {"/nowhere/r.csv"});
+  check_refused("identify /", {"/"});
+  check_recording_refused("", {"r.csv", "no lines"});
+  check_recording_refused("time,com_sway_deg\n", {"r.csv"});
+  check_recording_refused("time,com_sway_deg\n0,0.1\n0.01,zero\n0.02,0.1\n", {"line 3", "zero"});
+  check_recording_refused("time,com_sway_deg\n0,0.1\n0.01,nan\n0.02,0.1\n", {"line 3"});
+  check_recording_refused("time,com_sway_deg\n0,0.1\n0.01,inf\n0.02,0.1\n", {"line 3"});
+  check_recording_refused("time,com_sway_deg\n0,0.1\n0.01\n0.02,0.1\n", {"line 3"});
+  check_recording_refused("time,elbow\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"wrist", "elbow"}, "--column wrist");
+  check_recording_refused(recording(12100, 100, [](int) { return std::string("0.25"); }), {"constant"});
+  check_recording_refused(recording(12100, 100, [](int k) { return std::to_string(k % 200); }),
+                          {"lying flat", "--unit"});
+  check_recording_refused("time,COM_x_mm\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"COM_x_mm", "length", "height"});
+  check_recording_refused(std::string("\x00\x01\x02\xff\xfe binary", 12), {"r.csv"});
+}
+
+TEST_CASE("recordings of another length or rate are refused with both and a way out") {
+  check_recording_refused(recording(6370, 100, wave), {"6370", "12100", "100 Hz", "decid train"});
+  check_recording_refused(recording(6370, 60, wave), {"6370", "60 Hz", "12100", "100 Hz", "1 is whole", "decid train"});
+  check_recording_refused(recording(12100, 100, wave), {"12100", "200 Hz", "100 Hz"}, "--rate 200");
+  check_recording_refused(recording(12200, 100, wave), {"--begin", "122 s"}, "--begin 130");
+  check_recording_refused(recording(20, 100, wave), {"20", "12100"});
+}
+
+TEST_CASE("options of a recording that contradict each other or are none") {
+  const std::string text = recording(12100, 100, wave);
+  check_recording_refused(text, {"--tilt-unit", "--tilt-column"}, "--tilt-unit deg");
+  check_recording_refused(text, {"--invert", "--tilt-column"}, "--invert tilt");
+  check_recording_refused(text, {"--begin", "--tilt-column"}, "--begin 1 --tilt-column 1");
+  check_recording_refused(text, {"no column 'tilt'"}, "--tilt-column tilt");
+  check_recording_refused(text, {"is the sway"}, "--tilt-column com_sway_deg");
+  check_recording_refused(text, {"--detrend"}, "--detrend cubic");
+  check_recording_refused(text, {"--fill-gaps"}, "--fill-gaps -1");
+}
+
+TEST_CASE("a wrong unit is suspected, not refused") {
+  const Folder folder;
+  write_text(folder / "big.csv",
+             recording(12100, 100, [](int k) { return std::to_string(12.5 * ((k / 70) % 5 - 2)); }));
+  write_text(folder / "small.csv", recording(12100, 100, [](int k) { return std::to_string((k / 70) % 5) + "e-5"; }));
+  for (const std::string name : {"big.csv", "small.csv"}) {
+    const auto result = run_decid("identify " + folder / name);
+    CAPTURE(name);
+    CHECK(result.code == 0);
+    CHECK(result.out.find("--unit") != std::string::npos);
+  }
+}
+
+TEST_CASE("outputs that would replace what is read or written") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  const std::string trial = folder / "t.csv", before = read_text(trial);
+  check_refused("identify " + trial + " -o " + trial, {"t.csv", "another name"});
+  check_refused("identify " + trial + " --report " + folder / "./t.csv", {"another name"});
+  check_refused("identify " + trial + " -o " + folder / "x" + " --report " + folder / "x", {"another name"});
+  check_refused("train --data " + trial + " -o " + trial, {"another name"});
+  CHECK(read_text(trial) == before);
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("options without effect are refused") {
+  check_refused("train --data d.npz --sensor-noise 0.1 -o m.safetensors", {"--sensor-noise", "--stream"});
+  check_refused("train --data d.npz --protocol short -o m.safetensors", {"--protocol", "--stream"});
+  check_refused("simulate --seed -1 -o x.csv", {"--seed"});
+}
+
+TEST_CASE("outputs that cannot be written") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  const std::string trial = folder / "t.csv";
+  check_refused("simulate -o /nowhere/t.csv", {"/nowhere"});
+  check_refused("simulate -o " + folder / "", {""});
+  check_refused("identify " + trial + " -o /nowhere/o.json", {"/nowhere"});
+  // The JSON is not written when the report cannot be.
+  check_refused("identify " + trial + " -o " + folder / "o.json" + " --report /nowhere/o.html", {"/nowhere"});
+  check_refused("dataset --count 4 -o " + trial + "/d.npz", {"d.npz"});
+  check_refused("train --stream -o /nowhere/m.safetensors", {"/nowhere"});
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("damaged model files and data sets") {
+  const Folder folder;
+  write_text(folder / "quick.json",
+             R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  const std::string data = folder / "d.npz", model = folder / "m.safetensors", bad = folder / "bad";
+  REQUIRE(run_decid("dataset --count 16 --protocol " + folder / "quick.json" + " -o " + data).code == 0);
+  REQUIRE(run_decid("train --preset small --epochs 1 --batch 8 --data " + data + " -o " + model).code == 0);
+  const std::string bytes = read_text(model), archive = read_text(data);
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{7}, std::size_t{100}, bytes.size() / 2, bytes.size() - 1}) {
+    write_text(bad, bytes.substr(0, size));
+    check_refused("info " + bad, {bad});
+    check_refused("identify --model " + bad + " " + data, {bad});
+  }
+  std::string changed = bytes;
+  const std::size_t format = changed.find("decid model");
+  REQUIRE(format != std::string::npos);
+  changed[format] = 'D';
+  write_text(bad, changed);
+  check_refused("info " + bad, {"format"});
+  changed = bytes;
+  changed.replace(changed.size() - 4, 4, std::string("\x00\x00\xc0\x7f", 4));  // NaN
+  write_text(bad, changed);
+  check_refused("info " + bad, {"finite"});
+  for (const std::size_t size : {std::size_t{0}, std::size_t{30}, archive.size() / 2, archive.size() - 1}) {
+    write_text(bad, archive.substr(0, size));
+    check_refused("evaluate --data " + bad, {bad});
+    check_refused("train --data " + bad + " -o " + folder / "new.safetensors", {bad});
+  }
+  check_refused("train --resume --preset small --data " + data + " -o " + folder / "new.safetensors",
+                {"new.safetensors.checkpoint"});
+  CHECK_FALSE(std::filesystem::exists(folder / "new.safetensors"));
+  check_refused("evaluate --data " + data, {"another experiment", "'default'"});
+}
+
+TEST_CASE("protocol files that cannot be used") {
+  const Folder folder;
+  const auto check = [&](const std::string& text, std::initializer_list<std::string> fragments) {
+    write_text(folder / "p.json", text);
+    check_refused("stimulus --protocol " + folder / "p.json" + " -o " + folder / "s.csv", fragments);
+    CHECK(folder.files() == 1);
+  };
+  check_refused("stimulus --protocol nonsense -o x.csv", {"nonsense"});
+  check("", {"p.json"});
+  check("{", {"p.json"});
+  check("[]", {"p.json"});
+  check(R"({"amplitude": 2})", {"amplitude"});
+  check(R"({"sequence": {"cycles": 0}})", {"cycles"});
+  check(R"({"sequence": {"state_s": 1e-10, "offset_s": 0, "lead_in_s": 1.0}})", {"state_s"});
+  check(R"({"sequence": {"cycles": 1000000}})", {"p.json"});
+  check(R"({"sample_rate_hz": 333})", {"sample_rate_hz"});
+  check(R"({"sample_rate_hz": "fast"})", {"sample_rate_hz"});
+}

@@ -1,0 +1,119 @@
+// The model inside the program: the weights that the README names, and the error that it quotes for them.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "base/random.hpp"
+#include "identify/following.hpp"
+#include "identify/training/training.hpp"
+#include "tests/tools/decid/run.hpp"
+
+namespace decid::tools {
+
+TEST_CASE("the built-in model is the one that the README describes") {
+  const std::string hash = nn::weights_sha256(built_in_model().network);
+  const std::string readme = test::read_text(DECID_SOURCE_DIR "/README.md");
+  CAPTURE(hash);
+  CHECK(readme.find(hash) != std::string::npos);
+  CHECK(std::filesystem::file_size(DECID_SOURCE_DIR "/models/built_in.safetensors") < 4'000'000);
+}
+
+/// Mean over 7 z-scored parameters, exact sway.
+constexpr double built_in_mse = 0.15684257454471334;
+
+TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
+  dataset::DatasetRequest request;
+  request.count = 100;
+  request.seed = 4242;  // the model was trained on seed 1
+  const dataset::Dataset data = dataset::generate(request);
+  Model model = built_in_model();
+  CHECK(sim::same_experiment(model.protocol, data.protocol));
+  const std::vector<float> outputs =
+      predict(model, data.trials(), 64, sways_in_memory([&](int i) { return data.trial(i); }));
+  const Evaluation result = evaluate(model, outputs, data.parameters);
+  CHECK(result.trials == 100);
+  // The bits are promised: any other figure means that simulator, image, kernels or weights have changed.
+  CHECK(result.mse() == doctest::Approx(built_in_mse).epsilon(1e-12));
+  CHECK(result.matlab_loss() == doctest::Approx(3.5 * built_in_mse).epsilon(1e-12));
+}
+
+namespace {
+
+// Statistics of hundreds of recordings run nothing that other tests do not run as well.
+#ifdef DECID_SANITIZED
+constexpr bool sanitized = true;
+#else
+constexpr bool sanitized = false;
+#endif
+
+/// Valid fresh trials of a protocol as recordings with 0.02 degrees of sensor noise.
+std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int count) {
+  sim::Protocol noisy = protocol;
+  noisy.sensor_noise = {.low_deg = 0.02, .high_deg = 0.02};
+  const dataset::Dataset data = dataset::generate({.protocol = noisy, .count = count, .seed = 823});
+  std::vector<std::vector<float>> all;
+  for (int i = 0; i < count; ++i) all.emplace_back(data.trial(i).begin(), data.trial(i).end());
+  return all;
+}
+
+/// The part of the recordings that identify would warn of.
+double part_unfamiliar(Model& model, const std::vector<std::vector<float>>& recordings) {
+  const auto outputs =
+      predict(model, static_cast<int>(recordings.size()), 64,
+              sways_in_memory([&](int i) { return std::span(recordings[static_cast<std::size_t>(i)]); }));
+  const sim::Simulator simulator(model.protocol);
+  const Following following(simulator);
+  const auto values = static_cast<std::size_t>(model.images().shape().size());
+  std::vector<float> images(recordings.size() * values);
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    model.make_input(recordings[i], std::span(images).subspan(i * values, values));
+  }
+  int warned = 0;
+  const std::vector<double> distance = distances(model, static_cast<int>(recordings.size()), images);
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const sim::Parameters identified =
+        model.targets.unscale(std::span(outputs).subspan(i * sim::parameter_count, sim::parameter_count));
+    const double follows = following.measure(identified, recordings[i]);
+    warned += unfamiliarity(distance[i], model.familiarity.usual, follows) > 1.0 ? 1 : 0;
+  }
+  return warned / static_cast<double>(recordings.size());
+}
+
+}  // namespace
+
+TEST_CASE("the built-in model knows recordings that it must not be trusted with" * doctest::skip(sanitized)) {
+  Model model = built_in_model();
+  REQUIRE(model.familiarity.known());
+  constexpr int count = 120;
+  const std::vector<std::vector<float>> usual = recordings_of(model.protocol, count);
+  const auto changed = [&](const std::function<void(std::vector<float>&)>& change) {
+    std::vector<std::vector<float>> all = usual;
+    for (std::vector<float>& sway : all) change(sway);
+    return part_unfamiliar(model, all);
+  };
+  CHECK(part_unfamiliar(model, usual) <= 0.05);
+  CHECK(changed([](std::vector<float>& sway) {
+          for (float& value : sway) value = -value;  // the sign
+        }) >= 0.95);
+  for (const int late : {200, 1000})  // two seconds, ten
+    CHECK(changed([&](std::vector<float>& sway) { std::rotate(sway.begin(), sway.begin() + late, sway.end()); }) >=
+          0.95);
+  CHECK(changed([](std::vector<float>& sway) {  // 100 Hz taken for what is 80: the recording's first four fifths
+          std::vector<float> slow(sway.size());
+          for (std::size_t k = 0; k < sway.size(); ++k) slow[k] = sway[k * 4 / 5];
+          sway = slow;
+        }) >= 0.95);
+  std::uint64_t item = 0;
+  CHECK(changed([&](std::vector<float>& sway) {  // white noise of half a degree
+          const Random random(5, Stream::sensor_noise, item++);
+          for (std::size_t k = 0; k < sway.size(); ++k)
+            sway[k] = static_cast<float>(0.5 * sim::rad_per_deg * random.normal(k));
+        }) >= 0.95);
+  // A platform that plays a sine.
+  sim::Protocol sine = model.protocol;
+  sine.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5}}, .cycle_s = 121.0};
+  CHECK(part_unfamiliar(model, recordings_of(sine, count)) >= 0.95);
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,363 @@
+// The command line as users and scripts rely on it: what each command writes, and that it is what it should be.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/parameters.hpp"
+#include "tests/tools/decid/run.hpp"
+
+using decid::test::Folder;
+using decid::test::read_text;
+using decid::test::run_decid;
+using Json = nlohmann::json;
+
+namespace {
+
+std::vector<std::vector<double>> read_csv(const std::string& path, std::string& header) {
+  std::ifstream file(path);
+  std::getline(file, header);
+  std::vector<std::vector<double>> rows;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream cells(line);
+    rows.emplace_back();
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
+  }
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("every command explains itself with an example") {
+  for (const std::string command :
+       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "compare", "info", "study"}) {
+    const auto result = run_decid(command + " --help");
+    CAPTURE(command);
+    CHECK(result.code == 0);
+    CHECK(result.out.find("Example") != std::string::npos);
+    CHECK(result.out.find("--threads") != std::string::npos);
+    CHECK(result.out.find("--quiet") != std::string::npos);
+  }
+  CHECK(run_decid("--version").out == std::string("decid ") + DECID_VERSION + "\n");
+}
+
+TEST_CASE("simulate writes a trial that its seed determines") {
+  const Folder folder;
+  const auto first = run_decid("simulate --kp 900 --seed 7 --threads 1 -o " + folder / "a.csv");
+  CHECK(first.code == 0);
+  CHECK(first.out.empty());
+  CHECK(run_decid("simulate --kp 900 --seed 7 -o " + folder / "b.csv").code == 0);
+  CHECK(run_decid("simulate --kp 900 --seed 8 --quiet -o " + folder / "c.csv").err.empty());
+  CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
+  CHECK(read_text(folder / "a.csv") != read_text(folder / "c.csv"));
+
+  std::string header;
+  const auto rows = read_csv(folder / "a.csv", header);
+  CHECK(header == "time,com_sway_deg,tilt_deg");
+  REQUIRE(rows.size() == 12100);
+  double low = 0, high = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    CHECK(rows[k][0] == doctest::Approx(0.01 * static_cast<double>(k)).epsilon(1e-12));
+    CHECK(std::abs(rows[k][1]) <= 5.0);
+    low = std::min(low, rows[k][2]);
+    high = std::max(high, rows[k][2]);
+  }
+  CHECK(rows[0][1] == 0.0);
+  CHECK(high - low == doctest::Approx(1.0).epsilon(1e-9));
+}
+
+TEST_CASE("simulate without noise does not depend on the seed") {
+  const Folder folder;
+  CHECK(run_decid("simulate --nv 0 --seed 1 -o " + folder / "a.csv").code == 0);
+  CHECK(run_decid("simulate --nv 0 --seed 2 -o " + folder / "b.csv").code == 0);
+  CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
+}
+
+TEST_CASE("stimulus writes the tilt that simulate plays") {
+  const Folder folder;
+  CHECK(run_decid("stimulus -o " + folder / "stim.csv").code == 0);
+  CHECK(run_decid("simulate -o " + folder / "trial.csv").code == 0);
+  std::string header;
+  const auto stimulus = read_csv(folder / "stim.csv", header);
+  CHECK(header == "time,tilt_deg");
+  const auto trial = read_csv(folder / "trial.csv", header);
+  REQUIRE(stimulus.size() == trial.size());
+  for (std::size_t k = 0; k < trial.size(); ++k) CHECK(stimulus[k][1] == trial[k][2]);
+}
+
+TEST_CASE("identify prints, writes JSON and a report") {
+  const Folder folder;
+  const std::string trial = folder / "trial.csv";
+  REQUIRE(run_decid("simulate --seed 3 -o " + trial).code == 0);
+  const auto text = run_decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
+  CHECK(text.code == 0);
+  CHECK(text.out.find("Kp_pass") != std::string::npos);
+  CHECK(run_decid("identify --quiet " + trial).out == text.out);  // quiet silences messages, not results
+  const auto printed = run_decid("identify " + trial + " --json");
+  CHECK(printed.err.empty());
+  CHECK(printed.out == read_text(folder / "out.json"));
+
+  const Json json = Json::parse(printed.out);
+  const Json& recording = json.at("recordings").at(0);
+  CHECK(recording.at("file") == trial);
+  CHECK(recording.at("peak_to_peak_deg").get<double>() > 0.0);
+  CHECK(recording.at("fit").at("rms_residual_deg").is_number());
+  CHECK(recording.at("fit").at("variance_accounted_for").is_number());
+  CHECK(recording.at("warnings").is_array());
+  REQUIRE(recording.at("parameters").size() == 7);
+  for (std::size_t p = 0; p < 7; ++p) {
+    const auto& info = decid::sim::parameter_info[p];
+    const Json& parameter = recording.at("parameters").at(p);
+    CHECK(parameter.at("name") == info.name);
+    CHECK(parameter.at("unit") == info.unit);
+    if (info.per_mgh)
+      CHECK(parameter.at("normalized").get<double>() ==
+            doctest::Approx(parameter.at("value").get<double>() / 838.99).epsilon(1e-4));
+    else
+      CHECK(parameter.at("normalized").is_null());
+  }
+  const std::string report = read_text(folder / "out.html");
+  CHECK(report.starts_with("<!doctype html>"));
+  CHECK(report.find("Passive stiffness") != std::string::npos);
+}
+
+TEST_CASE("several recordings are identified in one call, each as alone") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  REQUIRE(run_decid("simulate --seed 4 --kp 700 -o " + folder / "b.csv").code == 0);
+  const Json both = Json::parse(run_decid("identify --json " + folder / "a.csv" + " " + folder / "b.csv").out);
+  const Json alone = Json::parse(run_decid("identify --json " + folder / "b.csv").out);
+  CHECK(both.at("recordings").size() == 2);
+  CHECK(both.at("recordings").at(1) == alone.at("recordings").at(0));
+}
+
+TEST_CASE("one bad recording of several costs the others nothing") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  decid::test::write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");
+  const std::string files = folder / "bad.csv" + " " + folder / "a.csv";
+  const auto both =
+      run_decid("identify --json " + files + " -o " + folder / "o.json" + " --report " + folder / "o.html");
+  CHECK(both.code == 2);
+  CHECK(std::count(both.err.begin(), both.err.end(), '\n') == 2);
+  CHECK(both.err.find("line 3, sway: 'x'") != std::string::npos);
+  CHECK(both.err.find("1 of 2 recordings failed") != std::string::npos);
+  const Json recordings = Json::parse(both.out).at("recordings");
+  REQUIRE(recordings.size() == 2);
+  CHECK(recordings[0].at("file") == folder / "bad.csv");
+  CHECK(recordings[0].at("error").get<std::string>().find("line 3, sway: 'x'") != std::string::npos);
+  CHECK_FALSE(recordings[0].contains("parameters"));
+  CHECK(recordings[1] == Json::parse(run_decid("identify --json " + folder / "a.csv").out).at("recordings")[0]);
+  CHECK(read_text(folder / "o.json") == both.out);
+  CHECK(read_text(folder / "o.html").find("line 3, sway: 'x'") != std::string::npos);
+}
+
+TEST_CASE("the frequency response is in the JSON, and a sway that does not follow the tilt is noticed") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --nv 0.3 --theta 0 --seed 3 -o " + folder / "a.csv").code == 0);
+  const Json recording = Json::parse(run_decid("identify --json " + folder / "a.csv").out)["recordings"][0];
+  const Json& frf = recording.at("frf");
+  CHECK(frf.at("cycles") == 2);
+  const std::size_t bands = frf.at("frequency_hz").size();
+  REQUIRE(bands > 12);
+  int coherent = 0;
+  for (const auto& item : frf.items()) {
+    const std::string& key = item.key();
+    const Json& values = item.value();
+    if (!values.is_array()) continue;
+    CAPTURE(key);
+    CHECK(values.size() == bands);
+  }
+  for (std::size_t i = 0; i < bands; ++i) {
+    CHECK(frf["gain_low"][i].get<double>() <= frf["gain"][i].get<double>());
+    CHECK(frf["gain_high"][i].get<double>() > frf["gain"][i].get<double>());
+    CHECK(std::abs(frf["phase_deg"][i].get<double>() - frf["linear_phase_deg"][i].get<double>()) <= 180.001);
+    CHECK(frf["coherence"][i].get<double>() <= 1.0);
+    if (frf["coherence"][i].get<double>() > 0.5) ++coherent;
+  }
+  CHECK(coherent > 3);
+  CHECK(recording["following"] > 0.7);
+  CHECK(recording["warnings"].dump().find("looks unlike") == std::string::npos);
+
+  // The platform stood still: sway of the vestibular noise alone.
+  decid::test::write_text(folder / "still.json", R"({"sequence": {"amplitude_deg": 1e-6}})");
+  REQUIRE(run_decid("simulate --seed 3 --protocol " + folder / "still.json" + " -o " + folder / "b.csv").code == 0);
+  const Json still = Json::parse(run_decid("identify " + folder / "b.csv --json").out).at("recordings").at(0);
+  CHECK(still["following"] < 0.3);
+  CHECK(still["warnings"].dump().find("looks unlike") != std::string::npos);
+}
+
+TEST_CASE("a measured tilt puts a recording that started early in time") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  std::string header, early = "time,tilt_deg,com_sway_deg\n";
+  const auto rows = read_csv(folder / "a.csv", header);
+  char cells[96];
+  for (std::size_t k = 0; k < rows.size() + 500; ++k) {
+    const auto& row = rows[k < 300 ? 0 : std::min(k - 300, rows.size() - 1)];
+    std::snprintf(cells, sizeof cells, "%.2f,%.9f,%.9f\n", 0.01 * static_cast<double>(k), row[2], row[1]);
+    early += cells;
+  }
+  decid::test::write_text(folder / "early.csv", early);
+  const Json plain = Json::parse(run_decid("identify --json " + folder / "a.csv").out)["recordings"][0];
+  const Json timed =
+      Json::parse(run_decid("identify --json --tilt-column tilt_deg " + folder / "early.csv").out)["recordings"][0];
+  CHECK(timed.at("tilt").at("delay_s").get<double>() == doctest::Approx(3.0).epsilon(0.001));
+  CHECK(timed.at("tilt").at("correlation").get<double>() > 0.9999);
+  CHECK(timed.at("tilt").at("gain").get<double>() == doctest::Approx(1.0).epsilon(1e-3));
+  const Json told = Json::parse(run_decid("identify --json --start 3 " + folder / "early.csv").out)["recordings"][0];
+  CHECK(told.at("parameters") == timed.at("parameters"));
+  for (std::size_t p = 0; p < 7; ++p) {  // but for the digits in the file
+    const auto& info = decid::sim::parameter_info[p];
+    CHECK(std::abs(timed["parameters"][p]["value"].get<double>() - plain["parameters"][p]["value"].get<double>()) <
+          1e-3 * (info.high - info.low));
+  }
+}
+
+TEST_CASE("known parameters are shown beside the identified ones") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "a.csv").code == 0);
+  const std::string truth = "Kp=881,Kd=252,Kp_pass=220,Kd_pass=126,Nv=0.5,theta=0.0026,delay=0.12";
+  const Json json = Json::parse(run_decid("identify --json --truth " + truth + " " + folder / "a.csv").out);
+  CHECK(json.at("recordings").at(0).at("parameters").at(0).at("true") == 881.0);
+}
+
+TEST_CASE("a recording at another rate, in radians, without header, is the same recording") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  std::string header;
+  const auto rows = read_csv(folder / "a.csv", header);
+  std::string radians;
+  for (const auto& row : rows)
+    radians += std::to_string(row[0]) + "," + std::to_string(row[1] * M_PI / 180 * 1e6) + "e-6\n";
+  decid::test::write_text(folder / "rad.csv", radians);
+  const Json a = Json::parse(run_decid("identify --json " + folder / "a.csv").out);
+  const Json b = Json::parse(run_decid("identify --json --unit rad " + folder / "rad.csv").out);
+  for (std::size_t p = 0; p < 7; ++p) {
+    const auto& info = decid::sim::parameter_info[p];
+    const double difference = a["recordings"][0]["parameters"][p]["value"].get<double>() -
+                              b["recordings"][0]["parameters"][p]["value"].get<double>();
+    CHECK(std::abs(difference) < 0.02 * (info.high - info.low));
+  }
+}
+
+TEST_CASE("data set, training, evaluation and identification of a protocol of one's own") {
+  const Folder folder;
+  decid::test::write_text(
+      folder / "quick.json",
+      R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  const std::string protocol = " --protocol " + folder / "quick.json";
+  REQUIRE(run_decid("dataset --count 160 --seed 5" + protocol + " -o " + folder / "data.npz").code == 0);
+  const auto trained = run_decid("train --preset small --epochs 3 --json --quiet --data " + folder / "data.npz" +
+                                 " -o " + folder / "m.safetensors");
+  CAPTURE(trained.err);
+  REQUIRE(trained.code == 0);
+  CHECK(trained.err.empty());
+  const Json summary = Json::parse(trained.out);
+  CHECK(summary.at("weights_sha256").get<std::string>().size() == 64);
+  const std::string log = read_text(folder / "m.safetensors.log.csv");
+  CHECK(std::count(log.begin(), log.end(), '\n') == 4);
+  CHECK_FALSE(std::filesystem::exists(folder / "m.safetensors.checkpoint"));
+
+  const std::string model = " --model " + folder / "m.safetensors";
+  const Json evaluation =
+      Json::parse(run_decid("evaluate --json --split validation" + model + " --data " + folder / "data.npz").out);
+  CHECK(evaluation.at("trials") == 80);
+  CHECK(evaluation.at("mse").get<double>() ==
+        doctest::Approx(summary.at("validation_mse").get<double>()).epsilon(1e-12));
+  CHECK(evaluation.at("matlab_loss").get<double>() ==
+        doctest::Approx(3.5 * evaluation.at("mse").get<double>()).epsilon(1e-12));
+  CHECK(evaluation.at("mse_per_parameter").size() == 7);
+
+  const Json info = Json::parse(run_decid("info --json " + folder / "m.safetensors").out);
+  CHECK(info.at("weights_sha256") == summary.at("weights_sha256"));
+  CHECK(info.at("protocol").at("name") == "quick");
+
+  REQUIRE(run_decid("simulate" + protocol + " -o " + folder / "trial.csv").code == 0);
+  CHECK(run_decid("identify" + model + " " + folder / "trial.csv").code == 0);
+  const auto other = run_decid("evaluate --data " + folder / "data.npz");  // the built-in model knows another protocol
+  CHECK(other.code == 2);
+  CHECK(other.err.find("another experiment") != std::string::npos);
+}
+
+TEST_CASE("an interrupted training goes on, with its own data and settings only") {
+  const Folder folder;
+  decid::test::write_text(
+      folder / "quick.json",
+      R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  const std::string protocol = " --protocol " + folder / "quick.json", model = folder / "m.safetensors";
+  REQUIRE(run_decid("dataset --count 400 --seed 5" + protocol + " -o " + folder / "a.npz").code == 0);
+  REQUIRE(run_decid("dataset --count 400 --seed 6" + protocol + " -o " + folder / "b.npz").code == 0);
+  const auto train = [&](const std::string& data, const std::string& options) {
+    return "train --preset small --epochs 30 --data " + folder / data + " " + options + " -o " + model;
+  };
+  // Ctrl-C as soon as there is a checkpoint.
+  const std::string command = std::string(DECID_PROGRAM) + " " + train("a.npz", "") + " 2>" + folder / "err" +
+                              " & child=$!; while ! test -e " + model +
+                              ".checkpoint; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
+  // A shell without job control starts children with SIGINT ignored; the program sets its own handler all the same.
+  REQUIRE(std::system(command.c_str()) == 0);
+  CHECK(read_text(folder / "err").find("--resume") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(model));
+  REQUIRE(std::filesystem::exists(model + ".checkpoint"));
+  decid::test::write_text(folder / "other.txt", "conv 4 5x5 stride 4; relu; fc 7");
+  for (const std::string& other : {train("b.npz", "--resume"), train("a.npz", "--resume --lr 0.001"),
+                                   train("a.npz", "--resume --architecture " + folder / "other.txt")}) {
+    const auto refused = run_decid(other);
+    CAPTURE(other);
+    CHECK(refused.code == 2);
+    CHECK(refused.err.find("other settings") != std::string::npos);
+  }
+  // What differs is said, and nothing else.
+  const std::string slower = run_decid(train("a.npz", "--resume --lr 0.001")).err;
+  CHECK(slower.find("learning_rate 0.02 there, 0.001 here") != std::string::npos);
+  CHECK(slower.find("batch") == std::string::npos);
+  const std::string checkpoint = read_text(model + ".checkpoint");
+  decid::test::write_text(folder / "image.json", R"({"window": 55})");
+  const auto other_image = run_decid(train("a.npz", "--resume --image " + folder / "image.json"));
+  CHECK(other_image.code == 2);
+  CHECK(other_image.err.find("another image") != std::string::npos);
+  CHECK(run_decid(train("a.npz", "--resume")).code == 0);
+  CHECK(std::filesystem::exists(model));
+  CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));
+  // Beginning anew loses a checkpoint: that is told.
+  decid::test::write_text(model + ".checkpoint", checkpoint);
+  const auto anew = run_decid("train --preset small --epochs 1 --data " + folder / "a.npz" + " -o " + model);
+  CHECK(anew.code == 0);
+  CHECK(anew.err.find("warning: " + model + ".checkpoint of an earlier training is there") != std::string::npos);
+}
+
+TEST_CASE("patience keeps the model of the best epoch") {
+  const Folder folder;
+  decid::test::write_text(
+      folder / "quick.json",
+      R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  REQUIRE(
+      run_decid("dataset --count 160 --seed 5 --protocol " + folder / "quick.json" + " -o " + folder / "d.npz").code ==
+      0);
+  const std::string train = "train --json --quiet --preset small --schedule constant --data " + folder / "d.npz";
+  const Json best = Json::parse(run_decid(train + " --epochs 200 --patience 2 -o " + folder / "a.safetensors").out);
+  const int kept = best.at("kept_epoch");
+  CHECK(best.at("epochs") == kept + 2);
+  // With a constant rate, a training of so many epochs is the beginning of the longer one.
+  const Json straight =
+      Json::parse(run_decid(train + " --epochs " + std::to_string(kept) + " -o " + folder / "b.safetensors").out);
+  CHECK(best.at("weights_sha256") == straight.at("weights_sha256"));
+  CHECK(best.at("validation_mse") == straight.at("validation_mse"));
+  CHECK(folder.files() == 6);  // no checkpoint, no best model left beside
+}
+
+TEST_CASE("an offset of the sensor is noticed") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  std::string header;
+  std::string shifted = "time,com_sway_deg\n";
+  for (const auto& row : read_csv(folder / "a.csv", header))
+    shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 1.5) + "\n";
+  decid::test::write_text(folder / "b.csv", shifted);
+  CHECK(run_decid("identify " + folder / "a.csv").out.find("offset") == std::string::npos);
+  CHECK(run_decid("identify " + folder / "b.csv").out.find("--detrend offset") != std::string::npos);
+  CHECK(run_decid("identify --detrend offset " + folder / "b.csv").out.find("warning: the sway's mean") ==
+        std::string::npos);
+}

@@ -1,0 +1,326 @@
+// decid stimulus and decid simulate with protocols of all kinds, as a user runs them; and protocols that must not be
+// mixed.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "sim/segments.hpp"
+#include "tests/tools/decid/run.hpp"
+#include "tools/report/stimulus_page.hpp"
+
+using decid::test::check_refused;
+using decid::test::Folder;
+using decid::test::read_text;
+using decid::test::run_decid;
+using decid::test::write_text;
+using Json = nlohmann::json;
+namespace sim = decid::sim;
+
+namespace {
+
+const std::string examples = std::string(DECID_SOURCE_DIR) + "/examples/";
+
+std::vector<std::vector<double>> columns_of(const std::string& text, std::string& header) {
+  std::istringstream stream(text);
+  std::getline(stream, header);
+  std::vector<std::vector<double>> columns(static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1);
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream cells(line);
+    for (std::vector<double>& column : columns) {
+      std::string cell;
+      std::getline(cells, cell, ',');
+      column.push_back(std::stod(cell));
+    }
+  }
+  return columns;
+}
+
+Json data_of(const std::string& page) {
+  const std::string mark = "id=\"report-data\">";
+  const std::size_t start = page.find(mark) + mark.size();
+  return Json::parse(page.substr(start, page.find("</script", start) - start));
+}
+
+sim::Protocol sines() {
+  sim::Protocol protocol;
+  protocol.name = "</script><b>";
+  protocol.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5},
+                                                {.frequency_hz = 2.0, .amplitude_deg = 0.125, .phase_deg = 30.0}},
+                                 .cycle_s = 20.0,
+                                 .cycles = 2,
+                                 .lead_in_s = 1.0,
+                                 .lead_out_s = 2.0};
+  return protocol;
+}
+
+}  // namespace
+
+TEST_CASE("stimulus: every kind of protocol, its page, and its JSON that makes the same again") {
+  const Folder folder;
+  for (const std::string protocol : {"default", "short", "measured.json", "sines.json", "raised_cosines.json"}) {
+    CAPTURE(protocol);
+    const std::string name = protocol.ends_with(".json") ? examples + protocol : protocol;
+    const auto result = run_decid("stimulus --protocol " + name + " -o " + folder / "a.csv" + " --plot " +
+                                  folder / "a.html" + " --write-protocol " + folder / "a.json");
+    CAPTURE(result.err);
+    REQUIRE(result.code == 0);
+    REQUIRE(run_decid("stimulus --quiet --protocol " + folder / "a.json" + " -o " + folder / "b.csv" +
+                      " --write-protocol " + folder / "b.json")
+                .err.empty());
+    CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
+    CHECK(read_text(folder / "a.json") == read_text(folder / "b.json"));
+    const std::string page = read_text(folder / "a.html");
+    CHECK(page.starts_with("<!doctype html>"));
+    CHECK(page.size() < 2'000'000);
+    for (const char* loading : {"src=\"", "@import", "<link", "<img", "fetch(", "XMLHttpRequest"})
+      CHECK(page.find(loading) == std::string::npos);
+  }
+}
+
+TEST_CASE("stimulus: a long sequence is counted once, not at every sample") {
+  // 6,560 states of 0.25 s: counted at each of the 164,000 samples, this test would take minutes.
+  const Folder folder;
+  write_text(
+      folder / "long.json",
+      R"({"sequence": {"feedback": [0,0,0,0,1,0,0,1], "start": [0,0,0,0,0,0,0,1], "offset_s": 0, "cycles": 1}})");
+  const auto result = run_decid("stimulus --protocol " + folder / "long.json" + " -o " + folder / "a.csv" + " --plot " +
+                                folder / "a.html");
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  std::string header;
+  CHECK(columns_of(read_text(folder / "a.csv"), header)[1].size() == 164'000);
+  CHECK(data_of(read_text(folder / "a.html"))["duration_s"] == 1640.0);
+}
+
+TEST_CASE("stimulus: nothing but what is asked for, and no input overwritten") {
+  const Folder folder;
+  check_refused("stimulus", {"nothing to write", "-o", "--plot", "--write-protocol"});
+  write_text(folder / "p.json", R"({"measured": {"file": "tilt.csv", "lead_out_s": 2}})");
+  const std::string tilt = "time,tilt_deg\n0,0\n0.01,0.1\n0.02,0.2\n";
+  write_text(folder / "tilt.csv", tilt);
+  const std::string protocol = "--protocol " + folder / "p.json" + " ";
+  check_refused("stimulus " + protocol + "-o " + folder / "tilt.csv", {"tilt.csv", "another name"});
+  check_refused("stimulus " + protocol + "--write-protocol " + folder / "p.json", {"p.json", "another name"});
+  check_refused("stimulus " + protocol + "-o " + folder / "x --plot " + folder / "x", {"another name"});
+  check_refused("simulate " + protocol + "-o " + folder / "tilt.csv", {"tilt.csv", "another name"});
+  check_refused("stimulus --plot /nowhere/page.html -o " + folder / "x.csv", {"/nowhere"});
+  CHECK(read_text(folder / "tilt.csv") == tilt);
+  CHECK(folder.files() == 2);
+}
+
+TEST_CASE("protocol files with a measured tilt that cannot be used") {
+  const Folder folder;
+  const auto check = [&](const std::string& tilt, const std::string& measured,
+                         std::initializer_list<std::string> fragments) {
+    write_text(folder / "t.csv", tilt);
+    write_text(folder / "p.json", R"({"measured": )" + measured + "}");
+    check_refused("stimulus --protocol " + folder / "p.json" + " -o " + folder / "s.csv", fragments);
+    CHECK(folder.files() == 2);
+  };
+  check("", R"({"file": "t.csv"})", {"p.json", "t.csv", "no lines"});
+  check("time,tilt_deg\n0,0\n0.01,nan\n", R"({"file": "t.csv"})", {"t.csv", "line 3", "nan"});
+  check("time,tilt_deg\n0,0\n0.01,\n", R"({"file": "t.csv"})", {"t.csv", "line 3", "empty; give a value"});
+  check("time,tilt_deg\n0,0\n0.01,1\n", R"({"file": "t.csv", "rate_hz": 50})", {"p.json", "measured.rate_hz is 50"});
+  check("x", R"({"file": "absent.csv"})", {"absent.csv"});
+  check("x", R"({"file": ["t.csv"]})", {"measured.file"});
+  check("time,tilt_deg\n0,0\n0.01,1\n", R"({"file": "t.csv", "cycles": 1e9})", {"measured.cycles"});
+  check("time,tilt_deg\n0,0\n0.01,1\n", R"({"file": "t.csv", "cycles": 100000000})", {"measured cycles"});
+  check("time,tilt_deg\n0,0\n0.01,1\n", R"({"file": "t.csv", "lead_out_s": 1e300})", {"measured lead_out_s"});
+}
+
+TEST_CASE("protocol files that the simulator could not play are refused by every command alike") {
+  const Folder folder;
+  const auto check = [&](const std::string& text, std::initializer_list<std::string> fragments) {
+    write_text(folder / "p.json", text);
+    const std::string protocol = " --protocol " + folder / "p.json" + " -o " + folder / "out";
+    for (const std::string command : {"stimulus", "simulate", "dataset --count 1", "train --stream"})
+      check_refused(command + protocol, fragments);
+    CHECK(folder.files() == 1);
+  };
+  check(R"({"vestibular_noise": {"low_hz": 0.501, "high_hz": 0.502}})", {"p.json", "protocol p, vestibular_noise"});
+  check(R"({"sequence": {"lead_out_s": 79.11}})", {"p.json", "20011 samples", "lengthen lead_out_s by 0.01 s"});
+  check("{\"name\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}",
+        {"p.json", "32 levels", "column 41"});
+  check(R"({"name": "a", "name": "b"})", {"p.json", "'name' stands twice"});
+  check(R"({"measured": {"tilt_deg": [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6], "lead_out_s": 2, "cycles": 3}})",
+        {"p.json", "measured tilt_deg", "jumps by 0.6 degrees", "cycles 1"});
+  check(R"({"name": "\u001b]0;x\u0007"})", {"p.json", "control character"});
+}
+
+TEST_CASE("simulate: errors show the digits that were given") {
+  const Folder folder;
+  check_refused("simulate --delay 1.0000001 -o " + folder / "x", {"is 1.0000001; give a delay from 0 to 1 s"});
+  check_refused("simulate --kp -0.0000001 -o " + folder / "x", {"is -1e-07; give a finite value, 0 or above"});
+  write_text(folder / "p.json", R"({"sequence": {"amplitude_deg": 45.000000000001}})");
+  check_refused("stimulus --protocol " + folder / "p.json -o " + folder / "x", {"is 45.000000000001; give a value"});
+}
+
+TEST_CASE("amplitude_spectrum: a sine's amplitude stands at its frequency") {
+  const auto spectrum = decid::tools::amplitude_spectrum(sines());
+  REQUIRE(spectrum.resolution_hz == doctest::Approx(0.05).epsilon(1e-14));
+  REQUIRE(spectrum.amplitude_deg.size() == 1001);
+  for (std::size_t k = 0; k < spectrum.amplitude_deg.size(); ++k) {
+    const double expected = k == 5 ? 0.5 : k == 40 ? 0.125 : 0.0;
+    CHECK(std::abs(spectrum.amplitude_deg[k] - expected) < 1e-12);
+  }
+  // 1,009 is a prime: the cycle is shortened to 1,008 samples.
+  sim::Protocol odd;
+  odd.stimulus = sim::MeasuredTilt{.tilt_deg = std::vector<double>(1009, 0.0)};
+  CHECK(decid::tools::amplitude_spectrum(odd).amplitude_deg.size() == 505);
+}
+
+TEST_CASE("stimulus_html: what it shows, escaped and thinned") {
+  const std::string page = decid::tools::stimulus_html(sines(), "9.8.7");
+  CHECK(page.find("</script><b>") == std::string::npos);
+  const Json data = data_of(page);
+  CHECK(data["name"] == "</script><b>");
+  CHECK(data["kind"] == "sines");
+  CHECK(data["version"] == "9.8.7");
+  CHECK(data["duration_s"] == 43.0);
+  CHECK(data["cycles"] == 2);
+  CHECK(data["cycle_s"] == 20.0);
+  CHECK(data["lead_in_s"] == 1.0);
+  CHECK(data["tilt"]["x"].size() == 4300);
+  CHECK(data["tilt"]["y"][0] == 0.0);
+  CHECK(data["velocity"]["y"].size() == 4300);
+  REQUIRE(data["spectrum"]["x"].size() == 2);
+  CHECK(data["spectrum"]["x"][1] == 2.0);
+  CHECK(data["spectrum"]["y"][0] == 0.5);
+  // A sine's line between 100 samples a second: 2 pi f A, and 2% more at most where both are steepest.
+  const double fastest = 2.0 * sim::pi * (0.25 * 0.5 + 2.0 * 0.125);
+  CHECK(data["fastest_deg_s"].get<double>() < fastest);
+  CHECK(data["fastest_deg_s"].get<double>() > 0.9 * fastest);
+
+  sim::Protocol lengthy = sines();
+  std::get<sim::Sines>(lengthy.stimulus).cycles = 150;
+  const Json thin = data_of(decid::tools::stimulus_html(lengthy, "1"));
+  CHECK(thin["tilt"]["x"].size() <= 20'000);
+  CHECK(thin["tilt"]["x"].size() > 10'000);
+  const auto highest = [](const Json& list) { return std::ranges::max(list.get<std::vector<double>>()); };
+  CHECK(highest(thin["tilt"]["y"]) == highest(data["tilt"]["y"]));
+  CHECK(std::ranges::is_sorted(thin["tilt"]["x"].get<std::vector<double>>()));
+}
+
+TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
+  const Folder folder;
+  const auto first = run_decid("simulate --model dip --seed 7 -o " + folder / "a.csv");
+  CHECK(first.code == 0);
+  CHECK(first.err.find("hip") != std::string::npos);
+  std::string header;
+  const auto columns = columns_of(read_text(folder / "a.csv"), header);
+  CHECK(header == "time,com_sway_deg,tilt_deg,leg_deg,trunk_deg");
+  REQUIRE(columns[0].size() == 12100);
+  // The centre of mass lies between leg and trunk, at its shares of both (77% and 23%), to the digits written.
+  const sim::Segments s = sim::segments_of(sim::subject_of(sim::Body{}));
+  const double trunk_share = s.trunk_mass_kg * s.trunk_com_m / (s.mass_kg() * s.com_height_m());
+  double largest = 0.0;
+  for (std::size_t k = 0; k < columns[0].size(); ++k) {
+    const double expected = (1.0 - trunk_share) * columns[3][k] + trunk_share * columns[4][k];
+    REQUIRE(std::abs(columns[1][k] - expected) < 1e-9);
+    largest = std::max(largest, std::abs(columns[1][k]));
+  }
+  CHECK(largest > 0.1);
+  CHECK(largest <= 5.0);
+  CHECK(run_decid("simulate --model dip --seed 7 --hip-delay 0.07 --kp-pass 125.84721 --quiet -o " + folder / "b.csv")
+            .code == 0);
+  CHECK(run_decid("simulate --model dip --seed 7 --hip-delay 0.08 --quiet -o " + folder / "c.csv").code == 0);
+  CHECK(read_text(folder / "c.csv") != read_text(folder / "a.csv"));
+  CHECK(run_decid("simulate --model dip --seed 8 --quiet -o " + folder / "d.csv").err.empty());
+  CHECK(read_text(folder / "d.csv") != read_text(folder / "a.csv"));
+  // The body is the protocol's.
+  CHECK(run_decid("simulate --model dip --protocol " + examples + "sines.json -o " + folder / "e.csv").code == 0);
+  CHECK(columns_of(read_text(folder / "e.csv"), header)[0].size() == 6000);
+  CHECK(run_decid("simulate --model sip -o " + folder / "f.csv").code == 0);
+  CHECK(run_decid("simulate -o " + folder / "g.csv").code == 0);
+  CHECK(read_text(folder / "f.csv") == read_text(folder / "g.csv"));
+}
+
+TEST_CASE("simulate --model dip: wrong input") {
+  const Folder folder;
+  const std::string output = " -o " + folder / "x.csv";
+  check_refused("simulate --hip-kp 100" + output, {"--hip-kp", "--model dip"});
+  check_refused("simulate --model sip --hip-delay 0.1" + output, {"--hip-delay"});
+  check_refused("simulate --model tip" + output, {"tip"});
+  check_refused("simulate --model dip --hip-kp nan" + output, {"hip parameter Kp", "nan"});
+  check_refused("simulate --model dip --delay -1" + output, {"ankle parameter delay"});
+  check_refused("simulate --model dip --hip-delay 2" + output, {"hip parameter delay"});
+  check_refused("simulate --model dip --kp 0 --kd 0" + output, {"5 degrees"});
+  check_refused("simulate --model dip --hip-kp 800 --hip-delay 0.2" + output, {"leg or trunk", "--hip-delay"});
+  write_text(folder / "p.json", R"({"body": {"inertia_kgm2": 103}})");
+  check_refused("simulate --model dip --protocol " + folder / "p.json" + output, {"inertia", "subject"});
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a data set and a model carry their protocol, whatever its kind; others are refused") {
+  const Folder folder;
+  const auto protocol = [&](const std::string& file, double amplitude_deg) {
+    write_text(
+        folder / file,
+        R"({"name": ")" + file +
+            R"(", "measured": {"file": "tilt.csv", "cycles": 2}, "body": {"subject": {"mass_kg": 70, "height_m": 1.7}}})");
+    std::string tilt = "time,tilt_deg\n";
+    for (int k = 0; k < 500; ++k)
+      tilt += std::to_string(0.02 * k) + "," + std::to_string(amplitude_deg * std::sin(0.05 * k)) + "\n";
+    write_text(folder / "tilt.csv", tilt);
+    return "--protocol " + folder / file + " ";
+  };
+  const std::string one = protocol("one.json", 0.2);
+  REQUIRE(run_decid("dataset --count 40 --seed 5 " + one + "-o " + folder / "one.npz").code == 0);
+  REQUIRE(run_decid("simulate " + one + "-o " + folder / "trial.csv").code == 0);
+  const std::string two = protocol("two.json", 0.3);
+  REQUIRE(run_decid("dataset --count 40 --seed 5 " + two + "-o " + folder / "two.npz").code == 0);
+  std::filesystem::remove(folder / "tilt.csv");
+
+  const std::string model = folder / "m.safetensors";
+  const auto trained =
+      run_decid("train --preset small --epochs 1 --batch 8 --quiet --data " + folder / "one.npz" + " -o " + model);
+  CAPTURE(trained.err);
+  REQUIRE(trained.code == 0);
+  const Json info = Json::parse(run_decid("info --json " + model).out);
+  CHECK(info.at("protocol").at("measured").at("tilt_deg").size() == 1000);
+  CHECK(run_decid("evaluate --model " + model + " --data " + folder / "one.npz").code == 0);
+  check_refused("evaluate --model " + model + " --data " + folder / "two.npz",
+                {"two.npz", "another experiment", "'two.json'", "'one.json'"});
+  check_refused("evaluate --data " + folder / "one.npz", {"another experiment", "built-in"});
+  CHECK(
+      run_decid("identify --quiet --model " + model + " --report " + folder / "r.html " + folder / "trial.csv").code ==
+      0);
+  check_refused("identify " + folder / "trial.csv", {"trial.csv", "2000 samples", "'default'", "12100"});
+  check_refused("identify --protocol " + folder / "one.json " + folder / "trial.csv", {"--protocol"});
+
+  write_text(folder / "image.json", R"({"window": 6050, "half_spectrum": true, "rows": 256, "fold": 2})");
+  check_refused("train --preset best --epochs 1 --image " + folder / "image.json" + " --data " + folder / "one.npz" +
+                    " -o " + folder / "n.safetensors",
+                {"one.json", "cycles"});
+  // The preset's own image is made to fit.
+  CHECK(run_decid("train --quiet --preset best --epochs 1 --data " + folder / "one.npz" + " -o " +
+                  folder / "n.safetensors")
+            .code == 0);
+  check_refused("train --protocol short --data " + folder / "one.npz" + " -o " + folder / "n.safetensors",
+                {"--protocol", "--stream"});
+}
+
+TEST_CASE("a stopped training on fresh trials goes on with its own protocol only") {
+  const Folder folder;
+  const std::string model = folder / "m.safetensors";
+  const auto train = [&](const std::string& protocol, const std::string& more) {
+    return "train --stream --stream-trials 64 --validation-trials 8 --preset small --epochs 2000 --protocol " +
+           protocol + " " + more + " -o " + model;
+  };
+  const std::string command = std::string(DECID_PROGRAM) + " " + train(examples + "sines.json", "") + " 2>" +
+                              folder / "err" + " & child=$!; while ! test -e " + model +
+                              ".checkpoint; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
+  REQUIRE(std::system(command.c_str()) == 0);
+  check_refused(train(examples + "raised_cosines.json", "--resume"), {".checkpoint", "another protocol"});
+  check_refused(train(examples + "sines.json", "--resume --sensor-noise 0.01"), {".checkpoint", "another protocol"});
+  // Another name is no other protocol: it goes on, until it is stopped again.
+  Json renamed = Json::parse(read_text(examples + "sines.json"));
+  renamed["name"] = "another name";
+  write_text(folder / "renamed.json", renamed.dump());
+  const std::string again = std::string(DECID_PROGRAM) + " " + train(folder / "renamed.json", "--resume") + " 2>" +
+                            folder / "err" + " & child=$!; sleep 1; kill -INT $child; wait $child; test $? -eq 1";
+  CHECK(std::system(again.c_str()) == 0);
+}

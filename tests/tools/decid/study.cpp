@@ -1,0 +1,256 @@
+// decid study: every number it says is one that another command, or its own tables, give too; its files are there.
+#include <doctest/doctest.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "base/error.hpp"
+#include "sim/parameters.hpp"
+#include "tests/tools/decid/run.hpp"
+#include "tools/report/svg.hpp"
+
+using decid::test::check_refused;
+using decid::test::Folder;
+using decid::test::read_text;
+using decid::test::run_decid;
+using decid::test::write_text;
+using Json = nlohmann::json;
+
+namespace {
+
+/// A column of a CSV file.
+std::vector<double> column(const std::string& path, const std::string& name) {
+  std::istringstream file(read_text(path));
+  std::string line, cell;
+  std::getline(file, line);
+  std::istringstream header(line);
+  std::size_t wanted = 0;
+  bool found = false;
+  for (std::size_t c = 0; std::getline(header, cell, ','); ++c)
+    if (cell == name) wanted = c, found = true;
+  REQUIRE_MESSAGE(found, path, " has no column ", name);
+  std::vector<double> values;
+  while (std::getline(file, line)) {
+    std::istringstream row(line);
+    for (std::size_t c = 0; c <= wanted; ++c) std::getline(row, cell, ',');
+    values.push_back(std::strtod(cell.c_str(), nullptr));
+  }
+  return values;
+}
+
+double sum(const std::vector<double>& values) {
+  double total = 0;
+  for (const double v : values) total += v;
+  return total;
+}
+
+/// A tiny data set, a model of it and a recording.
+struct Setting {
+  Folder folder;
+  std::string data = folder / "d.npz", model = folder / "m.safetensors", recording = folder / "r.csv",
+              protocol = folder / "quick.json";
+
+  Setting() {
+    write_text(protocol, R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1],
+                             "offset_s": 0, "cycles": 1, "amplitude_deg": 2}})");
+    REQUIRE(run_decid("dataset --count 60 --base 50 --seed 5 --protocol " + protocol + " -o " + data).code == 0);
+    REQUIRE(run_decid("train --preset small --epochs 4 --patience 4 --data " + data + " -o " + model).code == 0);
+    REQUIRE(run_decid("simulate --model dip --protocol " + protocol + " -o " + recording).code == 0);
+  }
+  std::string study(const std::string& options) const {
+    return "study --model " + model + " --trials 60 --realisations 3 --sensor-noise 0 0.1 " + options;
+  }
+};
+
+/// What holds of the bins of any study: they share out the trials, and their errors weigh up to the whole.
+void check_bins(const Json& level, const std::string& key, int trials) {
+  double count = 0, squares = 0;
+  for (const Json& bin : level.at(key)) {
+    const double in_bin = bin.at("trials");
+    CHECK(bin.at("mse").is_null() == (in_bin == 0));
+    if (in_bin > 0) squares += in_bin * bin.at("mse").get<double>();
+    count += in_bin;
+  }
+  CHECK(count == trials);
+  CHECK(squares / count == doctest::Approx(level.at("mse").get<double>()).epsilon(1e-9));
+}
+
+}  // namespace
+
+TEST_CASE("a study of a model with its data set, a recording and a learning curve") {
+  const Setting s;
+  write_text(s.folder / "curve.csv", "trials,mse\n100,0.9\n1000,0.6\n10000,0.45\n");
+  const std::string out = s.folder / "study";
+  const auto result =
+      run_decid(s.study("--json --quiet --data " + s.data + " --recording " + s.recording + " --learning-curve " +
+                        s.folder / "curve.csv" + " --time training=12.5 --time simulation=3 -o " + out));
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  CHECK(result.err.empty());
+  CHECK(result.out == read_text(out + "/study.json"));
+  const Json json = Json::parse(result.out);
+
+  for (const std::string half : {"training", "validation"}) {
+    const Json other =
+        Json::parse(run_decid("evaluate --json --split " + half + " --model " + s.model + " --data " + s.data).out);
+    CHECK(json.at("errors").at(half) == other);
+  }
+  CHECK(json.at("data_set").at("trials") == 60);
+  CHECK(json.at("data_set").at("base_trials") == 50);
+  CHECK(json.at("training").at("epochs") == 4);
+  CHECK(json.at("seconds").at("training") == 12.5);
+  CHECK(json.at("learning_curve").size() == 3);
+  CHECK(json.at("notes").empty());
+  CHECK(json.at("paper").at("validation_loss") == 0.2851);
+
+  // The log's best epoch is the one kept, and its error that of the finished model.
+  const auto validation = column(out + "/loss.csv", "validation_mse");
+  const int kept = json.at("training").at("kept_epoch");
+  CHECK(validation.size() == 4);
+  CHECK(validation.at(static_cast<std::size_t>(kept - 1)) == *std::ranges::min_element(validation));
+  CHECK(json.at("errors").at("validation").at("mse").get<double>() ==
+        doctest::Approx(validation.at(static_cast<std::size_t>(kept - 1))).epsilon(1e-8));
+
+  CHECK(sum(column(out + "/amplitude-histogram.csv", "before")) == 50);
+  CHECK(sum(column(out + "/amplitude-histogram.csv", "after")) == 60);
+
+  REQUIRE(json.at("worth").size() == 2);
+  CHECK(json.at("worth").at(0).at("mse") == json.at("errors").at("fresh").at("mse"));
+  CHECK(json.at("worth").at(0).at("mse") != json.at("worth").at(1).at("mse"));
+  for (const Json& level : json.at("worth")) {
+    check_bins(level, "by_amplitude_deg", 60);
+    check_bins(level, "by_nv", 60);
+  }
+
+  const Json identified = Json::parse(run_decid("identify --json --model " + s.model + " " + s.recording).out);
+  for (std::size_t p = 0; p < 7; ++p)
+    CHECK(json.at("recording").at("identified").at(decid::sim::parameter_info[p].name) ==
+          identified.at("recordings").at(0).at("parameters").at(p).at("value"));
+  CHECK(json.at("double_pendulum").at("squared_errors").size() == 3);
+  CHECK(json.at("double_pendulum").at("squared_errors").at(0) == json.at("double_pendulum").at("squared_error"));
+  CHECK(json.at("double_pendulum").at("true").at("Nv") == 0.5);
+
+  // The sample is the trial in the middle: its squared error is 7 times its own MSE.
+  const double error = json.at("sample").at("squared_error");
+  CHECK(error == doctest::Approx(7 * json.at("sample").at("mean_squared_error").get<double>()));
+  const auto sway = column(out + "/sample.csv", "sway_deg");
+  const auto [low, high] = std::ranges::minmax(sway);
+  CHECK((high - low) * M_PI / 180 ==
+        doctest::Approx(json.at("sample").at("peak_to_peak_rad").get<double>()).epsilon(1e-6));
+  CHECK(sum(column(out + "/activations.csv", "filter_8")) != 0);  // the preset's first layer has 8
+
+  for (const std::string id : {"amplitude-histogram", "input-image", "activations", "loss", "sample", "double-pendulum",
+                               "recording", "error-by-amplitude", "error-by-noise", "learning-curve"}) {
+    CAPTURE(id);
+    const std::string svg = read_text(out + "/" + id + ".svg");
+    CHECK(svg.starts_with("<svg "));
+    CHECK(svg.ends_with("</svg>\n"));
+    CHECK(read_text(out + "/" + id + ".csv").find('\n') != std::string::npos);
+    CHECK(read_text(out + "/report.html").find("\"id\":\"" + id + "\"") != std::string::npos);
+  }
+  const std::string table = read_text(out + "/table.txt");
+  for (const char* printed : {"0.2851", "0.2250", "10.4783", "2.8533", "12766", "MATLAB", "Kp_pass", "training"})
+    CHECK(table.find(printed) != std::string::npos);
+
+  // Again: the same bytes, for any number of threads.
+  REQUIRE(
+      run_decid(s.study("--threads 1 --quiet --data " + s.data + " --recording " + s.recording + " --learning-curve " +
+                        s.folder / "curve.csv" + " --time training=12.5 --time simulation=3 -o " + s.folder / "again"))
+          .code == 0);
+  for (const std::string file : {"report.html", "study.json", "table.txt", "error-by-noise.csv"})
+    CHECK(read_text(out + "/" + file) == read_text(s.folder / "again" + "/" + file));
+}
+
+TEST_CASE("a study without a data set simulates its own trials") {
+  const Setting s;
+  std::filesystem::remove(s.model + ".log.csv");
+  const std::string out = s.folder / "study";
+  const Json json = Json::parse(run_decid(s.study("--json --quiet -o " + out)).out);
+  CHECK(json.at("errors").at("validation").is_null());
+  CHECK(json.at("data_set").is_null());
+  CHECK(json.at("training").is_null());
+  CHECK(json.at("recording").is_null());
+  CHECK(json.at("errors").at("fresh").at("trials") == 60);
+  CHECK(json.at("sample").at("from").get<std::string>().starts_with("fresh trials"));
+  CHECK_FALSE(std::filesystem::exists(out + "/loss.svg"));
+  CHECK_FALSE(std::filesystem::exists(out + "/amplitude-histogram.svg"));
+  CHECK(std::filesystem::exists(out + "/error-by-amplitude.svg"));
+}
+
+TEST_CASE("studies that cannot be made write nothing") {
+  const Setting s;
+  const std::string out = " -o " + s.folder / "study";
+  check_refused("study", {"--output"});
+  check_refused(s.study("--data /nowhere/d.npz" + out), {"/nowhere/d.npz"});
+  check_refused(s.study("--seed 5 --quiet --data " + s.data + out), {"--seed", "5"});
+  REQUIRE(run_decid(
+              "train --stream --stream-trials 16 --validation-trials 8 --preset small --epochs 1 --seed 3 --protocol " +
+              s.protocol + " -o " + s.folder / "streamed")
+              .code == 0);
+  check_refused("study --seed 3 --trials 8 --model " + s.folder / "streamed" + out, {"--seed", "3"});
+  check_refused("study --quiet --data " + s.data + out, {"another experiment"});
+  check_refused(s.study("--time fast" + out), {"--time", "fast"});
+  check_refused(s.study("--time training=soon" + out), {"training=soon"});
+  check_refused(s.study("--rate 100" + out), {"--rate", "--recording"});
+  check_refused(s.study("--recording /nowhere/r.csv" + out), {"/nowhere/r.csv"});
+  check_refused(s.study("-o " + s.model), {"m.safetensors", "folder"});
+  write_text(s.folder / "bad.csv", "count,mse\n1,2\n");
+  check_refused(s.study("--learning-curve " + s.folder / "bad.csv" + out), {"bad.csv", "trials"});
+  write_text(s.folder / "bad.csv", "trials,mse\n10,0.5\n9,0.4\n");
+  check_refused(s.study("--learning-curve " + s.folder / "bad.csv" + out), {"bad.csv", "line 3"});
+  check_refused(s.study("--log " + s.folder / "bad.csv" + out), {"bad.csv", "epoch"});
+  if (std::filesystem::exists(s.folder / "study")) CHECK(std::filesystem::is_empty(s.folder / "study"));
+}
+
+TEST_CASE("base64 of RFC 4648") {
+  using decid::tools::base64;
+  CHECK(base64("") == "");
+  CHECK(base64("f") == "Zg==");
+  CHECK(base64("fo") == "Zm8=");
+  CHECK(base64("foo") == "Zm9v");
+  CHECK(base64("foobar") == "Zm9vYmFy");
+  CHECK(base64(std::string("\xff\x00\xfe", 3)) == "/wD+");
+}
+
+TEST_CASE("a PNG holds its pixels") {
+  decid::tools::Bitmap bitmap(3, 2, 3, 7);
+  bitmap.at(1, 2, 0) = 200;
+  const std::string file = decid::tools::png(bitmap);
+  CHECK(file.starts_with("\x89PNG\r\n\x1a\n"));
+  // Signature 8, IHDR 12 + 13, then IDAT: length, name, content.
+  const auto byte = [&](std::size_t i) { return static_cast<std::size_t>(static_cast<unsigned char>(file.at(i))); };
+  CHECK(file.substr(12, 4) == "IHDR");
+  CHECK(byte(19) == 3);
+  CHECK(byte(23) == 2);
+  const std::size_t size = byte(33) << 24 | byte(34) << 16 | byte(35) << 8 | byte(36);
+  REQUIRE(file.substr(37, 4) == "IDAT");
+  std::vector<unsigned char> lines(2 * (1 + 9) + 1);
+  uLongf length = lines.size();
+  REQUIRE(uncompress(lines.data(), &length, reinterpret_cast<const Bytef*>(file.data()) + 41, size) == Z_OK);
+  REQUIRE(length == 20);
+  CHECK(lines[0] == 0);
+  CHECK(lines[1] == 7);
+  CHECK(lines[10] == 0);
+  CHECK(lines[17] == 200);
+  CHECK_THROWS_AS(decid::tools::png(decid::tools::Bitmap(0, 2, 1)), decid::Error);
+}
+
+TEST_CASE("a drawing's text cannot leave its element, and gaps stay gaps") {
+  decid::tools::Sheet sheet(200, 200);
+  sheet.text({0, 0}, "<script>&\"\xff", decid::tools::Anchor::start);
+  CHECK(sheet.svg().find("&lt;script&gt;&amp;&quot;?") != std::string::npos);
+  CHECK(sheet.svg().find("<script>") == std::string::npos);
+
+  decid::tools::Sheet gap(200, 200);
+  decid::tools::Plot plot(gap, {50, 20}, 100, 100, {"x", 0, 4}, {"y", 0, 1});
+  const std::vector<double> x{0, 1, 2, 3, 4}, y{0, 1, std::nan(""), 0, 1};
+  plot.line(x, y, {"#123456"});
+  const std::string svg = gap.svg();
+  CHECK(svg.find("M50.00 120.00L75.00 20.00\"") != std::string::npos);
+  CHECK(svg.find("M125.00 120.00L150.00 20.00\"") != std::string::npos);
+  CHECK(svg.find("nan") == std::string::npos);
+  CHECK(svg.find(">-0<") == std::string::npos);
+}

@@ -1,0 +1,108 @@
+// Exported controllers: the sway of whole trials, to the bit, beside the simulator's.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/text.hpp"
+#include "sim/lanes.hpp"
+#include "tests/tools/firmware/models.hpp"
+
+namespace decid::tools {
+namespace {
+
+using test::Folder;
+using test::run_decid;
+using test::shell;
+
+/// What controller_harness.c reads.
+std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim::Parameters& p, const Random& noise) {
+  const sim::Protocol& protocol = simulator.protocol();
+  const sim::Course course = sim::course_of(protocol, simulator.stimulus());
+  const auto samples = static_cast<std::size_t>(simulator.samples());
+  const std::size_t intervals = simulator.stimulus().rate_rad_s.size() / samples;
+  std::vector<double> trial{course.step_s / protocol.body.inertia_kgm2,
+                            protocol.body.mgh(),
+                            course.sine[0],
+                            course.sine[1],
+                            course.sine[2],
+                            p[sim::Kp_pass],
+                            p[sim::Kd_pass],
+                            static_cast<double>(samples),
+                            static_cast<double>(course.steps_per_sample),
+                            static_cast<double>(intervals)};
+  for (std::size_t i = 0; i < samples * intervals; ++i) {
+    trial.push_back(simulator.stimulus().tilt_rad[i]);
+    trial.push_back(simulator.stimulus().rate_rad_s[i]);
+  }
+  std::vector<double> noise_rate(samples + 1, 0.0);
+  if (p[sim::Nv] > 0.0) sim::VestibularNoiseMaker(protocol).velocity(p[sim::Nv], noise, noise_rate);
+  trial.insert(trial.end(), noise_rate.begin(), noise_rate.end());
+  return trial;
+}
+
+std::string as_bytes(const std::vector<double>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)};
+}
+
+/// Shortest texts that are these very numbers.
+std::string options_of(const sim::Parameters& p) {
+  std::string text;
+  for (std::size_t i = 0; i < sim::parameter_count; ++i)
+    if (i != sim::Nv) text += format(" --%s %.17g", sim::parameter_info[i].option, p[i]);
+  return text;
+}
+
+void check_controller(const sim::Parameters& parameters, const std::string& protocol_name,
+                      const std::string& compiler) {
+  CAPTURE(compiler);
+  const Folder folder;
+  const sim::Simulator simulator(protocol_name == "short" ? sim::short_protocol() : sim::default_protocol());
+  const Random noise(5, Stream::vestibular_noise, 3);
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  REQUIRE(simulator.run(parameters, noise, sway).valid);
+  test::write_text(folder / "trial.bin", as_bytes(trial_for_harness(simulator, parameters, noise)));
+  REQUIRE(run_decid("export controller --name controller --quiet --protocol " + protocol_name + options_of(parameters) +
+                    " -o " + folder / "c")
+              .code == 0);
+  const std::string c = folder / "c";
+  REQUIRE(shell(compiler + " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I " + c + " -c " + c +
+                "/controller.c -o " + folder / "c.o") == 0);
+  REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -ffp-contract=off -O1 -I " + c + " " +
+                DECID_SOURCE_DIR "/tests/tools/firmware/controller_harness.c " + folder / "c.o" + " -lm -o " +
+                folder / "harness") == 0);
+  REQUIRE(shell(folder / "harness" + " " + folder / "trial.bin" + " " + folder / "sway.bin") == 0);
+  CHECK(test::read_text(folder / "sway.bin") == as_bytes(sway));
+}
+
+}  // namespace
+
+TEST_CASE("an exported controller sways as the simulator's, to the bit") {
+  const std::string c99 = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
+  sim::Parameters p = sim::middle_parameters();
+  check_controller(p, "default", c99);
+  p[sim::Delay] = 0.1;  // whole milliseconds
+  check_controller(p, "short", c99);
+  p[sim::Delay] = 0.0;
+  p[sim::Nv] = 0.0;
+  p[sim::Theta] = 0.0;
+  check_controller(p, "default", c99);
+  p = {755.5, 276.9, 151.0, 100.7, 0.15, 0.0016, 0.0004};  // a delay of less than a step
+  check_controller(p, "default", c99);
+  p[sim::Delay] = 0.1453;
+  if (test::have("clang++-14")) check_controller(p, "default", "clang++-14 -x c++ -std=c++17 -O2");
+  if (test::have("gcc")) check_controller(p, "default", "gcc -std=gnu99 -O0");
+}
+
+TEST_CASE("a controller is exported from what identify wrote") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --quiet --seed 3 -o " + folder / "t.csv").code == 0);
+  REQUIRE(run_decid("identify --quiet -o " + folder / "r.json " + folder / "t.csv").code == 0);
+  REQUIRE(run_decid("export controller " + folder / "r.json" + " --quiet --name c -o " + folder / "c").code == 0);
+  const auto json = nlohmann::json::parse(test::read_text(folder / "r.json"));
+  const std::string source = test::read_text(folder / "c/c.c");
+  for (const std::size_t i : {0U, 1U, 2U, 3U, 5U, 6U}) {
+    const double value = json["recordings"][0]["parameters"][i]["value"].get<double>();
+    CHECK(source.find(format("%.17g", value)) != std::string::npos);
+  }
+}
+
+}  // namespace decid::tools

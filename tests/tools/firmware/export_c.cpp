@@ -1,0 +1,269 @@
+// Exported models on the host: every kind of layer and image, several compilers, C and C++, the bits of identify.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "identify/training/presets.hpp"
+#include "identify/training/training.hpp"
+#include "tests/tools/firmware/models.hpp"
+#include "tools/firmware/quantise.hpp"
+#include "tools/firmware/text.hpp"
+
+namespace decid::tools {
+namespace {
+
+using dataset::Channel;
+using test::as_bytes;
+using test::Folder;
+using test::run_decid;
+using test::shell;
+
+const std::string warnings = " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror ";
+const std::string harness = DECID_SOURCE_DIR "/tests/tools/firmware/harness.c";
+
+bool can_fuse() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("fma") != 0;
+#else
+  return false;
+#endif
+}
+
+struct Compiler {
+  std::string program, compile, link;
+};
+
+/// Compilers and their ways; the first one is always there.
+std::vector<Compiler> compilers() {
+  std::vector<Compiler> all{{DECID_C_COMPILER, "-std=c99 -O2", ""}};
+  const auto add = [&](const std::string& program, const std::string& compile, const std::string& link = {}) {
+    if (test::have(program)) all.push_back({program, compile, link});
+  };
+  const std::string sanitizers = "-fsanitize=address,undefined -fno-sanitize-recover=all";
+  add("gcc", "-std=c99 -O1 " + sanitizers, sanitizers);
+  add("gcc", "-std=c99 -O0");
+  add("g++", "-x c++ -std=c++17 -O2");
+  add("clang-14", "-std=c99 -O2");
+  if (!can_fuse()) return all;
+  add("gcc", "-std=gnu99 -O3 -mfma");  // gnu99 would fuse by itself
+  add("clang++-14", "-x c++ -std=c++17 -O2 -mfma");
+  return all;
+}
+
+/// Exports `model` and runs the harness on its trials: their parameters.
+void check_bits(Model model, int trials, const std::string& options, std::size_t most_compilers) {
+  const Folder folder;
+  const dataset::Dataset data = test::noisy_trials(model, trials, 31);
+  std::string images;
+  std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
+  for (int i = 0; i < trials; ++i) {
+    model.make_input(data.trial(i), image);
+    images += as_bytes(image);
+  }
+  test::write_text(folder / "sway.bin", as_bytes(data.sway));
+  test::write_text(folder / "images.bin", images);
+  test::write_text(folder / "m.safetensors", to_bytes(model));
+  REQUIRE(run_decid("export c " + folder / "m.safetensors" + " --name model " + options + " --quiet -o " + folder / "c")
+              .code == 0);
+  std::string expected;
+  if (options.find("--int8") == std::string::npos) {
+    expected = test::identified_bytes(model, data);
+  } else {
+    FirmwarePlan plan = plan_firmware(model, {.int8 = true});
+    quantise(plan, model);
+    std::vector<float> all;
+    const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
+    const std::vector<float> outputs = predict_planned(plan, model, trials, sways);
+    for (std::size_t i = 0; i < outputs.size(); i += sim::parameter_count)
+      for (const double value : model.targets.unscale(std::span(outputs).subspan(i, sim::parameter_count)))
+        all.push_back(static_cast<float>(value));
+    expected = as_bytes(all);
+  }
+  const bool incremental = options.find("--incremental") != std::string::npos;
+  std::vector<Compiler> ways = compilers();
+  ways.resize(std::min(ways.size(), most_compilers));
+  for (const Compiler& way : ways) {
+    const std::string compiler = way.program + " " + way.compile;
+    CAPTURE(compiler);
+    const std::string c = folder / "c";
+    REQUIRE(shell(compiler + warnings + "-I " + c + " -c " + c + "/model.c -o " + folder / "model.o") == 0);
+    REQUIRE(shell(compiler + (incremental ? " -DINCREMENTAL" : "") + " -I " + c + " -c " + harness + " -o " +
+                  folder / "harness.o") == 0);
+    REQUIRE(shell(way.program + " " + way.link + " " + folder / "harness.o" + " " + folder / "model.o" + " -o " +
+                  folder / "harness") == 0);
+    REQUIRE(shell(folder / "harness" + " " + folder / "sway.bin" + " " + folder / "images.bin" + " " +
+                  folder / "results.bin") == 0);
+    CHECK(test::read_text(folder / "results.bin") == expected);
+  }
+}
+
+const dataset::ImageSettings every_channel{
+    .window = 105,  // odd: a transform of the full length, factors 3, 5 and 7
+    .channels = {Channel::modulus, Channel::log_modulus, Channel::phase, Channel::cos_phase, Channel::sin_phase,
+                 Channel::real, Channel::imaginary, Channel::asinh_real, Channel::asinh_imaginary,
+                 Channel::log_residual},
+    .standardize_rows = true,
+    .first_sample = 37};
+
+}  // namespace
+
+TEST_CASE("the firmware model on the host: the bits of identify in every compiler, whole and as samples arrive") {
+  check_bits(load_model(test::firmware_model), 4, "--incremental", 99);
+  check_bits(load_model(test::firmware_model), 4, "--incremental --int8", 99);
+}
+
+TEST_CASE("exported networks have the bits of identify for every kind of layer and image") {
+  SUBCASE("all channels, padding, overlapping pools, layers in odd places") {
+    const std::string odd =
+        "batchnorm; conv 5 3x4 stride 2x3 pad 2x3; relu; relu; maxpool 3x2 stride 2x1; conv 6 4x2 stride 3x1 pad 1x0; "
+        "avgpool 2x3; batchnorm; maxpool 2x2; relu; fc 9; batchnorm; relu; conv 8 1x1; batchnorm; fc 7; relu";
+    check_bits(test::made_up_model(sim::default_protocol(), every_channel, odd), 2, "--incremental", 2);
+    check_bits(test::made_up_model(sim::default_protocol(), every_channel, odd), 2, "--int8", 1);
+  }
+  SUBCASE("the paper's, column by column") {
+    const Preset& preset = preset_named("paper");
+    check_bits(test::made_up_model(sim::default_protocol(), preset.image, preset.architecture), 1, "--incremental", 1);
+  }
+  SUBCASE("windows folded over cycles, a window of 2^7") {
+    dataset::ImageSettings image = preset_named("small").image;
+    image.channels.push_back(Channel::log_residual);
+    image.fold = 2;
+    const std::string architecture = "conv 4 3x3 pad 1x1; relu; globalavgpool; batchnorm; fc 7";
+    for (const char* options : {"", "--incremental"})
+      check_bits(test::made_up_model(sim::default_protocol(), image, architecture), 2, options, 1);
+    check_bits(test::made_up_model(sim::default_protocol(), {.window = 128}, "fc 7"), 2, "", 1);
+  }
+  SUBCASE("the short protocol, the smallest windows, a large prime") {
+    const Preset& preset = preset_named("short");
+    check_bits(test::made_up_model(sim::short_protocol(), preset.image, preset.architecture), 2, "--incremental", 1);
+    check_bits(test::made_up_model(sim::short_protocol(), {.window = 2}, "avgpool 2x7; fc 7"), 1, "--incremental", 1);
+    check_bits(test::made_up_model(sim::short_protocol(), {.window = 2 * 1009, .half_spectrum = true, .rows = 40},
+                                   "conv 3 3x2; fc 7"),
+               1, "", 1);
+  }
+  SUBCASE("the built-in model") {
+    check_bits(built_in_model(), 2, "", 1);
+  }
+}
+
+TEST_CASE("an exported model is small, and needs nothing") {
+  const Folder folder;
+  Model model = load_model(test::firmware_model);
+  const FirmwarePlan plan = plan_firmware(model, {.incremental = true});
+  CHECK(plan.weight_bytes() + 8LL * static_cast<long long>(model.rows.mean.size()) <= 60 * 1024);
+  CHECK(plan.arena.bytes < 128 * 1024);
+  // Line buffers: of the paper's network, 64 filters on 110 x 110, a twentieth of its maps.
+  const Preset& preset = preset_named("paper");
+  Model paper = test::made_up_model(sim::default_protocol(), preset.image, preset.architecture);
+  const FirmwarePlan paper_plan = plan_firmware(paper, {});
+  CHECK(paper_plan.arena.bytes * 18 < paper_plan.whole_map_bytes());
+  REQUIRE(
+      run_decid("export c " + test::firmware_model + " --name model --incremental --quiet -o " + folder / "c").code ==
+      0);
+  REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O2 -ffreestanding -c " + folder / "c/model.c" + " -o " +
+                folder / "model.o") == 0);
+  // Nothing undefined but what compilers call by themselves, nothing that can be written.
+  CHECK(shell("! nm -u " + folder / "model.o" + " | grep -vE ' (memcpy|memset)$'") == 0);
+  CHECK(shell("! nm " + folder / "model.o" + " | grep -E ' [bBdDcC] '") == 0);
+}
+
+TEST_CASE("the firmware model: the hash that is written down, its error, and what 8-bit integers cost") {
+  Model model = load_model(test::firmware_model);
+  const std::string hash = nn::weights_sha256(model.network);
+  CAPTURE(hash);
+  CHECK(test::read_text(DECID_SOURCE_DIR "/docs/firmware.md").find(hash) != std::string::npos);
+  sim::Protocol protocol = model.protocol;
+  CHECK(protocol.sensor_noise.high_deg == doctest::Approx(0.1));
+  const dataset::Dataset data = dataset::generate({.protocol = protocol, .count = 500, .seed = 4242});
+  const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
+  Model best = built_in_model();
+  const double best_mse = evaluate(best, predict(best, data.trials(), 64, sways), data.parameters).mse();
+  const double mse = evaluate(model, predict(model, data.trials(), 64, sways), data.parameters).mse();
+  FirmwarePlan plan = plan_firmware(model, {.int8 = true});
+  quantise(plan, model);
+  const double int8_mse = evaluate(model, predict_planned(plan, model, data.trials(), sways), data.parameters).mse();
+  MESSAGE("MSE: best " << best_mse << ", firmware " << mse << ", in 8-bit integers " << int8_mse);
+  CHECK(mse < best_mse + 0.05);
+  CHECK(int8_mse < mse + 0.01);
+  CHECK(int8_mse != mse);
+}
+
+TEST_CASE("the plan's own network in float has the bits of the engine") {
+  Model model = load_model(test::firmware_model);
+  const dataset::Dataset data = test::noisy_trials(model, 3, 5);
+  const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
+  const std::vector<float> outputs = predict(model, data.trials(), 64, sways);
+  CHECK(as_bytes(predict_planned(plan_firmware(model, {}), model, data.trials(), sways)) == as_bytes(outputs));
+}
+
+TEST_CASE("decid evaluate --int8 measures the network in integers") {
+  const Folder folder;
+  REQUIRE(run_decid("dataset --count 40 --seed 3 --quiet -o " + folder / "d.npz").code == 0);
+  const std::string call = "evaluate --json --model " + test::firmware_model + " --data " + folder / "d.npz";
+  const test::Result plain = run_decid(call), integers = run_decid(call + " --int8");
+  CHECK(plain.code == 0);
+  CHECK(integers.code == 0);
+  CHECK(integers.out.find("\"mse\"") != std::string::npos);
+  CHECK(integers.out != plain.out);
+}
+
+TEST_CASE("literals have the very bits, and comments end where they should") {
+  CHECK(literal(0.1F) == "0.100000001F");
+  CHECK(literal(-3.0F) == "-3.0F");
+  CHECK(literal(1e-45F) == "1.40129846e-45F");
+  CHECK(literal(0.1) == "0.10000000000000001");
+  CHECK_THROWS_AS(literal(std::numeric_limits<float>::infinity()), Error);
+  CHECK_THROWS_AS(literal(std::nan("")), Error);
+  CHECK(comment("a*/b\n") == "a?/b?");
+}
+
+TEST_CASE("bad input of decid export") {
+  const Folder folder;
+  const auto fails = [&](const std::string& arguments, const std::string& says) {
+    CAPTURE(arguments);
+    const test::Result result = run_decid("export " + arguments);
+    CHECK(result.code == 2);
+    CHECK(result.out.empty());
+    CAPTURE(result.err);
+    CHECK(result.err.find(says) != std::string::npos);
+    CHECK(std::ranges::count(result.err, '\n') == 1);
+  };
+  const std::string model = test::firmware_model, out = " -o " + folder / "out";
+  fails("", "subcommand");
+  fails("c", "--output");
+  fails("c " + folder / "none" + out, "none");
+  fails("c " + model + " -o " + folder / "no/such/folder", "folder");
+  fails("c " + model + " -o /proc", "/proc");
+  test::write_text(folder / "file", "");
+  fails("c " + model + " -o " + folder / "file", "no folder");
+  fails("c " + model + " --name 7up" + out, "7up");
+  fails("c " + model + " --name 'a b'" + out, "a b");
+  fails("c " + folder / "file" + out, "file");
+  // More layers than a byte can number.
+  std::string deep = "conv 1 1x1";
+  for (int i = 0; i < 260; ++i) deep += "; conv 1 1x1";
+  test::write_text(folder / "deep.safetensors",
+                   to_bytes(test::made_up_model(sim::short_protocol(), {.window = 1000}, deep + "; fc 7")));
+  fails("c " + folder / "deep.safetensors" + out, "layers");
+  // 11 x 110 x 110 inputs of one sum.
+  const dataset::ImageSettings wide{.channels = std::vector<Channel>(11, Channel::modulus)};
+  test::write_text(folder / "wide.safetensors", to_bytes(test::made_up_model(sim::default_protocol(), wide, "fc 7")));
+  fails("c --int8 " + folder / "wide.safetensors" + out, "32 bits");
+  Model infinite = test::made_up_model(sim::short_protocol(), {.window = 1000}, "fc 7");
+  infinite.network.parameters().back()->value[0] = std::numeric_limits<float>::infinity();
+  test::write_text(folder / "infinite.safetensors", to_bytes(infinite));
+  fails("c " + folder / "infinite.safetensors" + out, "");
+  CHECK(!std::filesystem::exists(folder / "out"));
+  fails("sway " + folder / "none.csv -o " + folder / "s.bin", "none.csv");
+  fails("controller " + folder / "file" + out, "no result");
+  fails("controller --delay 0.9" + out, "falls");
+  fails("controller --delay 3" + out, "delay");
+  fails("controller --kp -1" + out, "Kp");
+  test::write_text(folder / "r.json", R"({"recordings": [{"file": "x", "error": "y"}]})");
+  fails("controller " + folder / "r.json" + out, "recording 1");
+  fails("controller " + folder / "r.json --recording 2" + out, "recordings");
+  CHECK(!std::filesystem::exists(folder / "s.bin"));
+}
+
+}  // namespace decid::tools

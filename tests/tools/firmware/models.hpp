@@ -1,0 +1,77 @@
+// Models, trials and shell commands that the tests of exported firmware share.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <cstring>
+
+#include "base/file.hpp"
+#include "identify/model.hpp"
+#include "tests/tools/decid/run.hpp"
+
+namespace decid::test {
+
+inline const std::string firmware_model = DECID_SOURCE_DIR "/models/firmware.safetensors";
+
+/// A model with weights and scalings as they may come, not trained: bits do not care.
+inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSettings& image,
+                           const std::string& architecture) {
+  Model model(protocol, image, architecture);
+  model.network.initialise(11);
+  const dataset::ImageShape shape = model.images().shape();
+  const auto vary = [](std::size_t i) { return 0.25F * static_cast<float>(i % 7) - 0.5F; };
+  for (nn::Parameter<float>* p : model.network.parameters())
+    if (p->name == "bias" || p->name == "beta")
+      for (std::size_t i = 0; i < p->value.size(); ++i) p->value[i] = vary(i);
+  for (nn::Layer<float>& layer : model.network.layers())
+    for (nn::Statistic<float>& s : layer.statistics())
+      for (std::size_t i = 0; i < s.value.size(); ++i)
+        s.value[i] = s.never_negative ? 0.3F + vary(i + 2) + 0.5F : vary(i);
+  for (int i = 0; image.standardize_rows && i < shape.channels * shape.rows; ++i) {
+    model.rows.mean.push_back(vary(static_cast<std::size_t>(i)));
+    model.rows.deviation.push_back(1.0F + vary(static_cast<std::size_t>(i)));
+  }
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    model.targets.mean[i] = sim::parameter_info[i].middle();
+    model.targets.deviation[i] = 0.3 * sim::parameter_info[i].high;
+  }
+  model.origin = "{}";
+  return model;
+}
+
+/// Valid trials of the model's experiment with 0.02 degrees of sensor noise.
+inline dataset::Dataset noisy_trials(const Model& model, int count, std::uint64_t seed) {
+  sim::Protocol protocol = model.protocol;
+  protocol.sensor_noise = {.low_deg = 0.02, .high_deg = 0.02};
+  return dataset::generate({.protocol = protocol, .count = count, .seed = seed});
+}
+
+inline std::string as_bytes(std::span<const float> values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+}
+
+/// What identify says of the trials, seven floats each, as bytes.
+inline std::string identified_bytes(const Model& model, const dataset::Dataset& data) {
+  std::vector<float> all;
+  for (int i = 0; i < data.trials(); ++i) {  // one by one, as decid identify does
+    const auto sways = sways_in_memory([&](int) { return data.trial(i); });
+    for (const double value : model.targets.unscale(predict(model, 1, 1, sways)))
+      all.push_back(static_cast<float>(value));
+  }
+  return as_bytes(all);
+}
+
+/// A command of the shell: its exit code; what it printed is told if that is not 0.
+inline int shell(const std::string& command) {
+  const Folder folder;
+  const int status = std::system((command + " >" + folder / "out" + " 2>&1 </dev/null").c_str());
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  if (code != 0) MESSAGE(command << "\n" << read_text(folder / "out"));
+  return code;
+}
+inline bool have(const std::string& program) {
+  return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+}  // namespace decid::test

@@ -1,0 +1,124 @@
+// An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F and M7, run under QEMU on
+// trials, bits compared with identify's. What it costs is printed; the README has it as a table.
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "base/text.hpp"
+#include "tests/tools/firmware/models.hpp"
+#include "tools/firmware/quantise.hpp"
+
+namespace decid::tools {
+namespace {
+
+using test::Folder;
+using test::shell;
+
+long long cost(const std::string& text, const std::string& name) {
+  std::istringstream lines(text);
+  std::string found;
+  long long value = 0;
+  while (lines >> found >> value)
+    if (found == name) return value;
+  FAIL("no " << name << " in " << text);
+  return -1;
+}
+
+/// Builds and runs the example; its costs.
+std::string run_example(const Folder& folder, const std::string& options, const dataset::Dataset& data) {
+  test::write_text(folder / "given.bin", test::as_bytes(data.sway));
+  REQUIRE(shell(DECID_SOURCE_DIR "/examples/firmware/run --decid " DECID_PROGRAM " --sway " + folder / "given.bin" +
+                " --out " + folder / "out" + " " + options) == 0);
+  return test::read_text(folder / "out/costs.txt");
+}
+
+/// The row of the README's table, and the controller's.
+std::string row(const std::string& what, const std::string& costs) {
+  const auto kilo = [&](const std::string& name) {
+    return format("%.1f", 1e-3 * static_cast<double>(cost(costs, name)));
+  };
+  const auto mega = [&](const std::string& name) {
+    return format("%.2f", 1e-6 * static_cast<double>(cost(costs, "instructions_" + name)));
+  };
+  return "| " + what + " | " + kilo("code_bytes") + " | " + kilo("constant_bytes") + " | " + kilo("arena_bytes") +
+         " | " + kilo("stack_bytes") + " | " + mega("whole") + " | " + mega("after_last_sample") + " | " +
+         mega("largest_part") + " |";
+}
+std::string controller_row(const std::string& what, const std::string& costs) {
+  const auto text = [&](const std::string& name) { return std::to_string(cost(costs, "controller_" + name)); };
+  return "| " + what + " | " + text("code_bytes") + " | " + text("constant_bytes") + " | " + text("state_bytes") +
+         " | " + text("instructions_a_step") + " |";
+}
+/// Sizes and counts are those of Debian 12's compiler: what is written down is what comes out.
+void check_written(const char* file, const std::string& line) {
+  CAPTURE(line);
+  const std::string text = test::read_text(std::string(DECID_SOURCE_DIR "/") + file);
+  CHECK(text.find(line) != std::string::npos);
+}
+
+void check_costs(const std::string& costs, int trials) {
+  MESSAGE(costs);
+  CHECK(cost(costs, "counter_check") == 200000);
+  CHECK(cost(costs, "self_test_error") == 0);
+  CHECK(cost(costs, "error") == 0);
+  CHECK(cost(costs, "controller_self_test_error") == 0);
+  CHECK(cost(costs, "trials") == trials);
+  CHECK(cost(costs, "arena_bytes") < 128 * 1024);
+  CHECK(cost(costs, "stack_bytes") < 2048);
+  CHECK(cost(costs, "instructions_largest_part") * 20 < cost(costs, "instructions_whole"));
+}
+
+void check_cpu(const std::string& cpu, const std::string& name, int trials) {
+  Model model = load_model(test::firmware_model);
+  {
+    const Folder folder;
+    const dataset::Dataset data = test::noisy_trials(model, trials, 77);
+    const std::string costs = run_example(folder, "--cpu " + cpu, data);
+    check_costs(costs, trials);
+    check_written("README.md", row(name + ", float", costs));
+    check_written("docs/firmware.md", controller_row(name, costs));
+    CHECK(test::read_text(folder / "out/results.bin") == test::identified_bytes(model, data));
+  }
+  const Folder folder;
+  const dataset::Dataset data = test::noisy_trials(model, 2, 78);
+  const std::string costs = run_example(folder, "--int8 --cpu " + cpu, data);
+  check_costs(costs, 2);
+  check_written("README.md", row(name + ", 8 bits", costs));
+  FirmwarePlan plan = plan_firmware(model, {.int8 = true});
+  quantise(plan, model);
+  std::vector<float> expected;
+  const std::vector<float> outputs =
+      predict_planned(plan, model, data.trials(), sways_in_memory([&](int i) { return data.trial(i); }));
+  for (std::size_t i = 0; i < outputs.size(); i += sim::parameter_count)
+    for (const double value : model.targets.unscale(std::span(outputs).subspan(i, sim::parameter_count)))
+      expected.push_back(static_cast<float>(value));
+  CHECK(test::read_text(folder / "out/results.bin") == test::as_bytes(expected));
+}
+
+}  // namespace
+
+TEST_CASE("Cortex-M3 under QEMU, without an FPU: the bits of identify") {
+  check_cpu("m3", "Cortex-M3", 2);
+}
+TEST_CASE("Cortex-M4F under QEMU: the bits of identify") {
+  check_cpu("m4", "Cortex-M4F", 20);
+}
+TEST_CASE("Cortex-M7 under QEMU: the bits of identify") {
+  check_cpu("m7", "Cortex-M7", 20);
+}
+
+TEST_CASE("the example by itself: what it identifies is what decid identify says of its trial") {
+  const Folder folder;
+  REQUIRE(shell(DECID_SOURCE_DIR "/examples/firmware/run --cpu m7 --decid " DECID_PROGRAM " --out " + folder / "out") ==
+          0);
+  const test::Result result =
+      test::run_decid("identify --json --model " + test::firmware_model + " " + folder / "out/trial.csv");
+  REQUIRE(result.code == 0);
+  std::vector<float> expected;
+  const auto json = nlohmann::json::parse(result.out);
+  for (const auto& parameter : json["recordings"][0]["parameters"])
+    expected.push_back(static_cast<float>(parameter["value"].get<double>()));
+  CHECK(test::read_text(folder / "out/results.bin") == test::as_bytes(expected));
+  CHECK(test::shell(DECID_SOURCE_DIR "/examples/firmware/run --cpu z80 2>/dev/null || test $? = 2") == 0);
+}
+
+}  // namespace decid::tools

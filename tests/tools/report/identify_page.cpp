@@ -1,0 +1,201 @@
+// The report page: what it contains, that nothing from outside can become markup, that it is small and reproducible.
+// That its script draws is tests/tools/report/report_chromium.sh's part.
+#include "tools/report/identify_page.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+
+namespace {
+
+using decid::Identification;
+using decid::tools::ReportModel;
+using json = nlohmann::json;
+namespace sim = decid::sim;
+
+constexpr float nan_float = std::numeric_limits<float>::quiet_NaN();
+constexpr double nan_double = std::numeric_limits<double>::quiet_NaN();
+
+const ReportModel model{"built-in", "0123abcd", "9.8.7"};
+
+Identification recording() {
+  Identification made;
+  made.file = "trial.csv";
+  made.column = "com_sway_deg";
+  made.parameters = sim::middle_parameters();
+  made.parameters[sim::Kp] = 838.99;
+  made.rms_residual_deg = 0.25;
+  made.variance_accounted_for = 0.75;
+  made.peak_to_peak_deg = 2.0;
+  for (int k = 0; k < 12100; ++k) {
+    const double phase = 2.0 * sim::pi * k / 1000.0;
+    made.sway_rad.push_back(static_cast<float>(sim::rad_per_deg * std::sin(phase)));
+    made.fitted_rad.push_back(static_cast<float>(0.9 * sim::rad_per_deg * std::sin(phase)));
+    made.tilt_rad.push_back(static_cast<float>(0.5 * sim::rad_per_deg * std::cos(phase)));
+  }
+  made.image_shape = {2, 110, 110};
+  for (int i = 0; i < made.image_shape.size(); ++i) {
+    made.image.push_back(static_cast<float>(3.0 * std::sin(0.37 * i) * std::exp(-0.0005 * (i % 12100))));
+  }
+  return made;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++found;
+  return found;
+}
+
+// The JSON block, from its mark to the first end of a script element: what a browser would take.
+std::string block_of(const std::string& page) {
+  const std::string mark = "id=\"report-data\">";
+  const std::size_t start = page.find(mark) + mark.size();
+  return page.substr(start, page.find("</script", start) - start);
+}
+
+json data_of(const Identification& identification) {
+  return json::parse(block_of(report_html(model, {identification})));
+}
+
+}  // namespace
+
+TEST_CASE("the page is whole, self-contained and small") {
+  const std::string page = report_html(model, {recording()});
+  CHECK(page.starts_with("<!doctype html>"));
+  CHECK(page.ends_with("</html>\n"));
+  for (const char* mark :
+       {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{chart_js}}", "{{common_js}}", "{{page_js}}"})
+    CHECK(page.find(mark) == std::string::npos);
+  CHECK(page.find("Chart.js v3.9.1") != std::string::npos);
+  CHECK(page.find("default-src 'none'") != std::string::npos);
+  for (const char* loading : {"src=\"", "@import", "<link", "<img", "fetch(", "XMLHttpRequest"}) {
+    CAPTURE(loading);
+    CHECK(page.find(loading) == std::string::npos);
+  }
+  CHECK(count(page, "</script>") == 3);
+  CHECK(page.size() < 700'000);
+}
+
+TEST_CASE("the data are those of the identification") {
+  Identification made = recording();
+  made.truth = sim::middle_parameters();
+  made.warnings = {"the recording is short"};
+  const json data = data_of(made);
+  CHECK(data["model"]["name"] == "built-in");
+  CHECK(data["model"]["sha256"] == "0123abcd");
+  CHECK(data["model"]["version"] == "9.8.7");
+  const json& shown = data["recordings"][0];
+  CHECK(shown["file"] == "trial.csv");
+  CHECK(shown["column"] == "com_sway_deg");
+  CHECK(shown["warnings"] == json::array({"the recording is short"}));
+  CHECK(shown["rms_residual_deg"] == 0.25);
+  CHECK(shown["variance_accounted_for"] == 0.75);
+  CHECK(shown["protocol"]["duration_s"] == 121.0);
+  CHECK(shown["protocol"]["cycle_s"] == 60.5);
+  REQUIRE(shown["parameters"].size() == 7);
+  for (std::size_t i = 0; i < 7; ++i) {
+    const json& parameter = shown["parameters"][i];
+    CAPTURE(i);
+    CHECK(parameter["name"] == sim::parameter_info[i].name);
+    CHECK(parameter["value"].get<double>() == doctest::Approx(made.parameters[i]).epsilon(1e-5));
+    CHECK(parameter["truth"].get<double>() == doctest::Approx((*made.truth)[i]).epsilon(1e-5));
+    CHECK(parameter.contains("normalized") == sim::parameter_info[i].per_mgh);
+  }
+  CHECK(shown["parameters"][0]["normalized"].get<double>() == doctest::Approx(1.0).epsilon(1e-4));
+}
+
+TEST_CASE("curves keep a thousandth of their width") {
+  const Identification made = recording();
+  const json series = data_of(made)["recordings"][0]["series"];
+  const double per_degree = series["per_degree"];
+  CHECK(1.0 / per_degree <= 2.0 / 1000);
+  REQUIRE(series["sway"].size() == made.sway_rad.size());
+  for (std::size_t k = 0; k < made.sway_rad.size(); ++k) {
+    const double shown_deg = series["sway"][k].get<double>() / per_degree;
+    REQUIRE(std::abs(shown_deg - made.sway_rad[k] / sim::rad_per_deg) <= 0.5001 / per_degree);
+  }
+}
+
+TEST_CASE("a recording without movement, or of one sample, or of none makes a page") {
+  Identification still = recording();
+  for (std::vector<float>* signal : {&still.sway_rad, &still.fitted_rad, &still.tilt_rad}) signal->assign(12100, 0.0F);
+  CHECK(data_of(still)["recordings"][0]["series"]["sway"][5] == 0);
+  still.sway_rad.resize(1);
+  still.fitted_rad.clear();
+  CHECK(data_of(still)["recordings"][0]["series"]["fitted"].empty());
+  still.sway_rad.clear();
+  still.tilt_rad.clear();
+  still.image.clear();
+  CHECK(data_of(still)["recordings"][0]["image"].is_null());
+  CHECK(json::parse(block_of(report_html(model, {})))["recordings"].empty());
+}
+
+TEST_CASE("the image keeps the rows below half the sample rate and its limits") {
+  Identification made = recording();
+  made.image[3] = nan_float;
+  const json image = data_of(made)["recordings"][0]["image"];
+  CHECK(image["rows"] == 56);
+  CHECK(image["columns"] == 110);
+  CHECK(image["mirrored"] == true);
+  CHECK(image["column_s"] == 1.1);
+  REQUIRE(image["channels"].size() == 2);
+  const json& modulus = image["channels"][0];
+  CHECK(modulus["name"] == "modulus");
+  REQUIRE(modulus["levels"].size() == 56 * 110);
+  CHECK(modulus["levels"][3].is_null());
+  for (const json& level : modulus["levels"]) {
+    if (!level.is_null()) REQUIRE((level >= 0 && level <= 255));
+  }
+  CHECK(image["channels"][1]["kind"] == "cyclic");
+  CHECK(image["channels"][1]["low"].get<double>() == doctest::Approx(-sim::pi).epsilon(1e-5));
+  made.image.pop_back();
+  CHECK_THROWS_AS(report_html(model, {made}), decid::Error);
+}
+
+TEST_CASE("what is not a number becomes null") {
+  Identification made = recording();
+  made.rms_residual_deg = nan_double;
+  made.variance_accounted_for = -std::numeric_limits<double>::infinity();
+  made.peak_to_peak_deg = nan_double;
+  made.parameters[sim::Kd] = nan_double;
+  made.sway_rad[17] = nan_float;
+  made.fitted_rad.resize(100);
+  const json shown = data_of(made)["recordings"][0];
+  CHECK(shown["rms_residual_deg"].is_null());
+  CHECK(shown["variance_accounted_for"].is_null());
+  CHECK(shown["peak_to_peak_deg"].is_null());
+  CHECK(shown["parameters"][1]["value"].is_null());
+  CHECK(shown["parameters"][1]["normalized"].is_null());
+  CHECK(shown["series"]["sway"][17].is_null());
+  CHECK(shown["series"]["fitted"].size() == 100);
+}
+
+TEST_CASE("text from outside cannot leave its block") {
+  const std::string hostile = "</script><script>alert(1)</script><!--<script>{{page_js}}&amp;\" \\u003c\xff\x01";
+  Identification made = recording();
+  made.file = made.column = hostile;
+  made.protocol.name = hostile;
+  made.warnings = {hostile};
+  const std::string page = decid::tools::report_html({hostile, hostile, hostile}, {made});
+  CHECK(count(page, "</script>") == 3);
+  CHECK(page.find("<script>alert") == std::string::npos);
+  const std::string block = block_of(page);
+  CHECK(block.find('<') == std::string::npos);
+  const json data = json::parse(block);
+  // As it was, but for the byte that is not UTF-8.
+  const std::string kept = "</script><script>alert(1)</script><!--<script>{{page_js}}&amp;\" \\u003c\xef\xbf\xbd\x01";
+  CHECK(data["recordings"][0]["file"] == kept);
+  CHECK(data["recordings"][0]["warnings"][0] == kept);
+  CHECK(data["model"]["name"] == kept);
+}
+
+TEST_CASE("the same identification makes the same page") {
+  const std::vector<Identification> recordings{recording(), recording()};
+  CHECK(report_html(model, recordings) == report_html(model, recordings));
+}

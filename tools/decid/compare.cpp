@@ -1,0 +1,167 @@
+// decid compare: network, fit, and fit from the network's answer, on the same trials.
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "dataset/npz/npz.hpp"
+#include "identify/fit/fit_recordings.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/progress.hpp"
+#include "tools/report/comparison_page.hpp"
+
+namespace decid::tools {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string model, data, output, report;
+  std::vector<double> sensor_noise_deg;
+  int trials = 100, starts = 2;
+  std::uint64_t seed = 1;
+  long long simulations = fit::Settings{}.simulations;
+};
+
+/// The trials: the first of a data set, or fresh ones of the model's experiment.
+dataset::Dataset trials_of(const Options& options, const Model& model) {
+  if (options.data.empty()) {
+    dataset::DatasetRequest request;
+    request.protocol = model.protocol;
+    request.protocol.sensor_noise = {};
+    if (!options.sensor_noise_deg.empty())
+      request.protocol.sensor_noise = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
+    request.protocol.validate();
+    request.count = options.trials;
+    request.seed = options.seed;
+    return dataset::generate(request);
+  }
+  if (!options.sensor_noise_deg.empty())
+    throw Error("--sensor-noise", "is for fresh trials; those of --data have their own", "leave one of them out");
+  dataset::Dataset data = dataset::read_npz(options.data);
+  require_same_experiment(model, model_name(options.model), data.protocol, options.data);
+  const auto count = std::min(static_cast<std::size_t>(options.trials), data.parameters.size());
+  data.parameters.resize(count);
+  data.sway.resize(count * static_cast<std::size_t>(data.samples));
+  return data;
+}
+
+struct Stopwatch {
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+};
+
+ComparisonFigures compare(const Options& options) {
+  Model model = model_or_built_in(options.model);
+  const dataset::Dataset data = trials_of(options, model);
+  const int trials = data.trials();
+  ComparisonFigures figures{.version = version,
+                            .model = model_name(options.model),
+                            .sha256 = nn::weights_sha256(model.network),
+                            .trials_from = options.data.empty() ? "seed " + std::to_string(options.seed) : options.data,
+                            .protocol = data.protocol,
+                            .trials = trials,
+                            .threads = thread_count(),
+                            .budget = options.simulations,
+                            .starts = options.starts,
+                            .methods = {}};
+  const auto add = [&](const char* name, const char* description, const std::vector<sim::Parameters>& estimates,
+                       double simulations, double seconds) {
+    figures.methods.push_back(errors_of(name, description, estimates, data.parameters, model.targets.deviation));
+    figures.methods.back().simulations = simulations / trials;
+    figures.methods.back().seconds = seconds / trials;
+  };
+
+  const Stopwatch network_time;
+  std::vector<sim::Parameters> network;
+  for (int i = 0; i < trials; ++i)  // one at a time, as recordings come
+    network.push_back(ask_network(model, data.trial(i)));
+  add("network", "The network's answer, no simulation", network, 0, network_time.seconds());
+
+  const sim::Simulator simulator(data.protocol);
+  ProgressBar bar("compare", "fits", 2LL * trials, options.common.quiet);
+  const auto fit_all = [&](StartKind start, const char* mean_name, const char* mean_text, const char* likeliest_name,
+                           const char* likeliest_text) {
+    FitRequest request{.start = start, .starts = options.starts, .settings = {options.simulations, options.seed}};
+    if (start == StartKind::network) request.starts = 1;
+    const Stopwatch time;
+    std::vector<sim::Parameters> means, likeliest;
+    double simulations = 0, ratio2 = 0;
+    for (int i = 0; i < trials; ++i) {
+      if (interrupted()) throw std::runtime_error(format("stopped at trial %d of %d", i, trials));
+      const fit::Result result = fit::fit(simulator, data.trial(i),
+                                          fit_starts(request, network[static_cast<std::size_t>(i)]), request.settings);
+      means.push_back(result.parameters);
+      likeliest.push_back(result.likeliest);
+      for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+        const double error = result.parameters[p] - data.parameters[static_cast<std::size_t>(i)][p];
+        ratio2 += error * error / (result.standard_error[p] * result.standard_error[p]);
+      }
+      simulations += static_cast<double>(result.simulations);
+      bar.update((start == StartKind::network ? trials : 0) + i + 1);
+    }
+    const double seconds = time.seconds();
+    add(likeliest_name, likeliest_text, likeliest, simulations, seconds);
+    add(mean_name, mean_text, means, simulations, seconds);
+    figures.methods.back().error_per_standard_error =
+        std::sqrt(ratio2 / (static_cast<double>(trials) * static_cast<double>(sim::parameter_count)));
+  };
+  fit_all(StartKind::middle, "fit", "Fit from the middle of the ranges, mean of the likely parameters",
+          "fit, likeliest", "The same fit, the single likeliest parameters: what a fit usually returns");
+  fit_all(StartKind::network, "fit from network", "Fit from the network's answer, mean of the likely parameters",
+          "fit from network, likeliest", "The same fit, the single likeliest parameters");
+  return figures;
+}
+
+void run_compare(const Options& options) {
+  catch_interrupt();
+  refuse_same_file(options.output, {options.model, options.data});
+  refuse_same_file(options.report, {options.model, options.data, options.output});
+  for (const std::string& path : {options.output, options.report})
+    if (!path.empty()) PendingFile probe(path);
+  const ComparisonFigures figures = compare(options);
+  const nlohmann::ordered_json comparison = comparison_json(figures);
+  const std::string json = comparison.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  if (!options.output.empty()) write_file(options.output, json);
+  if (!options.report.empty()) write_file(options.report, comparison_html(figures));
+  std::cout << (options.common.json ? json : comparison_text(comparison));
+}
+
+}  // namespace
+
+void add_compare(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand(
+      "compare", "Compare network, iterative fit and fit from the network on trials with known parameters");
+  command->add_option("--trials", options->trials, "How many trials")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100'000));
+  add_seed_option(*command, options->seed, "Of the fresh trials and of the fits");
+  command
+      ->add_option("--sensor-noise", options->sensor_noise_deg,
+                   "Of the fresh trials: standard deviation in degrees, or LOW HIGH to draw from; default: none")
+      ->expected(1, 2);
+  command->add_option("--data", options->data, "Data set made by decid dataset, instead of fresh trials");
+  command->add_option("--model", options->model, "Model file; default: the built-in model");
+  command->add_option("--starts", options->starts, "Searches of the fit alone; the fit from the network has one")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100));
+  command->add_option("--simulations", options->simulations, "Trials to simulate for each fit, at most")
+      ->capture_default_str()
+      ->check(CLI::Range(1LL, 1'000'000'000LL));
+  command->add_option("-o,--output", options->output, "JSON file to write");
+  command->add_option("--report", options->report, "Page to write: the table and a chart (.html)");
+  add_common_options(*command, options->common, true);
+  command->footer("Example: decid compare --trials 100 --seed 1 --sensor-noise 0.02 --report compare.html");
+  command->callback([options] {
+    apply(options->common);
+    run_compare(*options);
+  });
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,101 @@
+// decid evaluate: a model's error on a data set.
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "dataset/npz/npz.hpp"
+#include "identify/training/training.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/firmware/quantise.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  CommonOptions common;
+  std::string model, data, split = "all";
+  bool int8 = false;
+};
+
+/// The outputs of the model's network, or of the one in 8-bit integers that a firmware would have.
+std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& sways) {
+  if (!int8) return predict(model, trials, 64, sways);
+  FirmwarePlan plan = plan_firmware(model, {.int8 = true});
+  quantise(plan, model);
+  return predict_planned(plan, model, trials, sways);
+}
+
+void evaluate_model(const Options& options) {
+  Model model = model_or_built_in(options.model);
+  const dataset::StoredDataset stored(options.data);
+  const dataset::Dataset& data = stored.about();
+  require_same_experiment(model, model_name(options.model), data.protocol, options.data);
+  if (const std::string other = noise_difference(model.protocol, data.protocol);
+      !other.empty() && !options.common.quiet)
+    std::cerr << "warning: " << options.data << ": " << other << '\n';
+  std::vector<int> chosen;
+  std::vector<sim::Parameters> truth;
+  for (int i = 0; i < data.trials(); ++i) {
+    const bool training = data.split[static_cast<std::size_t>(i)] == 0;
+    if (options.split == "all" || training == (options.split == "training")) {
+      chosen.push_back(i);
+      truth.push_back(data.parameters[static_cast<std::size_t>(i)]);
+    }
+  }
+  if (chosen.empty()) throw Error(options.data, "has no trial in its " + options.split + " half", "leave out --split");
+  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+    parallel_for(static_cast<int>(indices.size()), [&](int i) {
+      thread_local std::vector<float> sway;
+      sway.resize(static_cast<std::size_t>(data.samples));
+      const auto place = static_cast<std::size_t>(i);
+      stored.read(chosen[static_cast<std::size_t>(indices[place])], sway);
+      take(place, sway);
+    });
+  };
+  const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
+  const Evaluation result = evaluate(model, outputs, truth);
+  if (options.common.json) {
+    Json per_parameter;
+    for (std::size_t p = 0; p < sim::parameter_count; ++p)
+      per_parameter[sim::parameter_info[p].name] = result.mse_per_parameter[p];
+    std::cout << Json{{"mse", result.mse()},
+                      {"matlab_loss", result.matlab_loss()},
+                      {"mse_per_parameter", per_parameter},
+                      {"trials", result.trials}}
+                     .dump(2)
+              << '\n';
+    return;
+  }
+  std::cout
+      << format("%d trials of %s with %s\n", result.trials, options.data.c_str(), model_name(options.model).c_str())
+      << format("MSE %.4f (mean over trials and 7 z-scored parameters; predicting the mean gives 1)\n", result.mse())
+      << format("MATLAB's loss %.4f (half the sum over the 7; predicting the mean gives 3.5)\n", result.matlab_loss());
+  for (std::size_t p = 0; p < sim::parameter_count; ++p)
+    std::cout << format("  %-8s %.4f\n", sim::parameter_info[p].name, result.mse_per_parameter[p]);
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand("evaluate", "Measure a model's error on a data set");
+  command->add_option("--model", options->model, "Model file; default: the built-in model");
+  command->add_option("--data", options->data, "Data set made by decid dataset")->required();
+  command->add_option("--split", options->split, "all, training or validation")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"all", "training", "validation"}));
+  command->add_flag("--int8", options->int8, "Of the network in 8-bit integers that decid export c --int8 writes");
+  add_common_options(*command, options->common, true);
+  command->footer("Example: decid evaluate --model model.safetensors --data fresh.npz --json");
+  command->callback([options] {
+    apply(options->common);
+    evaluate_model(*options);
+  });
+}
+
+}  // namespace decid::tools

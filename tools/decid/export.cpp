@@ -1,0 +1,247 @@
+// decid export: a model, or a controller, as C files for a firmware.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "dataset/recording/protocol_file.hpp"
+#include "dataset/recording/recording.hpp"
+#include "dataset/recording/trial.hpp"
+#include "nn/predictor.hpp"
+#include "sim/protocol_json.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/firmware/controller.hpp"
+#include "tools/firmware/quantise.hpp"
+#include "tools/firmware/text.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+struct Options {
+  CommonOptions common;
+  std::string model, output, name;
+  FirmwareOptions firmware;
+};
+
+/// The files' folder, made if it is missing; its parent must be there.
+void write_files(const std::string& folder, const std::string& name, const FirmwareFiles& files) {
+  std::error_code failed;
+  fs::create_directory(folder, failed);
+  if (!fs::is_directory(folder))
+    throw Error(folder, "is no folder, and none can be made there", "give a folder that can be written");
+  const fs::path stem = fs::path(folder) / name;
+  PendingFile header(stem.string() + ".h"), source(stem.string() + ".c");
+  write_file(header.path(), files.header);
+  write_file(source.path(), files.source);
+  header.commit();
+  source.commit();
+}
+
+/// The model file's name as an identifier.
+std::string name_of(const std::string& model) {
+  std::string name = model.empty() ? "decid_model" : fs::path(model).stem().string();
+  for (char& c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) name = "model_" + name;
+  return name;
+}
+
+/// What the program itself makes of the self-test's sway, with the network that identify has.
+TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
+  TestVector test;
+  std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
+  model.make_input(test_sway(model.protocol.samples()), image);
+  test.outputs.resize(sim::parameter_count);
+  if (plan.options.int8)
+    test.outputs = run_plan(plan, image);
+  else
+    nn::Predictor(model.network, 1).run(image, test.outputs);
+  for (const double value : model.targets.unscale(test.outputs)) test.parameters.push_back(static_cast<float>(value));
+  return test;
+}
+
+void export_model(const Options& options) {
+  const std::string name = options.name.empty() ? name_of(options.model) : options.name;
+  check_firmware_name(name);
+  const Model model = model_or_built_in(options.model);
+  FirmwarePlan plan = plan_firmware(model, options.firmware);
+  if (options.firmware.int8) quantise(plan, model);
+  const TestVector test = test_vector(model, plan);
+  const std::string hash = nn::weights_sha256(model.network);
+  const std::string origin =
+      format("Made by decid %s from %s, weights SHA-256\n   %s%s.", version,
+             options.model.empty() ? "its built-in model" : comment(fs::path(options.model).filename()).c_str(),
+             hash.c_str(), options.firmware.int8 ? ", in 8-bit integers" : "");
+  write_files(options.output, name, firmware_files(model, plan, test, name, origin));
+  if (options.common.json) {
+    std::cout << Json{{"files", {name + ".h", name + ".c"}},
+                      {"weight_bytes", plan.weight_bytes()},
+                      {"arena_bytes", plan.arena.bytes},
+                      {"whole_map_bytes", plan.whole_map_bytes()},
+                      {"lines", plan.stream_rows ? "rows" : "columns"},
+                      {"weights_sha256", hash}}
+                     .dump(2)
+              << '\n';
+  } else if (!options.common.quiet) {
+    std::cout << format(
+        "%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena; all feature maps whole: %lld\n",
+        name.c_str(), name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes,
+        plan.whole_map_bytes());
+  }
+}
+
+void add_export_c(CLI::App& parent) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = parent.add_subcommand("c", "A model as one C file and its header");
+  command->add_option("model", options->model, "Model file; default: the built-in model");
+  command->add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
+      ->required();
+  command->add_option("--name", options->name,
+                      "What the files and functions are called; default: the model file's name");
+  command->add_flag("--incremental", options->firmware.incremental,
+                    "With functions that take samples as they arrive and spread the work");
+  command->add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
+  add_common_options(*command, options->common, true);
+  command->footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");
+  command->callback([options] {
+    apply(options->common);
+    export_model(*options);
+  });
+}
+
+struct ControllerOptions {
+  CommonOptions common;
+  std::string result, output, name = "decid_controller", protocol = "default";
+  int recording = 1;
+  std::array<std::optional<double>, sim::parameter_count> parameters;
+};
+
+/// The parameters of one recording in the JSON that decid identify wrote.
+sim::Parameters identified(const std::string& path, int recording) {
+  const std::string remedy = "give a file written by decid identify -o";
+  const Json json = Json::parse(read_file(path), nullptr, false);
+  if (!json.is_object() || !json.contains("recordings") || !json["recordings"].is_array())
+    throw Error(path, "is no result of decid identify", remedy);
+  const Json& all = json["recordings"];
+  if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
+    throw Error(path, format("has %zu recordings, not a number %d", all.size(), recording), "choose one: --recording");
+  sim::Parameters parameters{};
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    try {
+      const Json& found = all.at(static_cast<std::size_t>(recording) - 1).at("parameters").at(i);
+      if (found.at("name") != sim::parameter_info[i].name)
+        throw Error(path, "has its parameters in another order", remedy);
+      parameters[i] = found.at("value").get<double>();
+    } catch (const Json::exception&) {
+      throw Error(path, format("has no %s of recording %d", sim::parameter_info[i].name, recording), remedy);
+    }
+  }
+  return parameters;
+}
+
+void export_controller(const ControllerOptions& options) {
+  check_firmware_name(options.name);
+  sim::Parameters parameters =
+      options.result.empty() ? sim::middle_parameters() : identified(options.result, options.recording);
+  for (std::size_t i = 0; i < sim::parameter_count; ++i)
+    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));  // a network may say a little less
+  const std::string origin =
+      format("The DEC posture controller, made by decid %s%s.", version,
+             options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
+  write_files(options.output, options.name,
+              controller_files(parameters, dataset::load_protocol(options.protocol), options.name, origin));
+  if (!options.common.quiet)
+    std::cerr << format("%s.h and %s.c written to %s\n", options.name.c_str(), options.name.c_str(),
+                        options.output.c_str());
+}
+
+void add_export_controller(CLI::App& parent) {
+  auto options = std::make_shared<ControllerOptions>();
+  CLI::App* command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
+  command->add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
+  command->add_option("--recording", options->recording, "Which of its recordings, from 1")->capture_default_str();
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    const sim::ParameterInfo& info = sim::parameter_info[i];
+    if (i == sim::Nv) continue;  // a machine has its own noise
+    command->add_option(std::string("--") + info.option, options->parameters[i],
+                        std::string(info.description) + " in " + info.unit + ", in place of the identified one");
+  }
+  command
+      ->add_option("--protocol", options->protocol,
+                   "Body, and the tilt of the self-test: default, short or a JSON file")
+      ->capture_default_str();
+  command->add_option("--name", options->name, "What the files and functions are called")->capture_default_str();
+  command->add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
+      ->required();
+  add_common_options(*command, options->common, false);
+  command->footer("Example: decid export controller result.json -o firmware/");
+  command->callback([options] {
+    apply(options->common);
+    export_controller(*options);
+  });
+}
+
+struct SwayOptions {
+  CommonOptions common;
+  std::vector<std::string> recordings;
+  std::string model, output;
+};
+
+void export_sway(const SwayOptions& options) {
+  std::vector<std::string> inputs = options.recordings;
+  inputs.push_back(options.model);
+  refuse_same_file(options.output, inputs);
+  const Model model = model_or_built_in(options.model);
+  std::string bytes;
+  for (const std::string& path : options.recordings) {
+    dataset::Recording recording = dataset::read_recording(path, {});
+    const dataset::Trial trial = dataset::fit_to_protocol(recording, model.protocol);
+    static_assert(std::endian::native == std::endian::little);
+    bytes.append(reinterpret_cast<const char*>(trial.sway_rad.data()), trial.sway_rad.size() * sizeof(float));
+    for (const std::string& warning : recording.warnings) std::cerr << path << ": " << warning << '\n';
+  }
+  write_file(options.output, bytes);
+  if (!options.common.quiet)
+    std::cerr << format("%zu trials of %d samples, float32, rad, written to %s\n", options.recordings.size(),
+                        model.protocol.samples(), options.output.c_str());
+}
+
+void add_export_sway(CLI::App& parent) {
+  auto options = std::make_shared<SwayOptions>();
+  CLI::App* command = parent.add_subcommand(
+      "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
+  command->add_option("recordings", options->recordings, "As for decid identify")->required();
+  command->add_option("--model", options->model, "Model file; default: the built-in model");
+  command->add_option("-o,--output", options->output, "File to write")->required();
+  add_common_options(*command, options->common, false);
+  command->footer("Example: decid export sway trial.csv -o sway.bin");
+  command->callback([options] {
+    apply(options->common);
+    export_sway(*options);
+  });
+}
+
+}  // namespace
+
+void add_export(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("export", "Write a model or a controller as C files for a firmware");
+  command->require_subcommand(1);
+  command->footer("Example: decid export c model.safetensors -o firmware/");
+  add_export_c(*command);
+  add_export_controller(*command);
+  add_export_sway(*command);
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,92 @@
+// The command line program. Exit codes: 0 done, 2 wrong usage or bad input (one line on stderr), 1 anything else.
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <exception>
+#include <iostream>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "nn/kernels/kernels.hpp"
+#include "tools/decid/command.hpp"
+
+namespace {
+
+void complain(const std::string& text) {
+  std::cerr << "decid: " << decid::one_line(text) << '\n';
+}
+
+/// What a shell makes of a variable that is not set: no option means anything by it.
+void refuse_empty(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const bool after_equals = argument.starts_with("--") && argument.ends_with('=');
+    if (!argument.empty() && !after_equals) continue;
+    const std::string what = after_equals ? argument : i > 1 ? std::string(argv[i - 1]) + " ''" : "''";
+    throw decid::Error(what, "is empty", "give a value, or leave the option out (is a variable of the shell not set?)");
+  }
+}
+
+/// A full disk is told by no single write.
+void require_written_output() {
+  std::cout.flush();
+  if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
+}
+
+int run(int argc, char** argv) {
+  refuse_empty(argc, argv);
+  CLI::App program{"decid identifies the posture controller behind a recording of body sway on a tilting platform"};
+  program.name("decid");
+  program.set_version_flag("--version", std::string("decid ") + decid::version);
+  program.require_subcommand(1);
+  program.footer("Example: decid identify recording.csv --report report.html");
+  decid::tools::add_identify(program);
+  decid::tools::add_fit(program);
+  decid::tools::add_compare(program);
+  decid::tools::add_simulate(program);
+  decid::tools::add_stimulus(program);
+  decid::tools::add_dataset(program);
+  decid::tools::add_train(program);
+  decid::tools::add_evaluate(program);
+  decid::tools::add_study(program);
+  decid::tools::add_info(program);
+  decid::tools::add_export(program);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // --help, --version
+      program.exit(error);
+      require_written_output();
+      return 0;
+    }
+    std::string command;
+    for (const CLI::App* sub : program.get_subcommands()) command = " " + sub->get_name();
+    if (command.empty() && argc > 1 && argv[1][0] != '-')
+      throw decid::Error(argv[1], "is no command", "decid --help lists the commands");
+    complain(std::string(error.what()) + "; see decid" + command + " --help");
+    return 2;
+  }
+  require_written_output();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+#if defined(SIGXFSZ)
+  std::signal(SIGXFSZ,
+              SIG_IGN);  // a file beyond the shell's limit is an error of its write, with a line and a clean-up
+#endif
+  try {
+    return run(argc, argv);
+  } catch (const decid::Error& error) {
+    complain(error.what());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    complain("not enough memory; ask for fewer trials, a smaller batch or a shorter recording");
+    return 1;
+  } catch (const std::exception& error) {
+    complain(error.what());
+    return 1;
+  }
+}

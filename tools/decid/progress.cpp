@@ -1,0 +1,100 @@
+// Progress of long work: see progress.hpp.
+#include "tools/decid/progress.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+
+namespace decid::tools {
+namespace {
+
+std::atomic<bool> interrupt_flag{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
+
+extern "C" void on_interrupt(int signal) {
+  if (interrupt_flag.exchange(true)) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+}
+
+}  // namespace
+
+void catch_interrupt() {
+  std::signal(SIGINT, on_interrupt);
+}
+bool interrupted() {
+  return interrupt_flag.load();
+}
+
+std::string duration_text(double seconds) {
+  const auto s = static_cast<long long>(std::ceil(seconds));
+  if (s < 60) return std::to_string(s) + " s";
+  if (s < 3600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
+  return std::to_string(s / 3600) + " h " + std::to_string(s / 60 % 60) + " min";
+}
+
+ProgressBar::ProgressBar(std::string what, std::string unit, long long total, bool quiet)
+    : what_(std::move(what)),
+      unit_(std::move(unit)),
+      total_(std::max(total, 1LL)),
+      quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      start_(std::chrono::steady_clock::now()),
+      next_(start_ + std::chrono::milliseconds(terminal_ ? 200 : 10000)) {}
+
+ProgressBar::~ProgressBar() {
+  clear();
+}
+
+std::string ProgressBar::figures(long long done) const {
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const double rate = static_cast<double>(done - before_) / std::max(seconds, 1e-9);
+  char text[160];
+  std::snprintf(text, sizeof text, "%lld of %lld %s, %.*f/s", done, total_, unit_.c_str(), rate < 10 ? 2 : 0, rate);
+  return text +
+         (done > before_ ? ", " + duration_text(static_cast<double>(total_ - done) / rate) + " left" : std::string());
+}
+
+void ProgressBar::go_on_from(long long done) {
+  before_ = done;
+  start_ = std::chrono::steady_clock::now();
+}
+
+void ProgressBar::update(long long done) {
+  const auto now = std::chrono::steady_clock::now();
+  if (quiet_ || now < next_) return;
+  next_ = now + std::chrono::milliseconds(terminal_ ? 200 : 10000);
+  std::string text = what_ + ": ";
+  if (terminal_) {
+    constexpr long long width = 24;
+    const auto filled = static_cast<std::size_t>(width * std::min(done, total_) / total_);
+    text += "[" + std::string(filled, '#') + std::string(width - filled, '.') + "] ";
+  }
+  text += figures(done);
+  if (!terminal_) {
+    std::fprintf(stderr, "%s\n", text.c_str());
+    return;
+  }
+  const std::size_t padding = text.size() < shown_ ? shown_ - text.size() : 0;
+  std::fprintf(stderr, "\r%s%s", text.c_str(), std::string(padding, ' ').c_str());
+  std::fflush(stderr);
+  shown_ = text.size();
+}
+
+void ProgressBar::line(const std::string& text) {
+  if (quiet_) return;
+  clear();
+  std::fprintf(stderr, "%s\n", text.c_str());
+}
+
+void ProgressBar::clear() {
+  if (shown_ > 0) std::fprintf(stderr, "\r%s\r", std::string(shown_, ' ').c_str());
+  shown_ = 0;
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,84 @@
+// The options of commands that read recordings: see recording_flags.hpp.
+#include "tools/decid/recording_flags.hpp"
+
+#include <algorithm>
+#include <iostream>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace decid::tools {
+namespace {
+
+std::optional<dataset::Unit> unit_of(const std::string& name) {
+  if (name.empty()) return {};
+  return name == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
+}
+
+}  // namespace
+
+ReadOptions RecordingFlags::read_options() const {
+  ReadOptions made;
+  made.recording.column = column;
+  made.recording.unit = unit_of(unit);
+  made.recording.rate_hz = rate;
+  made.recording.fill_gaps_s = fill_gaps;
+  made.recording.tilt_column = tilt_column;
+  made.recording.tilt_unit = unit_of(tilt_unit);
+  made.recording.invert_sway = invert == "sway" || invert == "both";
+  made.recording.invert_tilt = invert == "tilt" || invert == "both";
+  made.trial.start_s = begin;
+  if (detrend == "offset") made.trial.detrend = dataset::Detrend::offset;
+  if (detrend == "linear") made.trial.detrend = dataset::Detrend::linear;
+  if (!truth.empty()) made.truth = sim::parameters_from_text(truth, "--truth");
+  if (tilt_column.empty() && (!tilt_unit.empty() || made.recording.invert_tilt)) {
+    throw Error("--tilt-unit, --invert", "no tilt is read", "name its column with --tilt-column");
+  }
+  if (begin && !tilt_column.empty()) {
+    throw Error("--begin", "the tilt tells where the protocol starts", "give the start or --tilt-column, not both");
+  }
+  return made;
+}
+
+void add_recording_flags(CLI::App& command, RecordingFlags& flags, const std::string& begin) {
+  command.add_option("recordings", flags.files, "CSV or MAT-files: a column of sway, usually one of time")->required();
+  command.add_option("--column", flags.column, "Sway column, by name or number from 1; default: found by name");
+  command.add_option("--unit", flags.unit, "deg or rad; default: from the column's name, else degrees")
+      ->check(CLI::IsMember({"deg", "rad"}));
+  command.add_option("--rate", flags.rate, "Sample rate in Hz, if there is no time column or it is wrong")
+      ->check(CLI::Range(1.0, 100000.0));
+  command
+      .add_option("--fill-gaps", flags.fill_gaps,
+                  "Interpolate missing values and lost samples up to so many seconds; default: refuse them")
+      ->check(CLI::Range(0.0, 60.0));
+  command.add_option(begin, flags.begin, "Where the protocol starts, in seconds after the first sample")
+      ->check(CLI::Range(0.0, 1e6));
+  command.add_option("--tilt-column", flags.tilt_column,
+                     "The platform's measured tilt, by name or number: it tells where the protocol starts");
+  command.add_option("--tilt-unit", flags.tilt_unit, "deg or rad; default: from the column's name, else degrees")
+      ->check(CLI::IsMember({"deg", "rad"}));
+  command.add_option("--invert", flags.invert, "sway, tilt or both: positive against the protocol's direction")
+      ->check(CLI::IsMember({"sway", "tilt", "both"}));
+  command
+      .add_option("--detrend", flags.detrend,
+                  "offset: take off the mean of the whole cycles; linear: a drift too; default: none")
+      ->check(CLI::IsMember({"none", "offset", "linear"}));
+  command.add_option("--truth", flags.truth,
+                     "Known parameters, shown beside: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
+}
+
+void refuse_alone(const std::vector<Identification>& all) {
+  if (all.size() == 1 && all.front().error) throw *all.front().error;
+}
+
+void tell_errors(const std::string& command, const std::vector<Identification>& all) {
+  for (const Identification& id : all)
+    if (id.error) std::cerr << "decid: " << one_line(id.error->what()) << '\n';
+  const auto failed = std::ranges::count_if(all, [](const Identification& id) { return id.error.has_value(); });
+  if (failed > 0) {
+    throw Error(command, std::to_string(failed) + " of " + std::to_string(all.size()) + " recordings failed",
+                "see the lines above, or \"error\" in the JSON; the others are done");
+  }
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,33 @@
+// The options of commands that read recordings, and what they say of those that cannot be used.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "identify/recordings.hpp"
+#include "tools/decid/command.hpp"
+
+namespace decid::tools {
+
+/// What the commands that read recordings ask for.
+struct RecordingFlags {
+  std::vector<std::string> files;
+  std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
+  std::optional<double> rate, begin;
+  double fill_gaps = 0.0;
+
+  std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }
+  /// Throws Error for what does not go together.
+  ReadOptions read_options() const;
+};
+/// `begin`: the names of the option that says where the protocol starts; messages call it --begin.
+void add_recording_flags(CLI::App& command, RecordingFlags& flags, const std::string& begin);
+
+/// One recording alone is all or nothing: throws its error. Of several, the good ones are kept.
+void refuse_alone(const std::vector<Identification>& all);
+/// When all is written: a line on standard error for each that could not be used, then Error if there is one.
+void tell_errors(const std::string& command, const std::vector<Identification>& all);
+
+}  // namespace decid::tools

@@ -1,0 +1,203 @@
+// decid simulate: a trial with known parameters as CSV, of the single or the double inverted pendulum.
+#include "sim/simulate.hpp"
+
+#include <array>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/text.hpp"
+#include "dataset/recording/protocol_file.hpp"
+#include "sim/double_pendulum.hpp"
+#include "sim/protocol_json.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/trial_csv.hpp"
+
+namespace decid::tools {
+namespace {
+
+/// What was given on the command line.
+using Given = std::array<std::optional<double>, sim::parameter_count>;
+
+struct Options {
+  CommonOptions common;
+  Given parameters, hip;
+  std::uint64_t seed = 1;
+  std::string model = "sip", protocol = "default", output;
+};
+
+sim::Parameters filled(sim::Parameters parameters, const Given& given) {
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) parameters[i] = given[i].value_or(parameters[i]);
+  return parameters;
+}
+
+std::vector<double> room(int samples) {
+  return std::vector<double>(static_cast<std::size_t>(samples));
+}
+
+void to_degrees(std::vector<double>& angles) {
+  for (double& value : angles) value /= sim::rad_per_deg;
+}
+
+/// The same body without noise on a platform that hardly moves.
+sim::Protocol at_rest(sim::Protocol protocol) {
+  sim::Sequence small;
+  small.amplitude_deg = 1e-3;
+  protocol.stimulus = small;
+  protocol.vestibular_noise.scale_deg = 0.0;  // its band may hold nothing of this trial
+  return protocol;
+}
+
+/// Throws Error if the body fell: what happened, and what keeps it standing - less noise, less tilt, or other gains,
+/// the first of these that does. stands(protocol, without_noise): whether the same parameters do.
+void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol,
+                      const std::function<bool(const sim::Protocol&, bool without_noise)>& stands,
+                      const std::string& other_gains) {
+  if (outcome.valid) return;
+  const bool fell = outcome.largest_sway_rad > sim::sway_limit_rad;
+  const std::string what = fell ? "the body leaves 5 degrees"
+                                : format("leg or trunk leaves %.0f degrees", sim::segment_limit_rad / sim::rad_per_deg);
+  const std::string remedy =
+      stands(protocol, true)            ? "without vestibular noise it stands: lower --nv or the noise's scale"
+      : stands(at_rest(protocol), true) ? "on a platform at rest it stands: lower the amplitude of the tilt"
+                                        : other_gains;
+  throw Error("simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
+}
+
+void print_parameters(const char* title, const sim::Parameters& parameters) {
+  std::cerr << title;
+  for (std::size_t i = 0; i < sim::parameter_count; ++i)
+    std::cerr << format("%-8s %12.6g %s\n", sim::parameter_info[i].name, parameters[i],
+                        sim::parameter_info[i].shown_unit());
+}
+
+void print_summary(const Options& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
+  const double noise_deg = sim::sensor_noise_level(protocol.sensor_noise, options.seed, 0) / sim::rad_per_deg;
+  std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees%s, seed %llu, written to %s\n",
+                      protocol.samples(), protocol.sample_rate_hz, outcome.largest_sway_rad / sim::rad_per_deg,
+                      noise_deg > 0.0 ? format(" and %.4g of sensor noise", noise_deg).c_str() : "",
+                      static_cast<unsigned long long>(options.seed), options.output.c_str());
+}
+
+void simulate_single(const Options& options, sim::Protocol protocol) {
+  const sim::Simulator simulator(std::move(protocol));
+  const sim::Parameters parameters = filled(sim::middle_parameters(), options.parameters);
+  std::vector<double> sway = room(simulator.samples());
+  const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
+  const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp], mgh = simulator.protocol().body.mgh();
+  require_standing(
+      outcome, simulator.protocol(),
+      [&](const sim::Protocol& other, bool without_noise) {
+        sim::Parameters same = parameters;
+        if (without_noise) same[sim::Nv] = 0.0;
+        const sim::Simulator again(other);
+        std::vector<double> unused = room(again.samples());
+        return again.run(same, Random(options.seed, Stream::vestibular_noise, 0), unused).valid;
+      },
+      stiffness <= mgh
+          ? format("--kp-pass and twice --kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp", stiffness,
+                   mgh)
+          : "shorten --delay, lower --kp or raise --kd");
+  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, sway);
+  to_degrees(sway);
+  auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
+  columns.insert(columns.begin() + 1, std::move(sway));
+  write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg"}, columns, csv_digits));
+  if (options.common.quiet) return;
+  print_parameters("", parameters);
+  print_summary(options, simulator.protocol(), outcome);
+}
+
+void simulate_double(const Options& options, sim::Protocol protocol) {
+  const sim::DoubleSimulator simulator(std::move(protocol));
+  sim::DoubleParameters parameters = sim::default_double_parameters(simulator.segments());
+  parameters = {filled(parameters.ankle, options.parameters), filled(parameters.hip, options.hip)};
+  std::vector<double> com = room(simulator.samples()), leg = com, trunk = com;
+  const sim::Outcome outcome =
+      simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), {com, leg, trunk});
+  require_standing(
+      outcome, simulator.protocol(),
+      [&](const sim::Protocol& other, bool without_noise) {
+        sim::DoubleParameters same = parameters;
+        if (without_noise) same.ankle[sim::Nv] = same.hip[sim::Nv] = 0.0;
+        const sim::DoubleSimulator again(other);
+        std::vector<double> unused = room(again.samples()), leg_unused = unused, trunk_unused = unused;
+        return again.run(same, Random(options.seed, Stream::vestibular_noise, 0), {unused, leg_unused, trunk_unused})
+            .valid;
+      },
+      "shorten --delay or --hip-delay, or bring the gains of ankle and hip nearer to their defaults");
+  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, com);
+  auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
+  for (std::vector<double>* angles : {&com, &leg, &trunk}) to_degrees(*angles);
+  columns.insert(columns.begin() + 1, std::move(com));
+  columns.push_back(std::move(leg));
+  columns.push_back(std::move(trunk));
+  write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg", "leg_deg", "trunk_deg"}, columns, csv_digits));
+  if (options.common.quiet) return;
+  print_parameters("ankle\n", parameters.ankle);
+  print_parameters("hip\n", parameters.hip);
+  print_summary(options, simulator.protocol(), outcome);
+}
+
+void simulate(const Options& options) {
+  std::vector<std::string> files;
+  sim::Protocol protocol = dataset::load_protocol(options.protocol, &files);
+  refuse_same_file(options.output, files);
+  options.model == "dip" ? simulate_double(options, std::move(protocol))
+                         : simulate_single(options, std::move(protocol));
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
+  const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    const sim::ParameterInfo& info = sim::parameter_info[i];
+    command
+        ->add_option(std::string("--") + info.option, options->parameters[i],
+                     format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description, info.low,
+                            info.high, unit_after(info).c_str(), info.middle(), of_double.ankle[i]))
+        ->option_text("FLOAT");
+  }
+  add_seed_option(*command, options->seed, "Seed of the noise");
+  command
+      ->add_option("--model", options->model,
+                   "Body: sip, the single inverted pendulum, or dip, leg and trunk with a controller at the ankle (the "
+                   "seven parameters above) and one at the hip; sensor noise is added to com_sway_deg alone")
+      ->check(CLI::IsMember({"sip", "dip"}))
+      ->capture_default_str();
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    const sim::ParameterInfo& info = sim::parameter_info[i];
+    command
+        ->add_option(std::string("--hip-") + info.option, options->hip[i],
+                     format("With --model dip, of the hip: %s; default %.4g%s", info.description, of_double.hip[i],
+                            info.shown_unit()))
+        ->option_text("FLOAT");
+  }
+  command->add_option("--protocol", options->protocol, "default, short, or a JSON file")->capture_default_str();
+  command
+      ->add_option("-o,--output", options->output,
+                   "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
+      ->required();
+  add_common_options(*command, options->common, false);
+  command->footer(
+      "Default gains of --model dip are those of the default body; they scale with the m g h of the protocol's.\n"
+      "Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
+      "Example: decid simulate --model dip --hip-delay 0.05 -o trial.csv");
+  command->callback([options, command] {
+    for (const sim::ParameterInfo& info : sim::parameter_info) {
+      const std::string name = std::string("--hip-") + info.option;
+      if (options->model != "dip" && command->count(name) > 0)
+        throw Error(name, "has no effect on the single pendulum, which has no hip", "use it with --model dip");
+    }
+    apply(options->common);
+    simulate(*options);
+  });
+}
+
+}  // namespace decid::tools

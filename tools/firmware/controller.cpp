@@ -1,0 +1,86 @@
+// The DEC controller as C files: see firmware_controller.hpp.
+#include "tools/firmware/controller.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "embedded/firmware_arithmetic.hpp"
+#include "embedded/firmware_controller.hpp"
+#include "embedded/firmware_controller_header.hpp"
+#include "sim/lanes.hpp"
+
+namespace decid::tools {
+namespace {
+
+constexpr int test_seconds = 3;
+
+std::string define_double(const std::string& name, double value) {
+  return "#define " + name + " " + literal(value) + "\n";
+}
+
+std::string parameter_table(const sim::Parameters& p) {
+  return "const DECID_FW_parameters DECID_FW_identified = {" + literal(p[sim::Kp]) + ", " + literal(p[sim::Kd]) + ", " +
+         literal(p[sim::Kp_pass]) + ", " + literal(p[sim::Kd_pass]) + ", " + literal(p[sim::Theta]) + ", " +
+         literal(p[sim::Delay]) + "};\n\n";
+}
+
+}  // namespace
+
+std::uint64_t hash_of(std::span<const double> values) {
+  std::uint64_t hash = 14695981039346656037U;
+  for (const double value : values) hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 1099511628211U;
+  return hash;
+}
+
+FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
+                               const std::string& name, const std::string& origin) {
+  const sim::Simulator simulator(protocol);
+  sim::Parameters noise_free = parameters;
+  noise_free[sim::Nv] = 0.0;
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  const sim::Outcome outcome = simulator.run(noise_free, Random(0, Stream::vestibular_noise, 0), sway);
+  if (!outcome.valid)
+    throw Error("export controller", format("with these parameters the body falls after %.2f s", outcome.end_s),
+                "shorten --delay, lower --kp or raise --kd");
+  const sim::Stimulus& stimulus = simulator.stimulus();
+  const int samples = std::min(simulator.samples(), static_cast<int>(test_seconds * protocol.sample_rate_hz));
+  const int intervals = samples * protocol.steps_per_sample() / stimulus.interval_steps;
+  const auto first = [&](const std::vector<double>& values) {
+    return std::vector<double>(values.begin(), values.begin() + intervals);
+  };
+  const std::uint64_t hash = hash_of(std::span(sway).first(static_cast<std::size_t>(samples)));
+
+  std::string header = "/* " + origin + "\n   How to use it: docs/firmware.md of decid. */\n";
+  header += embedded::firmware_controller_header();
+  const int delay_steps = static_cast<int>(sim::longest_delay_s * sim::steps_per_second) + 2;
+  header = replaced(header, "@CONSTANTS@",
+                    define("DECID_FW_STEPS_PER_SECOND", sim::steps_per_second) +
+                        define_double("DECID_FW_LONGEST_DELAY_S", sim::longest_delay_s) +
+                        define("DECID_FW_DELAY_STEPS", delay_steps) +
+                        define_double("DECID_FW_INERTIA_KGM2", protocol.body.inertia_kgm2) +
+                        define("DECID_FW_TEST_STEPS", samples * protocol.steps_per_sample()));
+
+  const sim::Course course = sim::course_of(protocol, stimulus);
+  std::string source = "/* " + origin + R"(
+   Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
+   -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math. The self-test tells if the bits are right. */
+)";
+  source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
+  for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_FMA_FLOAT"}) source += define(unused, 0);
+  source += define("USES_FMA_DOUBLE", 1) + define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
+            define_double("STEP_OVER_INERTIA", course.step_s / protocol.body.inertia_kgm2) +
+            define_double("BODY_MGH", protocol.body.mgh()) + define_double("SINE_0", course.sine[0]) +
+            define_double("SINE_1", course.sine[1]) + define_double("SINE_2", course.sine[2]) +
+            define("STEPS_PER_SAMPLE", course.steps_per_sample) + define("STEPS_PER_INTERVAL", course.interval_steps) +
+            define("TEST_INTERVALS", intervals) +
+            format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(hash));
+  source += embedded::firmware_arithmetic();
+  source += "\n" + parameter_table(parameters) + table("static const double test_tilt[]", first(stimulus.tilt_rad)) +
+            table("static const double test_rate[]", first(stimulus.rate_rad_s)) + "\n";
+  source += embedded::firmware_controller();
+  return {with_name(header, name), with_name(source, name)};
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,19 @@
+// The DEC controller as C files for a firmware, with parameters that were identified or chosen.
+#pragma once
+
+#include <span>
+
+#include "sim/simulate.hpp"
+#include "tools/firmware/text.hpp"
+
+namespace decid::tools {
+
+/// FNV-1a over the bits of values, a word at a time: hash_of in firmware/controller.c.
+std::uint64_t hash_of(std::span<const double> values);
+
+/// Simulates what the self-test expects, noise-free, with the protocol's body and tilt. Throws Error if these
+/// parameters do not stand for the protocol's whole length, or if they cannot be simulated.
+FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
+                               const std::string& name, const std::string& origin);
+
+}  // namespace decid::tools

@@ -1,0 +1,193 @@
+// From a model to a firmware's layers and memory: see firmware_plan.hpp.
+#include "tools/firmware/plan.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "sim/fft.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Kind = FirmwareLayer::Kind;
+constexpr int complex_bytes = 16;
+constexpr int most_layers = 250;  // their numbers fit a byte
+constexpr long long most_bytes = 1LL << 30;
+
+/// The layers' list while it grows; maps are numbered as layers write them.
+class Chain {
+ public:
+  explicit Chain(nn::Shape input) { shapes_.push_back(input); }
+
+  FirmwareLayer& add(Kind kind, nn::Shape dst) {
+    FirmwareLayer layer;
+    layer.kind = kind;
+    layer.src = static_cast<int>(shapes_.size()) - 1;
+    layer.dst = layer.src + 1;
+    shapes_.push_back(dst);
+    layers_.push_back(std::move(layer));
+    finished_ = false;
+    return layers_.back();
+  }
+  /// The layer whose outputs BatchNorm and ReLU change: the last one, unless it has some already; then one that does
+  /// nothing else.
+  FirmwareLayer& to_finish() {
+    if (layers_.empty() || finished_) add(Kind::max_pool, shapes_.back()).taps = 1;
+    finished_ = true;
+    return layers_.back();
+  }
+  std::vector<FirmwareLayer> layers() && { return std::move(layers_); }
+  const std::vector<nn::Shape>& shapes() const { return shapes_; }
+
+ private:
+  std::vector<nn::Shape> shapes_;
+  std::vector<FirmwareLayer> layers_;
+  bool finished_ = false;
+};
+
+void add_sums(Chain& chain, const nn::Step<float>& step) {
+  const bool convolution = step.kind == nn::Step<float>::Kind::convolution;
+  FirmwareLayer& layer = chain.add(convolution ? Kind::convolution : Kind::all, step.dst);
+  layer.kernel = {step.conv.kernel_rows, step.conv.kernel_columns};
+  if (convolution) {
+    layer.stride = {step.conv.stride_rows, step.conv.stride_columns};
+    layer.pad = {step.conv.pad_rows, step.conv.pad_columns};
+  }
+  layer.taps = step.src.channels * layer.kernel.rows * layer.kernel.columns;
+  layer.weight = step.weight;
+  layer.bias = step.bias;
+}
+
+void add_pool(Chain& chain, const nn::Pool& pool) {
+  FirmwareLayer& layer = chain.add(pool.kind == nn::Pool::Kind::max ? Kind::max_pool : Kind::average_pool, pool.dst());
+  layer.kernel = {pool.shape.kernel_rows, pool.shape.kernel_columns};
+  layer.stride = {pool.shape.stride_rows, pool.shape.stride_columns};
+  layer.taps = layer.kernel.rows * layer.kernel.columns;
+}
+
+Chain chain_of(const nn::Inference<float>& inference) {
+  Chain chain(inference.input_shape());
+  for (const nn::Step<float>& step : inference.steps()) {
+    if (step.kind != nn::Step<float>::Kind::activation) {
+      add_sums(chain, step);
+      continue;
+    }
+    FirmwareLayer& finished = chain.to_finish();
+    finished.affine = step.affine;
+    finished.normalises = step.affine.scale.empty();
+    finished.rectifies = step.relu;
+    if (step.pool) add_pool(chain, *step.pool);
+  }
+  return chain;
+}
+
+void lay_out(FirmwareMap& map, const FirmwareLayer* consumer, bool stream_rows, bool is_image) {
+  const nn::Shape& s = map.shape;
+  map.lines = stream_rows ? s.rows : s.columns;
+  map.positions = stream_rows ? s.columns : s.rows;
+  const bool all = consumer != nullptr && consumer->kind == Kind::all;
+  map.whole = all || (is_image && stream_rows);
+  if (map.whole) {
+    map.capacity = map.lines;
+    map.channel_stride = s.rows * s.columns;
+    map.line_stride = stream_rows ? s.columns : 1;
+    map.position_stride = stream_rows ? 1 : s.columns;
+    return;
+  }
+  const int kernel = consumer == nullptr ? 1 : stream_rows ? consumer->kernel.rows : consumer->kernel.columns;
+  map.capacity = std::min(kernel, map.lines);
+  map.channel_stride = map.positions;
+  map.line_stride = s.channels * map.positions;
+  map.position_stride = 1;
+}
+
+long long aligned(long long bytes) {
+  return (bytes + 7) / 8 * 8;
+}
+
+/// Offsets of all maps and of the rest of the arena. With rows as lines the network begins when the last spectrum is
+/// drawn, so it has the spectra's memory; with columns it works in between.
+void plan_memory(FirmwarePlan& plan, const Model& model) {
+  const dataset::ImageSettings& image = model.image;
+  const dataset::ImageShape shape = model.images().shape();
+  const int value_bytes = plan.options.int8 ? 1 : 4;
+  const int state_bytes = (6 + static_cast<int>(plan.maps.size()) + 7) * 4;
+  ArenaPlan& arena = plan.arena;
+  arena.maps = aligned(state_bytes);
+  long long values = 0;
+  for (FirmwareMap& map : plan.maps) {
+    map.offset = static_cast<int>(std::min(values, most_bytes));
+    if (&map != &plan.maps.back()) values += map.values();
+  }
+  long long patch = 0;
+  for (const FirmwareLayer& layer : plan.layers) {
+    if (layer.kind != Kind::all) patch = std::max<long long>(patch, layer.taps);
+  }
+  arena.patch = aligned(arena.maps + values * value_bytes);
+  const long long network_end = aligned(arena.patch + patch * value_bytes);
+
+  const int length = image.window % 2 == 0 ? image.window / 2 : image.window;
+  const int bins = std::min(image.window / 2 + 1, shape.rows);
+  const int kept_columns = plan.options.incremental ? shape.columns : 1;
+  arena.signal = plan.stream_rows ? aligned(arena.maps + plan.maps.front().values() * value_bytes) : network_end;
+  arena.scratch = arena.signal + 1LL * length * complex_bytes;
+  arena.spectra = arena.scratch + 2LL * plan.largest_radix() * complex_bytes;
+  arena.samples = arena.spectra + (image.fold - 1LL) * kept_columns * bins * complex_bytes;
+  const long long end = arena.samples + (plan.options.incremental ? 4LL * image.window : 0);
+  arena.bytes = aligned(std::max(network_end, end));
+}
+
+FirmwarePlan plan_by(const Chain& chain, const Model& model, const FirmwareOptions& options, bool stream_rows) {
+  FirmwarePlan plan;
+  plan.options = options;
+  plan.stream_rows = stream_rows;
+  plan.layers = Chain(chain).layers();
+  const int window = model.image.window;
+  plan.radices = sim::fft_radices(window % 2 == 0 ? window / 2 : window);
+  for (std::size_t i = 0; i < chain.shapes().size(); ++i) {
+    FirmwareMap map;
+    map.shape = chain.shapes()[i];
+    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, stream_rows, i == 0);
+    plan.maps.push_back(map);
+  }
+  plan_memory(plan, model);
+  return plan;
+}
+
+}  // namespace
+
+int FirmwarePlan::largest_radix() const {
+  return radices.empty() ? 1 : *std::ranges::max_element(radices);
+}
+
+long long FirmwarePlan::weight_bytes() const {
+  std::size_t bytes = 0;
+  for (const FirmwareLayer& layer : layers) {
+    bytes += options.int8 ? layer.steps.size() : layer.weight.size() * sizeof(float);
+    bytes += (layer.bias.size() + layer.scale.size() + 2 * layer.affine.scale.size()) * sizeof(float);
+  }
+  return static_cast<long long>(bytes);
+}
+
+long long FirmwarePlan::whole_map_bytes() const {
+  long long values = 0;
+  for (const FirmwareMap& map : maps) values += map.shape.size();
+  return values * (options.int8 ? 1 : 4);
+}
+
+FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
+  const Chain chain = chain_of(nn::Inference<float>(model.network));
+  if (chain.shapes().size() > most_layers)
+    throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, most_layers),
+                "export a smaller network");
+  FirmwarePlan rows = plan_by(chain, model, options, true), columns = plan_by(chain, model, options, false);
+  const bool by_columns = options.incremental && model.images().shape().columns > 1;
+  FirmwarePlan plan = by_columns || columns.arena.bytes < rows.arena.bytes ? std::move(columns) : std::move(rows);
+  if (plan.arena.bytes > most_bytes)
+    throw Error("export", format("the network needs %lld bytes to work in, more than 1 GiB", plan.arena.bytes),
+                "export a smaller network");
+  return plan;
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,79 @@
+// What a model becomes in a firmware: its layers in the order in which lines of the image go through them, and where in
+// the arena everything lies. Weights are those of inference, BatchNorm folded into convolutions.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "identify/model.hpp"
+#include "nn/inference.hpp"
+
+namespace decid::tools {
+
+/// What lies between two layers; see network_map in firmware/types.c, which has the same members.
+struct FirmwareMap {
+  nn::Shape shape;
+  bool whole = false;  ///< all lines are kept, channel by channel as in an image; else the last `capacity` of them
+  int lines = 0, positions = 0, capacity = 0;
+  int line_stride = 0, channel_stride = 0, position_stride = 0;
+  int offset = 0;               ///< in values
+  float steps_per_unit = 1.0F;  ///< of 8-bit integers
+  int zero = 0;
+
+  long long values() const { return whole ? shape.size() : 1LL * capacity * shape.channels * positions; }
+};
+
+/// Rows and columns of one thing.
+struct Extent {
+  int rows = 1, columns = 1;
+};
+
+struct FirmwareLayer {
+  enum class Kind { convolution, all, max_pool, average_pool };  ///< all: every value of the input, fully connected
+  Kind kind = Kind::convolution;
+  int src = 0, dst = 0;     ///< maps
+  bool normalises = false;  ///< a BatchNorm that is folded away follows, which makes -0 a 0
+  bool rectifies = false;
+  Extent kernel, stride, pad{0, 0};
+  int taps = 0;                    ///< inputs of one sum
+  std::vector<float> weight;       ///< [output][tap], empty for pools
+  std::vector<float> bias;         ///< [output]
+  nn::Affine<float> affine;        ///< follows the sum; empty: nothing
+  std::vector<std::int8_t> steps;  ///< 8-bit weights, if there are any; then value = scale[output] sum + bias[output]
+  std::vector<float> scale;
+
+  bool pools() const { return kind == Kind::max_pool || kind == Kind::average_pool; }
+};
+
+/// Bytes from the start of the arena, multiples of 8.
+struct ArenaPlan {
+  long long maps = 0, patch = 0, signal = 0, scratch = 0, spectra = 0, samples = 0;
+  long long bytes = 0;
+};
+
+struct FirmwareOptions {
+  bool incremental = false;  ///< samples are fed as they arrive
+  bool int8 = false;
+};
+
+struct FirmwarePlan {
+  FirmwareOptions options;
+  bool stream_rows = true;  ///< lines are the image's rows, which then is kept whole; else its columns
+  std::vector<FirmwareMap> maps;
+  std::vector<FirmwareLayer> layers;
+  std::vector<int> radices;  ///< of the transform's passes
+  ArenaPlan arena;
+
+  int largest_radix() const;
+  /// Of weights and what belongs to them (biases, scales).
+  long long weight_bytes() const;
+  /// Of all maps, were they kept whole.
+  long long whole_map_bytes() const;
+};
+
+/// Plans the way that needs the smaller arena; incremental ones go by columns if the image has several. Throws Error
+/// for what a firmware cannot hold: more than 250 layers, an arena above 1 GiB.
+FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
+
+}  // namespace decid::tools

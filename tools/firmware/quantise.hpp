@@ -1,0 +1,27 @@
+// A firmware's network in 8-bit integers: weights with a scale for each output, symmetric; activations with a scale and
+// a zero for each map, calibrated on simulated trials; sums in 32 bits, exact. Jacob et al., "Quantization and training
+// of neural networks for efficient integer-arithmetic-only inference", CVPR 2018; the step from one layer's sums to the
+// next one's activations is in float here.
+#pragma once
+
+#include <span>
+
+#include "tools/firmware/plan.hpp"
+
+namespace decid::tools {
+
+/// Simulated trials that activations are calibrated on: 256, or as many as 10^10 multiply-adds allow, but 16 at least.
+int calibration_trials(const FirmwarePlan& plan);
+
+/// Gives the plan its integers: the model's own experiment, trials of a seed that is never trained on. Throws
+/// Error for a layer whose sums may leave 32 bits.
+void quantise(FirmwarePlan& plan, const Model& model);
+
+/// The plan's network, a layer at a time, in the order of sums that the firmware has: in float, or in integers if the
+/// plan has any. The last outputs.
+std::vector<float> run_plan(const FirmwarePlan& plan, std::span<const float> image);
+
+/// predict() (tools/model.hpp) with this network in place of the model's.
+std::vector<float> predict_planned(const FirmwarePlan& plan, const Model& model, int trials, const Sways& sways);
+
+}  // namespace decid::tools

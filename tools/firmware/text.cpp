@@ -1,0 +1,312 @@
+// A firmware's files: see firmware_text.hpp.
+#include "tools/firmware/text.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <type_traits>
+
+#include "base/error.hpp"
+#include "base/math.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "embedded/firmware_api.hpp"
+#include "embedded/firmware_arithmetic.hpp"
+#include "embedded/firmware_elementary.hpp"
+#include "embedded/firmware_header.hpp"
+#include "embedded/firmware_image.hpp"
+#include "embedded/firmware_incremental.hpp"
+#include "embedded/firmware_network.hpp"
+#include "embedded/firmware_spectrum.hpp"
+#include "embedded/firmware_types.hpp"
+#include "embedded/firmware_work.hpp"
+
+namespace decid::tools {
+namespace {
+
+using dataset::Channel;
+using Kind = FirmwareLayer::Kind;
+
+std::string element(float value) {
+  return literal(value);
+}
+std::string element(double value) {
+  return literal(value);
+}
+template <class T>
+requires std::is_integral_v<T> std::string element(T value) {
+  return std::is_same_v<T, std::uint32_t> ? format("0x%08xU", static_cast<unsigned>(value))
+                                          : std::to_string(static_cast<long long>(value));
+}
+
+int transform_length(const Model& model) {
+  return model.image.window % 2 == 0 ? model.image.window / 2 : model.image.window;
+}
+
+/// What the runtime's parts are told by the preprocessor.
+std::string settings(const Model& model, const FirmwarePlan& plan) {
+  const dataset::ImageSettings& image = model.image;
+  const dataset::ImageShape shape = model.images().shape();
+  const auto has = [&](Channel channel) { return std::ranges::count(image.channels, channel) > 0; };
+  const auto radix = [&](int r) { return std::ranges::count(plan.radices, r) > 0; };
+  const bool log_modulus = has(Channel::log_modulus), residual = has(Channel::log_residual);
+  const bool asinh = has(Channel::asinh_real) || has(Channel::asinh_imaginary);
+  const bool modulus = has(Channel::modulus) || log_modulus || has(Channel::cos_phase) || has(Channel::sin_phase);
+  std::string text;
+  text += define("WINDOW", image.window) + define("SIGNAL_LENGTH", transform_length(model)) +
+          define("PASSES", static_cast<long long>(plan.radices.size())) + define("LARGEST_RADIX", plan.largest_radix());
+  for (const int r : {2, 3, 4, 5}) text += define("USES_RADIX_" + std::to_string(r), radix(r));
+  text += define("FIRST_SAMPLE", image.first_sample) + define("FOLD", image.fold) +
+          define("IMAGE_CHANNELS", shape.channels) + define("IMAGE_ROWS", shape.rows) +
+          define("IMAGE_COLUMNS", shape.columns) + define("SHOWN_BINS", std::min(image.window / 2 + 1, shape.rows)) +
+          define("KEPT_COLUMNS", plan.options.incremental ? shape.columns : 1) +
+          define("STANDARDIZES_ROWS", image.standardize_rows);
+  text += define("USES_CHANNEL_MODULUS", has(Channel::modulus)) + define("USES_MODULUS", modulus) +
+          define("USES_LOG_MODULUS", log_modulus) + define("USES_LOG_RESIDUAL", residual) +
+          define("USES_PHASE", has(Channel::phase)) + define("USES_COS_PHASE", has(Channel::cos_phase)) +
+          define("USES_SIN_PHASE", has(Channel::sin_phase)) + define("USES_ASINH", asinh) +
+          define("USES_LOG", log_modulus || residual || asinh) +
+          define("USES_SQUARE_ROOT", modulus || residual || asinh) + define("USES_FMA_FLOAT", 1) +
+          define("USES_FMA_DOUBLE", 0);
+  text += define("QUANTISED", plan.options.int8) + define("INCREMENTAL", plan.options.incremental) +
+          define("STREAM_ROWS", plan.stream_rows) +
+          define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
+          define("MAPS", static_cast<long long>(plan.maps.size())) +
+          define("LAYERS", static_cast<long long>(plan.layers.size()));
+  const ArenaPlan& arena = plan.arena;
+  text += "/* Where things are in the arena, bytes. */\n" + define("STATE_BYTES", arena.maps) +
+          define("MAPS_OFFSET", arena.maps) + define("PATCH_OFFSET", arena.patch) +
+          define("SIGNAL_OFFSET", arena.signal) + define("SCRATCH_OFFSET", arena.scratch);
+  if (image.fold > 1) text += define("SPECTRA_OFFSET", arena.spectra);
+  if (plan.options.incremental) text += define("SAMPLES_OFFSET", arena.samples);
+  return text;
+}
+
+/// Sines and cosines of the turns n / window in the first quadrant, or in the upper half where the window is odd.
+std::string turns(int window) {
+  std::vector<double> sine, cosine;
+  for (int n = 0; n <= (window % 2 == 0 ? window / 4 : window / 2); ++n) {
+    const auto [s, c] = sincos_of_turn(n, window);
+    sine.push_back(s);
+    cosine.push_back(c);
+  }
+  return table("static const double turn_sine[]", sine) + table("static const double turn_cosine[]", cosine);
+}
+
+/// Of each output of the last pass' butterflies, whether one of them is needed for a bin that is shown. Output r of
+/// butterfly k is value k + length / radix * r of the transform; bin k is made of values k and length - k.
+std::vector<std::uint8_t> needed_outputs(const Model& model, const FirmwarePlan& plan) {
+  const int length = transform_length(model), radix = plan.radices.back(), stride = length / radix;
+  const int shown = std::min(model.image.window / 2 + 1, model.images().shape().rows);
+  std::vector<std::uint8_t> needed(static_cast<std::size_t>(radix), 0);
+  for (int k = 0; k < shown; ++k)
+    for (const int value : {k, length - k}) needed[static_cast<std::size_t>(value % length / stride)] = 1;
+  return needed;
+}
+
+std::string passes(const Model& model, const FirmwarePlan& plan) {
+  std::vector<int> groups;
+  int left = transform_length(model);
+  for (const int radix : plan.radices) groups.push_back(left /= radix);
+  if (groups.empty()) return {};
+  return table("static const int32_t pass_radix[PASSES]", plan.radices) +
+         table("static const int32_t pass_groups[PASSES]", groups) +
+         table("static const uint8_t last_pass_needed[]", needed_outputs(model, plan));
+}
+
+std::string map_table(const FirmwarePlan& plan) {
+  std::string text = "static const network_map network_maps[MAPS] = {\n";
+  for (const FirmwareMap& map : plan.maps) {
+    text += format("    {%d, %d, %d, %d, %d, %d, %d, %d, {%s, %d}},\n", map.offset, map.shape.channels, map.lines,
+                   map.positions, map.capacity, map.line_stride, map.channel_stride, map.position_stride,
+                   literal(map.steps_per_unit).c_str(), map.zero);
+  }
+  return text + "};\n\n";
+}
+
+/// The name of a layer's table, declared in `text`; NULL if there is nothing in it.
+template <class T>
+std::string named(std::string& text, const char* type, const std::string& name, const std::vector<T>& values) {
+  if (values.empty()) return "NULL";
+  text += table(std::string("static const ") + type + " " + name + "[]", values);
+  return name;
+}
+
+std::string layer_tables(const FirmwarePlan& plan) {
+  static constexpr const char* kinds[] = {"LAYER_CONVOLUTION", "LAYER_ALL", "LAYER_MAX_POOL", "LAYER_AVERAGE_POOL"};
+  const bool rows = plan.stream_rows;
+  const auto along = [&](const Extent& e) { return rows ? e.rows : e.columns; };
+  const auto across = [&](const Extent& e) { return rows ? e.columns : e.rows; };
+  std::string tables, text = "static const network_layer network_layers[LAYERS] = {\n";
+  for (std::size_t i = 0; i < plan.layers.size(); ++i) {
+    const FirmwareLayer& layer = plan.layers[i];
+    const auto name = [&](const char* what) { return format("layer_%zu_%s", i, what); };
+    const std::string weight = plan.options.int8 ? named(tables, "int8_t", name("weight"), layer.steps)
+                                                 : named(tables, "float", name("weight"), layer.weight);
+    const std::string bias = named(tables, "float", name("bias"), layer.bias);
+    const std::string scale = named(tables, "float", name("scale"), layer.scale);
+    const std::string affine_scale = named(tables, "float", name("affine_scale"), layer.affine.scale);
+    const std::string affine_shift = named(tables, "float", name("affine_shift"), layer.affine.shift);
+    text += format("    {%s, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %s,\n     %s, %s, %s, %s, %s},\n",
+                   kinds[static_cast<int>(layer.kind)], layer.src, layer.dst, layer.normalises, layer.rectifies,
+                   i + 1 == plan.layers.size(), along(layer.kernel), across(layer.kernel), along(layer.stride),
+                   across(layer.stride), along(layer.pad), across(layer.pad), layer.taps,
+                   literal(1.0F / static_cast<float>(layer.kernel.rows * layer.kernel.columns)).c_str(), weight.c_str(),
+                   bias.c_str(), scale.c_str(), affine_scale.c_str(), affine_shift.c_str());
+  }
+  return tables + map_table(plan) + text + "};\n\n";
+}
+
+std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
+  std::vector<std::uint32_t> bits;
+  for (const float value : values) bits.push_back(std::bit_cast<std::uint32_t>(value));
+  return bits;
+}
+
+std::string constants(const Model& model, const FirmwarePlan& plan) {
+  const dataset::ImageShape shape = model.images().shape();
+  std::string text = "#define DECID_FW_PARAMETERS 7\n";
+  text += define("DECID_FW_SAMPLES", model.protocol.samples());
+  text += "#define DECID_FW_RATE_HZ " + literal(model.protocol.sample_rate_hz) + "\n";
+  text += define("DECID_FW_IMAGE_CHANNELS", shape.channels) + define("DECID_FW_IMAGE_ROWS", shape.rows) +
+          define("DECID_FW_IMAGE_COLUMNS", shape.columns);
+  text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());
+  return text;
+}
+
+}  // namespace
+
+std::string define(const std::string& name, long long value) {
+  return "#define " + name + " " + std::to_string(value) + "\n";
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  return text.replace(text.find(what), what.size(), by);
+}
+
+std::string literal(float value) {
+  return literal(static_cast<double>(value), 9) + "F";
+}
+
+std::string literal(double value, int digits) {
+  if (!std::isfinite(value))
+    throw Error("export", "a number of the model is infinite or not a number", "train the model anew");
+  std::string text = format("%.*g", digits, value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string comment(const std::string& text) {
+  std::string safe = one_line(text);
+  std::ranges::replace(safe, '*', '?');
+  return safe;
+}
+
+template <class T>
+std::string table(const std::string& declaration, const std::vector<T>& values) {
+  constexpr std::size_t width = 116;
+  std::string text = declaration + " = {\n", line = "   ";
+  for (const T value : values) {
+    const std::string item = " " + element(value) + ",";
+    if (line.size() + item.size() > width) {
+      text += line + "\n";
+      line = "   ";
+    }
+    line += item;
+  }
+  return text + line + "\n};\n";
+}
+
+template std::string table(const std::string&, const std::vector<double>&);
+template std::string table(const std::string&, const std::vector<float>&);
+template std::string table(const std::string&, const std::vector<std::uint32_t>&);
+
+std::string with_name(std::string text, const std::string& name) {
+  const std::string token = "DECID_FW";
+  std::string upper = name;
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (std::size_t at = text.find(token); at != std::string::npos; at = text.find(token, at)) {
+    const std::size_t after = at + token.size();
+    const bool small =
+        after + 1 < text.size() && text[after] == '_' && text[after + 1] >= 'a' && text[after + 1] <= 'z';
+    text.replace(at, token.size(), small ? name : upper);
+    at += name.size();
+  }
+  return text;
+}
+
+std::vector<float> test_sway(int samples) {
+  std::vector<float> sway;
+  for (int k = 0; k < samples; ++k) {
+    auto x = static_cast<std::uint32_t>(k) * 2654435761U;
+    const int triangle = 605 - std::abs(k % 2420 - 1210);
+    x ^= x >> 15;
+    x *= 2246822519U;
+    x ^= x >> 13;
+    const int noise = static_cast<int>(x >> 8) - (1 << 23);
+    sway.push_back(static_cast<float>(triangle) * 0x1p-16F + static_cast<float>(noise) * 0x1p-33F);
+  }
+  return sway;
+}
+
+void check_firmware_name(const std::string& name) {
+  const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
+  if (!name.empty() && name.size() <= 40 && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+      std::ranges::all_of(name, allowed))
+    return;
+  throw Error("--name", "'" + name + "' cannot begin the names of C functions",
+              "give up to 40 letters, digits and underscores, a letter first");
+}
+
+FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const TestVector& test,
+                             const std::string& name, const std::string& origin) {
+  std::string header = "/* " + origin + "\n   How to use it: docs/firmware.md of decid. */\n";
+  header += embedded::firmware_header();
+  header = replaced(header, "@CONSTANTS@", constants(model, plan));
+  header = replaced(header, "@INCREMENTAL@",
+                    plan.options.incremental ? std::string(embedded::firmware_incremental()) : std::string());
+
+  std::string source = "/* " + origin +
+                       format(R"(
+   Plain C99, or C++. No library at all (compilers may call memcpy and memset, and what divides where the processor does
+   not), no memory but the arena and the stack, no state. All numbers are IEEE 754; gcc outside of -std=c99 needs
+   -ffp-contract=off, no compiler may have -ffast-math. The self-test tells if the bits are right.
+   Weights %lld bytes, arena %lld bytes; all feature maps as a whole would be %lld. */
+)",
+                              plan.weight_bytes(), plan.arena.bytes, plan.whole_map_bytes());
+  source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
+  source += settings(model, plan) + "\n";
+  source += embedded::firmware_arithmetic();
+  source += "\n";
+  source += embedded::firmware_elementary();
+  source += "\n";
+  source += embedded::firmware_types();
+  source += "\n/* ---- Tables */\n\n";
+  source += turns(model.image.window) + passes(model, plan);
+  std::vector<int> channels;
+  for (const Channel channel : model.image.channels) channels.push_back(static_cast<int>(channel));
+  source += table("static const int32_t image_channel[IMAGE_CHANNELS]", channels);
+  if (model.image.standardize_rows) {
+    source += table("static const float row_mean[]", model.rows.mean) +
+              table("static const float row_deviation[]", model.rows.deviation);
+  }
+  source += layer_tables(plan);
+  const auto doubles = [](const sim::Parameters& p) { return std::vector<double>(p.begin(), p.end()); };
+  source += table("static const double target_mean[7]", doubles(model.targets.mean)) +
+            table("static const double target_deviation[7]", doubles(model.targets.deviation)) +
+            table("static const uint32_t test_outputs[7]", bits_of(test.outputs)) +
+            table("static const uint32_t test_parameters[7]", bits_of(test.parameters)) + "\n";
+  source += embedded::firmware_spectrum();
+  source += "\n";
+  source += embedded::firmware_network();
+  source += "\n";
+  source += embedded::firmware_image();
+  source += "\n";
+  source += embedded::firmware_work();
+  source += "\n";
+  source += embedded::firmware_api();
+  return {with_name(header, name), with_name(source, name)};
+}
+
+}  // namespace decid::tools

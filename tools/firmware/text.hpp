@@ -1,0 +1,45 @@
+// A firmware's files: the runtime of tools/firmware/ with the tables that a plan fills in.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/firmware/plan.hpp"
+
+namespace decid::tools {
+
+struct FirmwareFiles {
+  std::string header, source;
+};
+
+/// What the self-test expects, computed by this program.
+struct TestVector {
+  std::vector<float> outputs;     ///< of the network
+  std::vector<float> parameters;  ///< in their units
+};
+
+/// The sway that the self-test identifies: test_sample in firmware/work.c.
+std::vector<float> test_sway(int samples);
+
+/// Throws Error unless `name` is an identifier of C, at most 40 characters long.
+void check_firmware_name(const std::string& name);
+/// `name` begins every public name of the files. `origin`: what they were made from, for people.
+FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const TestVector& test,
+                             const std::string& name, const std::string& origin);
+
+/// `text` with DECID_FW replaced: by `name` before names in lower case, by NAME elsewhere.
+std::string with_name(std::string text, const std::string& name);
+/// `text` with its first `what`, which is there, replaced.
+std::string replaced(std::string text, const std::string& what, const std::string& by);
+std::string define(const std::string& name, long long value);
+/// A C literal with these very bits. Throws Error for a value that is not finite.
+std::string literal(float value);
+std::string literal(double value, int digits = 17);
+/// `text` as a comment can hold it.
+std::string comment(const std::string& text);
+/// A C table, some values a line.
+template <class T>
+std::string table(const std::string& declaration, const std::vector<T>& values);
+
+}  // namespace decid::tools

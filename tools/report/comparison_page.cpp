@@ -1,0 +1,98 @@
+// The comparison of methods: see compare.hpp. tools/report/page.cpp makes the page, tools/report/compare.js draws it.
+#include "tools/report/comparison_page.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/json_object.hpp"
+#include "base/text.hpp"
+#include "embedded/compare_js.hpp"
+#include "embedded/comparison_js.hpp"
+#include "tools/report/page.hpp"
+
+namespace decid::tools {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+}  // namespace
+
+json comparison_json(const ComparisonFigures& figures) {
+  json methods = json::array();
+  for (const MethodFigures& method : figures.methods) {
+    json per_parameter;
+    for (std::size_t p = 0; p < sim::parameter_count; ++p)
+      per_parameter[sim::parameter_info[p].name] = method.mse_per_parameter[p];
+    methods.push_back({{"name", method.name},
+                       {"description", method.description},
+                       {"mse", method.mse},
+                       {"mse_standard_error", method.mse_standard_error},
+                       {"mse_per_parameter", std::move(per_parameter)},
+                       {"error_per_standard_error",
+                        method.error_per_standard_error ? json(*method.error_per_standard_error) : json(nullptr)},
+                       {"simulations", method.simulations},
+                       {"seconds", method.seconds}});
+  }
+  return {{"version", figures.version},
+          {"model", figures.model},
+          {"weights_sha256", figures.sha256},
+          {"trials_from", figures.trials_from},
+          {"protocol", figures.protocol.name},
+          {"sensor_noise_deg", {figures.protocol.sensor_noise.low_deg, figures.protocol.sensor_noise.high_deg}},
+          {"trials", figures.trials},
+          {"threads", figures.threads},
+          {"budget", figures.budget},
+          {"starts", figures.starts},
+          {"methods", std::move(methods)}};
+}
+
+std::string comparison_text(const json& comparison) {
+  const json& noise = comparison.at("sensor_noise_deg");
+  std::string text =
+      format("%d trials (%s), protocol '%s', sensor noise %g to %g degrees, %s, %d threads\n\n| method | MSE | +- |",
+             comparison.at("trials").get<int>(), comparison.at("trials_from").get<std::string>().c_str(),
+             comparison.at("protocol").get<std::string>().c_str(), noise.at(0).get<double>(), noise.at(1).get<double>(),
+             comparison.at("model").get<std::string>().c_str(), comparison.at("threads").get<int>());
+  for (const sim::ParameterInfo& info : sim::parameter_info) text += format(" %s |", info.name);
+  text += " simulations | seconds |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const json& method : comparison.at("methods")) {
+    text += format("| %s | %.3f | %.3f |", method.at("name").get<std::string>().c_str(), method.at("mse").get<double>(),
+                   method.at("mse_standard_error").get<double>());
+    for (const sim::ParameterInfo& info : sim::parameter_info)
+      text += format(" %.3f |", method.at("mse_per_parameter").at(info.name).get<double>());
+    text += format(" %.0f | %.2g |\n", method.at("simulations").get<double>(), method.at("seconds").get<double>());
+  }
+  text += "\n";
+  for (const json& method : comparison.at("methods"))
+    if (!method.at("error_per_standard_error").is_null())
+      text += format("%s: errors are %.2f times the standard errors (root mean square)\n",
+                     method.at("name").get<std::string>().c_str(), method.at("error_per_standard_error").get<double>());
+  return text;
+}
+
+json read_comparison(const std::string& file) {
+  const char* advice = "give the JSON file that decid compare -o wrote";
+  json comparison = parse_json(read_file(file), file);
+  try {
+    comparison_text(comparison);
+    for (const char* key : {"weights_sha256", "version"}) comparison.at(key).get<std::string>();
+    for (const char* key : {"budget", "starts"}) comparison.at(key).get<long long>();
+    for (const json& method : comparison.at("methods")) method.at("description").get<std::string>();
+  } catch (const json::exception&) {
+    throw Error(file, "is not a comparison of methods", advice);
+  }
+  return comparison;
+}
+
+std::string comparison_html(const ComparisonFigures& figures) {
+  json data = comparison_json(figures);
+  data["protocol"] = protocol_figures(figures.protocol);
+  const std::string script = std::string(embedded::comparison_js()) + std::string(embedded::compare_js());
+  return page_html({.title = "Network and iterative fit",
+                    .lead = "Three ways to identify the same simulated trials, whose parameters are known.",
+                    .script = script},
+                   data);
+}
+
+}  // namespace decid::tools

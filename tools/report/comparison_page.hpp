@@ -1,0 +1,22 @@
+// What `decid compare` prints and shows of a comparison of methods.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "identify/comparison.hpp"
+
+namespace decid::tools {
+
+/// Keys: version, model, weights_sha256, trials_from, protocol, sensor_noise_deg, trials, threads, budget, starts,
+/// methods: for each name, description, mse, mse_standard_error, mse_per_parameter, error_per_standard_error (or null),
+/// simulations, seconds (both a trial).
+nlohmann::ordered_json comparison_json(const ComparisonFigures& figures);
+/// What comparison_json() gave: a table, a line a method; as Markdown, so that it can go into a document.
+std::string comparison_text(const nlohmann::ordered_json& comparison);
+/// The JSON file that `decid compare -o` wrote. Throws Error if it is not one.
+nlohmann::ordered_json read_comparison(const std::string& file);
+/// The page, self-contained.
+std::string comparison_html(const ComparisonFigures& figures);
+
+}  // namespace decid::tools

@@ -1,0 +1,73 @@
+// The report of a data set: see dataset_report.hpp. tools/report/page.cpp makes the page, tools/report/dataset.js draws
+// it.
+#include "tools/report/dataset_page.hpp"
+
+#include "embedded/dataset_js.hpp"
+#include "tools/report/page.hpp"
+
+namespace decid::tools {
+namespace {
+
+using json = nlohmann::ordered_json;
+using dataset::Distribution;
+
+json figures_of(const Distribution& values) {
+  return {{"mean", values.mean()},
+          {"deviation", values.deviation()},
+          {"min", values.least()},
+          {"max", values.most()},
+          {"counts", std::vector<long long>(values.bins().begin(), values.bins().end())}};
+}
+
+json distribution(const char* description, const char* unit, const Distribution& base, const Distribution& enriched) {
+  return {{"description", description}, {"unit", unit},
+          {"low", base.low()},          {"high", base.high()},
+          {"base", figures_of(base)},   {"enriched", figures_of(enriched)}};
+}
+
+json rate(long long valid, long long attempts) {
+  if (attempts == 0) return nullptr;
+  return static_cast<double>(valid) / static_cast<double>(attempts);
+}
+
+}  // namespace
+
+json dataset_json(const DatasetFigures& figures) {
+  const dataset::DatasetReport& report = figures.report;
+  const long long base = report.base.peak_to_peak.count(), trials = report.all.peak_to_peak.count();
+  json distributions;
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    const sim::ParameterInfo& info = sim::parameter_info[i];
+    distributions[info.name] =
+        distribution(info.description, info.unit, report.base.parameters[i], report.all.parameters[i]);
+  }
+  distributions["peak_to_peak"] =
+      distribution("Peak-to-peak sway", "rad", report.base.peak_to_peak, report.all.peak_to_peak);
+  return {{"file", figures.file},
+          {"bytes", figures.bytes},
+          {"trials", trials},
+          {"base_trials", base},
+          {"children", trials - base},
+          {"samples", figures.request.protocol.samples()},
+          {"seed", figures.request.seed},
+          {"protocol", figures.request.protocol.name},
+          {"base_attempts", report.base_attempts},
+          {"acceptance_rate", rate(base, report.base_attempts)},
+          {"parents", report.parents},
+          {"parent_threshold_rad", dataset::parent_peak_to_peak_rad},
+          {"child_attempts", report.child_attempts},
+          {"child_acceptance_rate", rate(trials - base, report.child_attempts)},
+          {"distributions", std::move(distributions)}};
+}
+
+std::string dataset_html(const DatasetFigures& figures) {
+  json data = dataset_json(figures);
+  data["version"] = figures.version;
+  data["protocol"] = protocol_figures(figures.request.protocol);
+  return page_html({.title = "Data set report",
+                    .lead = "Simulated trials of the DEC posture-control model with known parameters.",
+                    .script = embedded::dataset_js()},
+                   data);
+}
+
+}  // namespace decid::tools

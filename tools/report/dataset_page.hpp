@@ -1,0 +1,30 @@
+// What `decid dataset` says about the set it made: the paper's table and its histogram of amplitudes, as JSON and as a
+// page like that of `decid identify`.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "dataset/sets/dataset.hpp"
+
+namespace decid::tools {
+
+struct DatasetFigures {
+  std::string file;
+  std::string version;  ///< decid's
+  dataset::DatasetRequest request;
+  dataset::DatasetReport report;
+  std::uint64_t bytes = 0;  ///< of the file
+};
+
+/// Keys: file, bytes, trials, base_trials, children, samples, seed, protocol, base_attempts, acceptance_rate, parents,
+/// parent_threshold_rad, child_attempts, child_acceptance_rate (null without children), and distributions: for Kp, ..,
+/// delay and peak_to_peak (rad) unit, low and high of the histogram, and for base and enriched the mean, deviation
+/// (over N), min, max and the counts of the equal bins from low to high. Without children both are the same.
+nlohmann::ordered_json dataset_json(const DatasetFigures& figures);
+
+/// The page, self-contained, the same for the same data set.
+std::string dataset_html(const DatasetFigures& figures);
+
+}  // namespace decid::tools

@@ -1,0 +1,22 @@
+// Frequency responses of an identification, as JSON and as figures that people read off a Bode diagram.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "identify/identification.hpp"
+
+namespace decid::tools {
+
+/// Gain and phase with the limits of the 95% circle about the response: gain -+ radius (not below 0), phase -+
+/// asin(radius / gain). NaN where the circle is unknown, and for a phase's limits where it holds the origin.
+struct Bode {
+  double gain, gain_low, gain_high;
+  double phase_deg, phase_low_deg, phase_high_deg;
+};
+/// near_deg: the phase is given within 180 degrees of it.
+Bode bode(const sim::FrfPoint& point, double near_deg);
+
+/// Arrays, an entry a band; null where a figure is not known.
+nlohmann::ordered_json frf_to_json(const FrequencyResponses& frf);
+
+}  // namespace decid::tools

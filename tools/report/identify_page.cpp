@@ -1,0 +1,205 @@
+// The report's data as JSON: numbers rounded to what can be seen, so that a page stays small.
+// tools/report/page.cpp makes the page, tools/report/identify.js draws it.
+#include "tools/report/identify_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string_view>
+
+#include "base/error.hpp"
+#include "embedded/frf_js.hpp"
+#include "embedded/identify_js.hpp"
+#include "tools/report/frf.hpp"
+#include "tools/report/page.hpp"
+
+namespace decid::tools {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+json parameters_to_json(const Identification& recording) {
+  json list = json::array();
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    const sim::ParameterInfo& info = sim::parameter_info[i];
+    json entry = {{"name", info.name},
+                  {"description", info.description},
+                  {"unit", info.unit},
+                  {"low", page_number(info.low)},
+                  {"high", page_number(info.high)},
+                  {"value", page_number(recording.parameters[i])}};
+    if (info.per_mgh) entry["normalized"] = page_number(recording.parameters[i] / recording.protocol.body.mgh());
+    if (recording.truth) entry["truth"] = page_number((*recording.truth)[i]);
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+// The angles as whole multiples of a decimal unit between a thousandth and a ten-thousandth of the widest excursion.
+json series_to_json(const Identification& recording) {
+  double widest = 1e-6;
+  const auto degrees = [](float angle_rad) { return double{angle_rad} / sim::rad_per_deg; };
+  const std::vector<float>* const signals[] = {&recording.sway_rad, &recording.fitted_rad, &recording.tilt_rad};
+  for (const std::vector<float>* signal : signals) {
+    double low = 0.0, high = 0.0;
+    bool any = false;
+    for (const float angle_rad : *signal) {
+      if (!std::isfinite(angle_rad)) continue;
+      low = any ? std::min(low, degrees(angle_rad)) : degrees(angle_rad);
+      high = any ? std::max(high, degrees(angle_rad)) : degrees(angle_rad);
+      any = true;
+    }
+    widest = std::max(widest, high - low);
+  }
+  const int decimals = 3 - static_cast<int>(std::floor(std::log10(widest)));
+  const double per_degree = std::pow(10.0, decimals);
+  const auto counts = [&](const std::vector<float>& signal) {
+    json list = json::array();
+    for (const float angle_rad : signal) {
+      if (std::isfinite(angle_rad)) {
+        list.push_back(std::llround(degrees(angle_rad) * per_degree));
+      } else {
+        list.push_back(nullptr);
+      }
+    }
+    return list;
+  };
+  return {{"per_degree", per_degree},
+          {"sway", counts(recording.sway_rad)},
+          {"fitted", counts(recording.fitted_rad)},
+          {"tilt", counts(recording.tilt_rad)}};
+}
+
+// How a channel's values become colours: the limits of its scale and its kind, which is the choice of colours.
+struct ColourScale {
+  const char* kind;  // "sequential", "diverging" or "cyclic"
+  double low, high;
+  bool logarithmic;  // limits are decimal logarithms
+};
+
+double quantile(std::vector<double>& values, double fraction) {
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+// A few bins hold most of the power: limits are quantiles, and what lies beyond takes the last colour.
+ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
+  using dataset::Channel;
+  if (channel == Channel::phase) return {"cyclic", -sim::pi, sim::pi, false};
+  if (channel == Channel::cos_phase || channel == Channel::sin_phase) return {"diverging", -1.0, 1.0, false};
+  if (finite.empty()) return {"sequential", 0.0, 1.0, false};
+  const bool plain = channel == Channel::real || channel == Channel::imaginary;
+  if (plain || channel == Channel::asinh_real || channel == Channel::asinh_imaginary) {
+    for (double& value : finite) value = std::abs(value);
+    const double limit = std::max(quantile(finite, plain ? 0.98 : 0.999), 1e-12);
+    return {"diverging", -limit, limit, false};
+  }
+  const bool logarithmic = channel == Channel::modulus;
+  if (logarithmic) {
+    for (double& value : finite) value = std::log10(std::max(value, dataset::modulus_floor_rad));
+  }
+  const double low = quantile(finite, 0.005);
+  const double high = quantile(finite, 0.999);
+  return {"sequential", low, std::max(high, low + 1e-6), logarithmic};
+}
+
+json channel_to_json(dataset::Channel channel, std::span<const float> values) {
+  std::vector<double> finite;
+  for (const float value : values) {
+    if (std::isfinite(value)) finite.push_back(value);
+  }
+  const ColourScale scale = colour_scale(channel, std::move(finite));
+  json levels = json::array();
+  for (const float value : values) {
+    if (!std::isfinite(value)) {
+      levels.push_back(nullptr);
+      continue;
+    }
+    const double shown = scale.logarithmic ? std::log10(std::max(double{value}, dataset::modulus_floor_rad)) : value;
+    const double place = std::clamp((shown - scale.low) / (scale.high - scale.low), 0.0, 1.0);
+    levels.push_back(std::lround(255.0 * place));
+  }
+  return {{"name", dataset::name(channel)},   {"kind", scale.kind},
+          {"logarithmic", scale.logarithmic}, {"low", page_number(scale.low)},
+          {"high", page_number(scale.high)},  {"levels", std::move(levels)}};
+}
+
+// The rows up to half the sample rate; those above mirror them and would show nothing new.
+json image_to_json(const Identification& recording) {
+  if (recording.image.empty()) return nullptr;
+  const dataset::ImageShape& shape = recording.image_shape;
+  const std::vector<dataset::Channel>& channels = recording.image_settings.channels;
+  if (shape.channels != static_cast<int>(channels.size()) || shape.rows < 1 || shape.columns < 1 ||
+      static_cast<std::size_t>(shape.size()) != recording.image.size()) {
+    throw Error("report of " + recording.file,
+                "an image of " + std::to_string(recording.image.size()) + " values does not match its shape of " +
+                    std::to_string(shape.channels) + " x " + std::to_string(shape.rows) + " x " +
+                    std::to_string(shape.columns),
+                "give the image and the shape of the same ImageMaker");
+  }
+  const int window = recording.image_settings.window;
+  const int rows = std::min(shape.rows, window / 2 + 1);
+  json list = json::array();
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const std::size_t size = static_cast<std::size_t>(shape.rows) * static_cast<std::size_t>(shape.columns);
+    const std::span<const float> all(recording.image);
+    list.push_back(channel_to_json(
+        channels[c], all.subspan(c * size, static_cast<std::size_t>(rows) * static_cast<std::size_t>(shape.columns))));
+  }
+  return {{"rows", rows},
+          {"columns", shape.columns},
+          {"row_hz", page_number(recording.protocol.sample_rate_hz / window)},
+          {"column_s", page_number(window / recording.protocol.sample_rate_hz)},
+          {"start_s", page_number(recording.image_settings.first_sample / recording.protocol.sample_rate_hz)},
+          {"fold", recording.image_settings.fold},
+          {"mirrored", shape.rows > rows},
+          {"channels", std::move(list)}};
+}
+
+json tilt_to_json(const Identification& recording) {
+  if (!recording.tilt) return nullptr;
+  return {{"column", recording.tilt_column},
+          {"delay_s", page_number(recording.tilt->delay_s)},
+          {"correlation", page_number(recording.tilt->correlation)},
+          {"gain", page_number(recording.tilt->gain)}};
+}
+
+json recording_to_json(const Identification& recording) {
+  return {{"file", recording.file},
+          {"column", recording.column},
+          {"tilt", tilt_to_json(recording)},
+          {"protocol", protocol_figures(recording.protocol)},
+          {"parameters", parameters_to_json(recording)},
+          {"rms_residual_deg", page_number(recording.rms_residual_deg)},
+          {"variance_accounted_for", page_number(recording.variance_accounted_for)},
+          {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg)},
+          {"warnings", recording.warnings},
+          {"series", series_to_json(recording)},
+          {"frf", recording.frf ? frf_to_json(*recording.frf) : json(nullptr)},
+          {"image", image_to_json(recording)}};
+}
+
+}  // namespace
+
+std::string report_html(const ReportModel& model, const std::vector<Identification>& recordings) {
+  json data = {{"model", {{"name", model.name}, {"sha256", model.sha256}, {"version", model.version}}},
+               {"recordings", json::array()}};
+  data["failed"] = json::array();
+  for (const Identification& recording : recordings) {
+    if (recording.error) {
+      data["failed"].push_back(recording.error->what());
+    } else {
+      data["recordings"].push_back(recording_to_json(recording));
+    }
+  }
+  return page_html({.title = "Posture control report",
+                    .lead = "Seven parameters of the DEC posture-control model, identified from body sway on a tilting "
+                            "platform.",
+                    .script = std::string(embedded::frf_js()) + std::string(embedded::identify_js())},
+                   data);
+}
+
+}  // namespace decid::tools

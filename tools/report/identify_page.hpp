@@ -1,0 +1,21 @@
+// The report of `decid identify --report`: one self-contained HTML page that opens offline.
+// Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in the page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "identify/identification.hpp"
+
+namespace decid::tools {
+
+struct ReportModel {
+  std::string name;     ///< "built-in" or the model file
+  std::string sha256;   ///< of its weights
+  std::string version;  ///< decid's
+};
+
+/// The page. Every string from outside (file names, warnings) is escaped. Deterministic: no dates, no random ids.
+std::string report_html(const ReportModel& model, const std::vector<Identification>& recordings);
+
+}  // namespace decid::tools

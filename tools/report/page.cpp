@@ -1,0 +1,80 @@
+// Pages: see page.hpp. Text is escaped, so that a file's name cannot leave the block of data.
+#include "tools/report/page.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "base/error.hpp"
+#include "embedded/chart_js.hpp"
+#include "embedded/report_common_js.hpp"
+#include "embedded/report_css.hpp"
+#include "embedded/report_page.hpp"
+
+namespace decid::tools {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+// For a script element: no `<` at all, so neither `</script>` nor `<!--` can stand in it. ASCII only; bytes that are
+// not UTF-8 (a file name may hold any) become U+FFFD.
+std::string script_json(const json& data) {
+  const std::string text = data.dump(-1, ' ', true, json::error_handler_t::replace);
+  std::string escaped;
+  escaped.reserve(text.size());
+  for (const char c : text) {
+    if (c == '<') {
+      escaped += "\\u003c";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+}  // namespace
+
+json page_number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  if (value == 0.0) return 0.0;
+  const double scale = std::pow(10.0, 5.0 - std::floor(std::log10(std::abs(value))));
+  return std::isfinite(scale) ? std::round(value * scale) / scale : value;
+}
+
+json protocol_figures(const sim::Protocol& protocol) {
+  return {{"name", protocol.name},
+          {"duration_s", page_number(protocol.duration_s())},
+          {"sample_rate_hz", page_number(protocol.sample_rate_hz)},
+          {"amplitude_deg", page_number(sim::make_stimulus(protocol).peak_to_peak_rad() / sim::rad_per_deg)},
+          {"cycle_s", page_number(protocol.cycle_s())},
+          {"cycles", protocol.cycles()},
+          {"lead_in_s", page_number(protocol.lead_in_s())},
+          {"mass_kg", page_number(protocol.body.mass_kg)},
+          {"com_height_m", page_number(protocol.body.com_height_m)},
+          {"mgh", page_number(protocol.body.mgh())}};
+}
+
+std::string page_html(const Page& page, const json& data) {
+  const std::string block = script_json(data);
+  // One pass over the page alone: what is put in is never searched for marks.
+  const std::pair<std::string_view, std::string_view> parts[] = {{"{{title}}", page.title},
+                                                                 {"{{css}}", embedded::report_css()},
+                                                                 {"{{title}}", page.title},
+                                                                 {"{{lead}}", page.lead},
+                                                                 {"{{data}}", block},
+                                                                 {"{{chart_js}}", embedded::chart_js()},
+                                                                 {"{{common_js}}", embedded::report_common_js()},
+                                                                 {"{{page_js}}", page.script}};
+  std::string html;
+  std::string_view rest = embedded::report_page();
+  for (const auto& [mark, content] : parts) {
+    const std::size_t at = rest.find(mark);
+    if (at == std::string_view::npos) throw Error("report/page.html", "has no " + std::string(mark), "put it back");
+    html += rest.substr(0, at);
+    html += content;
+    rest.remove_prefix(at + mark.size());
+  }
+  html += rest;
+  return html;
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,253 @@
+// What decid study says: see study_page.hpp. tools/report/page.cpp makes the page, tools/report/study.js fills it.
+#include "tools/report/study_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/text.hpp"
+#include "embedded/comparison_js.hpp"
+#include "embedded/study_js.hpp"
+#include "tools/decid/progress.hpp"
+#include "tools/report/comparison_page.hpp"
+#include "tools/report/page.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr auto outputs = sim::parameter_count;
+
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+template <class Values>
+Json by_parameter(const Values& values) {
+  Json json;
+  for (std::size_t p = 0; p < outputs; ++p) json[sim::parameter_info[p].name] = number(values[p]);
+  return json;
+}
+
+Json error_json(const Evaluation& error) {
+  return {{"mse", error.mse()},
+          {"matlab_loss", error.matlab_loss()},
+          {"mse_per_parameter", by_parameter(error.mse_per_parameter)},
+          {"trials", error.trials}};
+}
+
+Json bins_json(const std::vector<Bin>& bins) {
+  Json list = Json::array();
+  for (const Bin& bin : bins)
+    list.push_back({{"low", bin.low},
+                    {"high", bin.high},
+                    {"trials", bin.trials},
+                    {"mse", number(mean_of(bin.mse))},
+                    {"mse_per_parameter", by_parameter(bin.mse)},
+                    {"mean_guess_mse", number(mean_of(bin.baseline))}});
+  return list;
+}
+
+Json known_json(const KnownTrial& trial) {
+  return {{"true", by_parameter(trial.truth)},
+          {"identified", by_parameter(trial.identified)},
+          {"squared_error", trial.squared_error()},
+          {"mean_squared_error", trial.squared_error() / static_cast<double>(outputs)},
+          {"peak_to_peak_rad", trial.peak_to_peak_rad}};
+}
+
+Json distribution_json(const dataset::TrialDistributions& trials) {
+  Json json;
+  for (std::size_t p = 0; p < outputs; ++p)
+    json[sim::parameter_info[p].name] = {{"mean", trials.parameters[p].mean()},
+                                         {"deviation", trials.parameters[p].deviation()}};
+  return json;
+}
+
+/// The epoch whose model was kept: with patience the best one, else the last.
+int kept_epoch(const Study& study) {
+  const Json origin = Json::parse(study.origin, nullptr, false);
+  return origin.is_object() && origin.contains("patience") ? best_epoch(study.log) : study.log.back().epoch;
+}
+
+Json data_json(const StudyData& data) {
+  return {{"file", data.file},
+          {"seed", data.seed},
+          {"trials", data.training.trials + data.validation.trials},
+          {"training_trials", data.training.trials},
+          {"validation_trials", data.validation.trials},
+          {"base_trials", data.base},
+          {"before_enrichment", distribution_json(data.before)},
+          {"after_enrichment", distribution_json(data.all)}};
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+Json paper_json() {
+  return {{"trials", paper::trials},
+          {"half", paper::half},
+          {"most_epochs", paper::most_epochs},
+          {"validation_loss", paper::validation_loss},
+          {"training_loss", paper::training_loss},
+          {"double_pendulum_squared_error", paper::double_pendulum_squared_error},
+          {"human_peak_to_peak_deg", paper::human_peak_to_peak_deg},
+          {"mean", by_parameter(paper::mean)},
+          {"deviation", by_parameter(paper::deviation)}};
+}
+
+/// Rows of the table: what, ours by MSE and by MATLAB's loss (or one figure), the paper's.
+struct Row {
+  std::string what, ours, ours_matlab, paper;
+};
+
+Row error_row(const std::string& what, const Evaluation& error, const std::string& paper) {
+  return {what, format("%.4f", error.mse()), format("%.4f", error.matlab_loss()), paper};
+}
+
+std::vector<Row> rows_of(const Study& study) {
+  std::vector<Row> rows;
+  const Evaluation& fresh = study.levels.front().all;
+  if (study.data) {
+    const StudyData& data = *study.data;
+    rows.push_back(
+        {"trials", format("%d", data.training.trials + data.validation.trials), "", format("%d", paper::trials)});
+    rows.push_back({"  training, validation", format("%d, %d", data.training.trials, data.validation.trials), "",
+                    format("%d, %d", paper::half, paper::half)});
+  }
+  if (!study.log.empty()) {
+    rows.push_back({"epochs", format("%zu", study.log.size()), "", format("at most %d", paper::most_epochs)});
+    rows.push_back({"  kept", format("%d", kept_epoch(study)), "", ""});
+  }
+  if (study.data) {
+    rows.push_back(error_row("validation half", study.data->validation, format("%.4f", paper::validation_loss)));
+    rows.push_back(error_row("training half", study.data->training, format("%.4f", paper::training_loss)));
+  }
+  for (const NoiseLevel& level : study.levels)
+    rows.push_back(error_row(format("fresh, %g deg sensor noise", level.sensor_noise_deg), level.all, ""));
+  const Evaluation& of = study.data ? study.data->validation : fresh;
+  for (std::size_t p = 0; p < outputs; ++p)
+    rows.push_back({format("%s %s", study.data ? "validation," : "fresh,", sim::parameter_info[p].name),
+                    format("%.4f", of.mse_per_parameter[p]), format("%.4f", 0.5 * of.mse_per_parameter[p]), ""});
+  if (study.dip) {
+    const KnownTrial& trial = study.dip->trial;
+    const std::string paper = format("%.4f", paper::double_pendulum_squared_error);
+    rows.push_back({"double pendulum, SE", format("%.4f", trial.squared_error()), "", paper});
+    rows.push_back({"  mean of the 7", format("%.4f", trial.squared_error() / static_cast<double>(outputs)), "", ""});
+    rows.push_back({format("  SE, mean of %zu trials", study.dip->squared_errors.size()),
+                    format("%.4f", mean(study.dip->squared_errors)), "", ""});
+  }
+  if (study.recording)
+    rows.push_back({"recording, peak to peak (deg)", format("%.4f", study.recording->peak_to_peak_deg), "",
+                    format("%.4f", paper::human_peak_to_peak_deg)});
+  for (const auto& [name, seconds] : study.seconds)
+    rows.push_back({"time, " + name, duration_text(seconds), "", "not given"});
+  return rows;
+}
+
+constexpr const char* convention =
+    "MSE: mean over trials and the 7 z-scored parameters, guessing the mean gives 1. MATLAB's loss: half the sum over "
+    "the 7, guessing gives 3.5; a parameter's share of it is half its MSE. The paper does not say which its losses "
+    "are: "
+    "as MATLAB's, its 0.2851 is an MSE of 0.0815, and as an MSE a loss of 0.9979. SE: sum of the 7 squared errors of "
+    "one trial.";
+
+Json page_data(const Study& study, const std::vector<Figure>& figures) {
+  Json data = study_json(study);
+  data["protocol"] = protocol_figures(study.protocol);
+  data["convention"] = convention;
+  data["rows"] = Json::array();
+  for (const Row& row : rows_of(study)) data["rows"].push_back({row.what, row.ours, row.ours_matlab, row.paper});
+  data["figures"] = Json::array();
+  for (const Figure& f : figures)
+    data["figures"].push_back(
+        {{"id", f.id}, {"title", f.title}, {"caption", f.caption}, {"svg", f.svg}, {"colours", f.colours}});
+  return data;
+}
+
+}  // namespace
+
+Json study_json(const Study& study) {
+  Json json{{"model", study.model},
+            {"weights_sha256", study.sha256},
+            {"version", study.version},
+            {"origin", Json::parse(study.origin, nullptr, false)},
+            {"architecture", study.architecture},
+            {"network_parameters", study.network_parameters},
+            {"data_set", study.data ? data_json(*study.data) : Json(nullptr)},
+            {"training", nullptr}};
+  if (json["origin"].is_discarded()) json["origin"] = study.origin;
+  if (!study.log.empty()) json["training"] = {{"epochs", study.log.size()}, {"kept_epoch", kept_epoch(study)}};
+  json["errors"] = {{"training", study.data ? error_json(study.data->training) : Json(nullptr)},
+                    {"validation", study.data ? error_json(study.data->validation) : Json(nullptr)},
+                    {"fresh", error_json(study.levels.front().all)}};
+  json["sample"] = known_json(study.sample.trial);
+  json["sample"]["from"] = study.sample.from;
+  json["sample"]["index"] = study.sample.index;
+  json["double_pendulum"] = nullptr;
+  if (study.dip) {
+    json["double_pendulum"] = known_json(study.dip->trial);
+    json["double_pendulum"]["squared_errors"] = study.dip->squared_errors;
+    json["double_pendulum"]["squared_error_mean"] = mean(study.dip->squared_errors);
+  }
+  json["recording"] = nullptr;
+  if (study.recording)
+    json["recording"] = {{"file", study.recording->file},
+                         {"identified", by_parameter(study.recording->parameters)},
+                         {"peak_to_peak_deg", study.recording->peak_to_peak_deg},
+                         {"rms_residual_deg", number(study.recording->rms_residual_deg)},
+                         {"variance_accounted_for", number(study.recording->variance_accounted_for)},
+                         {"warnings", study.recording->warnings}};
+  json["worth"] = Json::array();
+  for (const NoiseLevel& level : study.levels) {
+    Json entry{{"sensor_noise_deg", level.sensor_noise_deg}};
+    entry.update(error_json(level.all));
+    entry["by_amplitude_deg"] = bins_json(level.by_amplitude_deg);
+    entry["by_nv"] = bins_json(level.by_nv);
+    json["worth"].push_back(std::move(entry));
+  }
+  json["fresh_seed"] = study.fresh_seed;
+  json["learning_curve"] = Json::array();
+  for (const LearningPoint& p : study.learning_curve)
+    json["learning_curve"].push_back({{"trials", p.trials}, {"mse", p.mse}});
+  json["comparisons"] = Json::array();
+  for (const std::string& comparison : study.comparisons) json["comparisons"].push_back(Json::parse(comparison));
+  json["seconds"] = Json::object();
+  for (const auto& [name, seconds] : study.seconds) json["seconds"][name] = seconds;
+  json["notes"] = study.notes;
+  json["paper"] = paper_json();
+  return json;
+}
+
+std::string study_text(const Study& study) {
+  std::string text =
+      format("%s\n\n%-30s %20s %14s %14s\n", study.model.c_str(), "", "MSE or figure", "MATLAB's loss", "the paper");
+  for (const Row& row : rows_of(study))
+    text += format("%-30s %20s %14s %14s\n", row.what.c_str(), row.ours.c_str(), row.ours_matlab.c_str(),
+                   row.paper.c_str());
+  if (study.data) {
+    text +=
+        format("\n%-30s %20s %14s %14s %14s\n", "after enrichment", "mean", "deviation", "paper's mean", "deviation");
+    for (std::size_t p = 0; p < outputs; ++p) {
+      const dataset::Distribution& d = study.data->all.parameters[p];
+      text += format("%-30s %20.5g %14.5g %14.5g %14.5g\n", sim::parameter_info[p].name, d.mean(), d.deviation(),
+                     paper::mean[p], paper::deviation[p]);
+    }
+  }
+  text += std::string("\n") + convention + "\n";
+  for (const std::string& comparison : study.comparisons) text += "\n" + comparison_text(Json::parse(comparison));
+  for (const std::string& note : study.notes) text += "Note: " + note + "\n";
+  return text;
+}
+
+std::string study_html(const Study& study, const std::vector<Figure>& figures) {
+  const std::string script = std::string(embedded::comparison_js()) + std::string(embedded::study_js());
+  return page_html({.title = "Study of a model",
+                    .lead = "The paper's results beside this program's, its figures drawn anew, and what the estimates "
+                            "are worth.",
+                    .script = script},
+                   page_data(study, figures));
+}
+
+}  // namespace decid::tools

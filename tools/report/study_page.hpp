@@ -1,0 +1,35 @@
+// What `decid study` says, with the paper's numbers beside: as JSON, as a table for people, and as a page.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/report/study_figures.hpp"
+
+namespace decid::tools {
+
+/// What the paper prints. Its section 3.1 does not say by which convention its losses are; MATLAB's regression layer,
+/// which it used, reports half the sum over the 7.
+namespace paper {
+inline constexpr int trials = 12766, half = 6383, most_epochs = 100;
+inline constexpr double validation_loss = 0.2851, training_loss = 0.2250;
+inline constexpr double double_pendulum_squared_error = 10.4783, human_peak_to_peak_deg = 2.8533;
+/// Its table 1, after enrichment.
+inline constexpr sim::Parameters mean{811.2951, 284.5640, 312.2075, 174.3144, 0.4695, 0.0003, 0.1210};
+inline constexpr sim::Parameters deviation{338.0956, 122.7999, 102.1054, 68.5447, 0.2928, 0.0124, 0.0672};
+}  // namespace paper
+
+/// Keys: model, weights_sha256, version, origin, architecture, network_parameters; data_set (null without), training
+/// (epochs, kept_epoch; null without a log), errors (training, validation, fresh: each mse, matlab_loss,
+/// mse_per_parameter, trials, or null), double_pendulum, recording (null without), sample, worth (for each level
+/// sensor_noise_deg, mse, .., by_amplitude_deg and by_nv: low, high, trials, mse, mse_per_parameter, mean_guess_mse),
+/// learning_curve, comparisons (as compare.hpp has them), seconds, notes, paper: the numbers it prints.
+nlohmann::ordered_json study_json(const Study& study);
+
+/// Ours beside the paper's.
+std::string study_text(const Study& study);
+
+std::string study_html(const Study& study, const std::vector<Figure>& figures);
+
+}  // namespace decid::tools
