@@ -23,7 +23,7 @@ struct RecordingFlags {
   ReadOptions read_options() const;
 };
 /// `begin`: the names of the option that says where the protocol starts; messages call it --begin.
-void add_recording_flags(CLI::App& command, RecordingFlags& flags, const std::string& begin);
+void add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);
 
 /// One recording alone is all or nothing: throws its error. Of several, the good ones are kept.
 void refuse_alone(const std::vector<Identification>& all);
