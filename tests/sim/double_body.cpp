@@ -23,7 +23,7 @@ TEST_CASE("DoubleBody: accelerations and energy are those of the Lagrangian") {
     double leg, trunk, leg_rate, trunk_rate, ankle, hip, leg_acceleration, trunk_acceleration, energy;
   };
   const std::vector<Row> rows{
-#include "lagrangian.inc"
+#include "tests/sim/lagrangian.inc"
   };
   const Segments segments = segments_of({.mass_kg = 88.86, .height_m = 1.80});
   const DoubleBody body(segments);

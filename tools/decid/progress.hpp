@@ -36,7 +36,4 @@ class ProgressBar {
 void catch_interrupt();
 bool interrupted();
 
-/// Seconds for people: "42 s", "3 min 20 s", "1 h 12 min".
-std::string duration_text(double seconds);
-
 }  // namespace decid::tools

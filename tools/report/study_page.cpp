@@ -8,7 +8,6 @@
 #include "base/text.hpp"
 #include "embedded/comparison_js.hpp"
 #include "embedded/study_js.hpp"
-#include "tools/decid/progress.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/page.hpp"
 

@@ -220,6 +220,8 @@ TEST_CASE("image settings come back from JSON") {
   check_error(parsing(R"({"channels": []})"), {"m.json", "0 channels"});
   check_error(parsing(R"({"channels": ["phase", "colour"]})"), {"m.json", "'colour'"});
   check_error(parsing(R"({"standardize_rows": null})"), {"m.json", "'standardize_rows' is null"});
+  const std::string deep = "{\"channels\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}";
+  check_error([&] { image_settings_from_json(deep, "m.safetensors"); }, {"m.safetensors", "deeper than 32"});
 }
 
 TEST_CASE("row statistics are those of two passes over all images") {

@@ -9,6 +9,7 @@
 
 #include "sim/protocol_json.hpp"
 #include "tests/helpers.hpp"
+#include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;
@@ -45,10 +46,9 @@ void check_equal(const Dataset& a, const Dataset& b) {
   CHECK(a.split == b.split);
 }
 
-bool has_numpy() {
+void require_numpy() {
   static const bool found = std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") == 0;
-  if (!found) MESSAGE("NumPy is not installed for /usr/bin/python3: what it reads and writes is not tested");
-  return found;
+  REQUIRE_MESSAGE(found, "this test needs NumPy for /usr/bin/python3: tools/setup --check installs it");
 }
 
 /// Runs Python with numpy as np and `path` set; false if it fails.
@@ -101,7 +101,7 @@ TEST_CASE("generated data sets can be written and read") {
 }
 
 TEST_CASE("NumPy reads what decid writes") {
-  if (!has_numpy()) return;
+  require_numpy();
   const TemporaryFolder folder;
   write_npz(folder / "a.npz", small_dataset());
   CHECK(python(folder / "check.py", folder / "a.npz", R"(
@@ -126,7 +126,7 @@ assert about['protocol']['sensor_noise_deg'] == [.001, .1]
 }
 
 TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 2.0") {
-  if (!has_numpy()) return;
+  require_numpy();
   const TemporaryFolder folder;
   const Dataset data = small_dataset();
   for (const std::string save : {"np.savez(path, **arrays)", "np.savez_compressed(path, **arrays)",
@@ -144,7 +144,7 @@ TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 
 }
 
 TEST_CASE("arrays that do not belong into a data set are refused by name") {
-  if (!has_numpy()) return;
+  require_numpy();
   const TemporaryFolder folder;
   struct Case {
     const char* change;

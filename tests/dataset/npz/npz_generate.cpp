@@ -11,6 +11,7 @@
 #include "dataset/npz/npz.hpp"
 #include "sim/protocol_json.hpp"
 #include "tests/helpers.hpp"
+#include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

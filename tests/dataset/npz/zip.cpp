@@ -7,6 +7,7 @@
 #include "dataset/npz/npz.hpp"
 #include "dataset/npz/npz_parts.hpp"
 #include "tests/helpers.hpp"
+#include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

@@ -6,6 +6,7 @@
 
 #include "dataset/recording/trial.hpp"
 #include "tests/helpers.hpp"
+#include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

@@ -7,6 +7,7 @@
 #include "dataset/recording/recording.hpp"
 #include "dataset/recording/tilt_match.hpp"
 #include "tests/helpers.hpp"
+#include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

@@ -7,6 +7,7 @@
 
 #include "dataset/sets/dataset.hpp"
 #include "tests/helpers.hpp"
+#include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;
