@@ -157,7 +157,7 @@ TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
   // Of a known gain in white noise: |0.7 X|^2 over that and the noise's power, N sigma^2, of the N samples of a cycle.
   const Protocol protocol;
   const std::vector<float> tilt = tilt_of(protocol);
-  const FrequencyResponse analysis(protocol);
+  const FrequencyResponse analysis(protocol.experiment);
   constexpr int cycle = 6'050, trials = 100;
   const RealFft fft(cycle);
   std::vector<Complex> x(static_cast<std::size_t>(fft.bins())), work(static_cast<std::size_t>(fft.work_length()));
@@ -177,7 +177,7 @@ TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (points[i].harmonics != 1) continue;
-      const auto harmonic = static_cast<std::size_t>(std::lround(points[i].frequency_hz * protocol.cycle_s()));
+      const auto harmonic = static_cast<std::size_t>(std::lround(points[i].frequency_hz * protocol.experiment.cycle_s()));
       const double signal = 0.49 * std::norm(x[harmonic]);
       const double expected = signal / (signal + cycle * deviation * deviation);
       if (expected < 0.75 || expected > 0.95) continue;
