@@ -16,7 +16,7 @@
 #include "bench/recorded_file.hpp"
 #include "bench/trials.hpp"
 #include "dataset/image/image.hpp"
-#include "identify/identify.hpp"
+#include "identify/recordings.hpp"
 #include "identify/training/presets.hpp"
 #include "nn/predictor.hpp"
 #include "sim/double_pendulum.hpp"
@@ -166,7 +166,7 @@ void add_files(Guarded& all) {
   all["file/identify"] = []() -> Work {
     const auto file = std::make_shared<RecordedFile>();
     const auto model = std::make_shared<Model>(built_in_model());
-    return [file, model] { identify(*model, {file->path()}, {}); };
+    return [file, model] { identify_files(*model, {file->path()}, {}); };
   };
 }
 

@@ -76,11 +76,11 @@ std::vector<double> distances(const Model& of, int trials, std::span<const float
   nn::Predictor predictor(of.network, trials);
   const auto n = static_cast<std::size_t>(predictor.feature_count());
   std::vector<float> outputs(static_cast<std::size_t>(trials) * sim::parameter_count),
-      features(static_cast<std::size_t>(trials) * n);
-  predictor.run(images, outputs, features);
+      read(static_cast<std::size_t>(trials) * n);
+  predictor.run(images, outputs, read);
   std::vector<double> all;
-  for (std::size_t i = 0; i < features.size(); i += n)
-    all.push_back(of.familiarity.distance(std::span(features).subspan(i, n)));
+  for (std::size_t i = 0; i < read.size(); i += n)
+    all.push_back(of.familiarity.distance(std::span(read).subspan(i, n)));
   return all;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/random.hpp"
 #include "tests/helpers.hpp"
+#include "sim/protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

@@ -7,6 +7,7 @@
 #include "base/random.hpp"
 #include "dataset/recording/recording.hpp"
 #include "tests/helpers.hpp"
+#include "sim/protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

@@ -6,6 +6,7 @@
 
 #include "dataset/recording/recording.hpp"
 #include "tests/helpers.hpp"
+#include "sim/protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

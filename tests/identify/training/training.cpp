@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/sha256.hpp"
 #include "tests/near.hpp"
+#include "identify/prediction.hpp"
 
 namespace decid::tools {
 namespace {

@@ -9,6 +9,7 @@
 #include "identify/training/training.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
+#include "identify/prediction.hpp"
 
 namespace decid::tools {
 

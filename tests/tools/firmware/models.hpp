@@ -9,6 +9,7 @@
 #include "base/file.hpp"
 #include "identify/model.hpp"
 #include "tests/tools/decid/run.hpp"
+#include "identify/prediction.hpp"
 
 namespace decid::test {
 
