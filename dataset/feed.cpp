@@ -116,7 +116,7 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
   const ImageShape shape = images.shape();
   const bool standardize = images.settings().standardize_rows;
   const auto values = static_cast<std::size_t>(shape.size());
-  trials = std::min(trials, source.training_trials());
+  trials = std::min(trials, source.trials(Part::training));
   RowStatistics rows(shape);
   std::vector<sim::Parameters> parameters(static_cast<std::size_t>(trials));
   std::vector<float> drawn;
@@ -125,10 +125,11 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
     std::vector<int> indices(static_cast<std::size_t>(std::min(source.trials_at_once(), trials - first)));
     std::iota(indices.begin(), indices.end(), first);
     const auto hand_over = [&](const TakeSway& take) {
-      source.training(0, indices, [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
-        parameters[static_cast<std::size_t>(first) + place] = truth;
-        take(place, sway);
-      });
+      source.take(Part::training, 0, indices,
+                  [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
+                    parameters[static_cast<std::size_t>(first) + place] = truth;
+                    take(place, sway);
+                  });
     };
     if (standardize) {
       drawn.resize(indices.size() * values);
@@ -190,7 +191,7 @@ Feed::Batch Feed::next() {
 
 void Feed::start() {
   if (epoch_ >= last_epoch_) return;
-  if (first_ == 0) order_ = shuffled(source_.training_trials(), seed_, epoch_);
+  if (first_ == 0) order_ = shuffled(source_.trials(Part::training), seed_, epoch_);
   const int count = std::min(block_trials_, static_cast<int>(order_.size()) - first_);
   std::vector<int> indices(order_.begin() + first_, order_.begin() + first_ + count);
   // A new thread has an OpenMP team of its own: it gets as many threads as the caller's.
@@ -214,13 +215,13 @@ void Feed::fill(Block& block, int epoch, std::vector<int> indices) const {
   encode_all(
       encoding_,
       [&](const TakeSway& take) {
-        source_.training(
-            epoch, indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad) {
-              const auto target = targets_.scale(parameters);
-              std::ranges::copy(target,
-                                block.targets.begin() + static_cast<std::ptrdiff_t>(place * sim::parameter_count));
-              take(place, sway_rad);
-            });
+        source_.take(Part::training, epoch, indices,
+                     [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad) {
+                       const auto target = targets_.scale(parameters);
+                       std::ranges::copy(
+                           target, block.targets.begin() + static_cast<std::ptrdiff_t>(place * sim::parameter_count));
+                       take(place, sway_rad);
+                     });
       },
       block.images);
 }

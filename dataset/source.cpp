@@ -28,27 +28,23 @@ class StoredSource final : public TrialSource {
 
   const sim::Protocol& protocol() const override { return about().protocol; }
   TrialIdentity identity() const override { return identity_of(stored_); }
-  int training_trials() const override { return static_cast<int>(training_.size()); }
-  int validation_trials() const override { return static_cast<int>(validation_.size()); }
+  int trials(Part part) const override { return static_cast<int>(half(part).size()); }
   int trials_at_once() const override { return 64; }
-  void training(int, std::span<const int> indices, const Take& take) const override { read(training_, indices, take); }
-  void validation(std::span<const int> indices, const Take& take) const override { read(validation_, indices, take); }
-  int unseen_trials() const override { return validation_trials(); }
-  void unseen(int, std::span<const int> indices, const Take& take) const override { validation(indices, take); }
-
- private:
-  const Dataset& about() const { return stored_.about(); }
-  void read(const std::vector<int>& half, std::span<const int> indices, const Take& take) const {
-    check_indices(indices, static_cast<int>(half.size()));
+  void take(Part part, int, std::span<const int> indices, const Take& take) const override {
+    check_indices(indices, trials(part));
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       thread_local std::vector<float> sway;
       sway.resize(static_cast<std::size_t>(about().samples));
       const auto place = static_cast<std::size_t>(i);
-      const int trial = half[static_cast<std::size_t>(indices[place])];
+      const int trial = half(part)[static_cast<std::size_t>(indices[place])];
       stored_.read(trial, sway);
       take(place, about().parameters[static_cast<std::size_t>(trial)], sway);
     });
   }
+
+ private:
+  const Dataset& about() const { return stored_.about(); }
+  const std::vector<int>& half(Part part) const { return part == Part::training ? training_ : validation_; }
 
   StoredDataset stored_;
   std::vector<int> training_, validation_;
@@ -66,26 +62,14 @@ class StreamSource final : public TrialSource {
 
   const sim::Protocol& protocol() const override { return simulator_.protocol(); }
   TrialIdentity identity() const override { return {TrialIdentity::Kind::stream, seed_, {}}; }
-  int training_trials() const override { return training_; }
-  int validation_trials() const override { return validation_; }
+  int trials(Part part) const override { return part == Part::validation ? validation_ : training_; }
   int trials_at_once() const override { return 512; }
-  void training(int epoch, std::span<const int> indices, const Take& take) const override {
-    check_indices(indices, training_);
-    simulate(static_cast<std::uint64_t>(validation_) +
-                 static_cast<std::uint64_t>(epoch) * static_cast<std::uint64_t>(training_),
-             indices, take);
-  }
-  void validation(std::span<const int> indices, const Take& take) const override {
-    check_indices(indices, validation_);
-    simulate(0, indices, take);
-  }
-  int unseen_trials() const override { return training_; }
-  void unseen(int next_epoch, std::span<const int> indices, const Take& take) const override {
-    training(next_epoch, indices, take);
-  }
-
- private:
-  void simulate(std::uint64_t first, std::span<const int> indices, const Take& take) const {
+  void take(Part part, int epoch, std::span<const int> indices, const Take& take) const override {
+    check_indices(indices, trials(part));
+    std::uint64_t first = 0;
+    if (part != Part::validation)
+      first = static_cast<std::uint64_t>(validation_) +
+              static_cast<std::uint64_t>(epoch) * static_cast<std::uint64_t>(training_);
     std::vector<std::uint64_t> numbers;
     for (const int index : indices) numbers.push_back(first + static_cast<std::uint64_t>(index));
     simulate_stream(
@@ -98,6 +82,7 @@ class StreamSource final : public TrialSource {
         });
   }
 
+ private:
   sim::Simulator simulator_;
   std::uint64_t seed_;
   int training_, validation_;

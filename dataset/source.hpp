@@ -23,26 +23,26 @@ struct TrialIdentity {
 };
 TrialIdentity identity_of(const StoredDataset& data);
 
+enum class Part {
+  training,    ///< an epoch's; they may change from epoch to epoch
+  validation,  ///< the same in every epoch
+  unseen       ///< not trained on in any epoch before the one asked for: that epoch's of a stream, else validation
+};
+
 class TrialSource {
  public:
   virtual ~TrialSource() = default;
   virtual const sim::Protocol& protocol() const = 0;
   virtual TrialIdentity identity() const = 0;
-  /// Trials of an epoch. They may change from epoch to epoch.
-  virtual int training_trials() const = 0;
-  virtual int validation_trials() const = 0;
+  virtual int trials(Part part) const = 0;
   /// How many trials to ask for at once, 1 or more: asking for more costs memory, asking for fewer costs time.
   virtual int trials_at_once() const = 0;
 
-  /// take(place, parameters, sway_rad) for the trial at indices[place], in any order and from many threads; sway_rad is
-  /// valid only within that call. Throws Error for an index that is not from 0 to below the number of trials.
+  /// take(place, parameters, sway_rad) for the part's trial at indices[place], in any order and from many threads;
+  /// sway_rad is valid only within that call. Throws Error for an index that is not from 0 to below trials(part).
   using Take =
       std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad)>;
-  virtual void training(int epoch, std::span<const int> indices, const Take& take) const = 0;
-  virtual void validation(std::span<const int> indices, const Take& take) const = 0;
-  /// Trials that no epoch before `next_epoch` has trained on: the next one's of a stream, else those for validation.
-  virtual int unseen_trials() const = 0;
-  virtual void unseen(int next_epoch, std::span<const int> indices, const Take& take) const = 0;
+  virtual void take(Part part, int epoch, std::span<const int> indices, const Take& take) const = 0;
 };
 
 /// The halves of a data set. Throws Error if one of them is empty.

@@ -76,9 +76,9 @@ std::vector<float> images_of(const Model& model, const dataset::TrialSource& sou
   dataset::encode_all(
       model.encoding(),
       [&](const dataset::TakeSway& take) {
-        source.unseen(epoch, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
-          take(place, sway_rad);
-        });
+        source.take(
+            dataset::Part::unseen, epoch, indices,
+            [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) { take(place, sway_rad); });
       },
       images);
   return images;
@@ -109,7 +109,7 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
   Familiarity familiarity;
   const auto n = static_cast<std::size_t>(feature_count(model.network));
   if (n == 0) return familiarity;
-  const int trials = std::min(source.unseen_trials(), most_learned + most_shown);
+  const int trials = std::min(source.trials(dataset::Part::unseen), most_learned + most_shown);
   const int learned = static_cast<int>(0.6 * trials);
   if (learned < 8 * static_cast<int>(n)) return familiarity;
 

@@ -42,4 +42,17 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
   return result;
 }
 
+Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part) {
+  Predicted predicted;
+  predicted.truth.resize(static_cast<std::size_t>(source.trials(part)));
+  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+    source.take(part, 0, indices, [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
+      predicted.truth[static_cast<std::size_t>(indices[place])] = truth;
+      take(place, sway);
+    });
+  };
+  predicted.outputs = predict(model, source.trials(part), source.trials_at_once(), sways);
+  return predicted;
+}
+
 }  // namespace decid

@@ -18,4 +18,12 @@ using Sways = std::function<void(std::span<const int> indices, const TakeSway& t
 Sways sways_in_memory(std::function<std::span<const float>(int)> sway);
 std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways);
 
+/// The outputs for a part of a source's trials, and what these were simulated with.
+struct Predicted {
+  std::vector<float> outputs;
+  std::vector<sim::Parameters> truth;
+};
+/// Of epoch 0.
+Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part);
+
 }  // namespace decid

@@ -19,6 +19,8 @@
 namespace decid {
 namespace {
 
+using dataset::Part;
+
 constexpr auto outputs = sim::parameter_count;
 
 double peak_to_peak(std::span<const float> sway_rad) {
@@ -66,24 +68,6 @@ Sample make_sample(const Model& model, std::string from, int index, KnownTrial t
   sample.activation.resize(static_cast<std::size_t>(sample.activation_shape.size()));
   nn::Predictor(model.network, 1).activation(0, input, sample.activation);
   return sample;
-}
-
-/// The network's outputs for one half of a data set, and its trials' parameters.
-struct Half {
-  std::vector<float> predicted;
-  std::vector<sim::Parameters> truth;
-};
-template <class Read>
-Half predict_half(const Model& model, int trials, int at_once, const Read& read) {
-  Half half;
-  half.truth.resize(static_cast<std::size_t>(trials));
-  half.predicted = predict(model, trials, at_once, [&](std::span<const int> indices, const TakeSway& take) {
-    read(indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway) {
-      half.truth[static_cast<std::size_t>(indices[place])] = parameters;
-      take(place, sway);
-    });
-  });
-  return half;
 }
 
 std::vector<Bin> bins(const std::vector<double>& edges) {
@@ -160,28 +144,23 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
   }
 
   const auto source = dataset::stored_source(stored);
-  const int at_once = source->trials_at_once();
-  stage(format("identifying %d training trials", source->training_trials()));
-  const Half training = predict_half(
-      model, source->training_trials(), at_once,
-      [&](std::span<const int> i, const dataset::TrialSource::Take& take) { source->training(0, i, take); });
-  data.training = evaluate(model, training.predicted, training.truth);
-  stage(format("identifying %d validation trials", source->validation_trials()));
-  const auto read = [&](std::span<const int> i, const dataset::TrialSource::Take& take) {
-    source->validation(i, take);
-  };
-  const Half validation = predict_half(model, source->validation_trials(), at_once, read);
-  data.validation = evaluate(model, validation.predicted, validation.truth);
+  stage(format("identifying %d training trials", source->trials(Part::training)));
+  const Predicted training = predict(model, *source, Part::training);
+  data.training = evaluate(model, training.outputs, training.truth);
+  stage(format("identifying %d validation trials", source->trials(Part::validation)));
+  const Predicted validation = predict(model, *source, Part::validation);
+  data.validation = evaluate(model, validation.outputs, validation.truth);
 
-  const int index = typical(model, validation.predicted, validation.truth);
+  const int index = typical(model, validation.outputs, validation.truth);
   const auto place = static_cast<std::size_t>(index);
   std::vector<float> sway;
-  read(std::vector<int>{index}, [&](std::size_t, const sim::Parameters&, std::span<const float> sway_rad) {
-    sway.assign(sway_rad.begin(), sway_rad.end());
-  });
+  source->take(Part::validation, 0, std::vector<int>{index},
+               [&](std::size_t, const sim::Parameters&, std::span<const float> sway_rad) {
+                 sway.assign(sway_rad.begin(), sway_rad.end());
+               });
   study.sample = make_sample(model, "validation half", index,
                              known_trial(model, sim::Simulator(model.protocol), validation.truth[place],
-                                         std::span(validation.predicted).subspan(place * outputs, outputs), sway));
+                                         std::span(validation.outputs).subspan(place * outputs, outputs), sway));
 }
 
 void study_fresh(const Model& model, int trials, const std::vector<double>& levels_deg, Study& study,

@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "sim/checker.hpp"
 #include "sim/kernels/generic_fft.hpp"
 #include "sim/kernels/kernels.hpp"
 
@@ -23,9 +24,16 @@ constexpr double slack = 1e-9;  // of a harmonic's number
 
 }  // namespace
 
-NoiseBand noise_band(const VestibularNoise& noise, double duration_s) {
-  return {static_cast<int>(std::ceil(noise.low_hz * duration_s - slack)),
-          static_cast<int>(std::floor(noise.high_hz * duration_s + slack))};
+NoiseBand noise_band(const Protocol& protocol) {
+  const VestibularNoise& noise = protocol.noise.vestibular;
+  const double duration_s = protocol.duration_s();
+  const NoiseBand band{static_cast<int>(std::ceil(noise.low_hz * duration_s - slack)),
+                       static_cast<int>(std::floor(noise.high_hz * duration_s + slack))};
+  if (band.first <= band.last || noise.scale_deg == 0.0) return band;
+  throw Error("protocol " + protocol.name + ", vestibular_noise",
+              "no harmonic of the trial lies between low_hz and high_hz",
+              "widen the band to hold a multiple of " + setting_text(1.0 / duration_s) + " Hz, 1 / " +
+                  setting_text(duration_s) + " s");
 }
 
 int VestibularNoiseMaker::transform_length(int samples, int last) {
@@ -37,12 +45,12 @@ int VestibularNoiseMaker::transform_length(int samples, int last) {
 
 VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
     : samples_(protocol.samples()),
-      first_(noise_band(protocol.noise.vestibular, protocol.duration_s()).first),
-      fft_(transform_length(samples_, noise_band(protocol.noise.vestibular, protocol.duration_s()).last)),
+      first_(noise_band(protocol).first),
+      fft_(transform_length(samples_, noise_band(protocol).last)),
       phases_(samples_ / fft_.length()) {
   const VestibularNoise& noise = protocol.noise.vestibular;
   const double duration_s = protocol.duration_s();
-  const int last = noise_band(protocol.noise.vestibular, protocol.duration_s()).last;
+  const int last = noise_band(protocol).last;
   if (noise.scale_deg == 0.0) return;
   for (int k = first_; k <= last; ++k) {
     const double frequency_hz = k / duration_s;

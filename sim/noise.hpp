@@ -15,8 +15,8 @@ namespace decid::sim {
 struct NoiseBand {
   int first, last;
 };
-/// duration_s: of the trial. first > last: there is none.
-NoiseBand noise_band(const VestibularNoise& noise, double duration_s);
+/// Throws Error if there is none, unless the noise is silent (scale_deg 0): first > last then.
+NoiseBand noise_band(const Protocol& protocol);
 
 /// Makes realisations of the vestibular noise of a protocol: independent Gaussian harmonics of the trial's length T,
 /// nu(t) = sum over k of a_k cos(2 pi k t / T) + b_k sin(2 pi k t / T), where a_k and b_k have the variance PSD(k/T)/T
@@ -27,7 +27,7 @@ NoiseBand noise_band(const VestibularNoise& noise, double duration_s);
 /// exact inside the band.
 class VestibularNoiseMaker {
  public:
-  /// The protocol must be valid.
+  /// The protocol must be valid. Throws Error as noise_band and RealFft do; a valid protocol makes neither throw.
   explicit VestibularNoiseMaker(const Protocol& protocol);
 
   /// rate[k] = d/dt nu at t = k / sample_rate, k = 0 .. samples (the trial is periodic: rate[samples] = rate[0]),

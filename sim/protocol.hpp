@@ -27,10 +27,6 @@ struct SensorNoise {
 struct Noise {
   VestibularNoise vestibular;
   SensorNoise sensor;
-
-  /// Throws Error naming the protocol and the setting if any is out of its bounds, or if no harmonic of the trial lies
-  /// in the vestibular noise's band. The experiment must be valid.
-  void validate(const std::string& protocol, const Experiment& experiment) const;
 };
 
 struct Protocol {
@@ -38,7 +34,8 @@ struct Protocol {
   Experiment experiment;
   Noise noise;
 
-  /// Throws Error as its parts do; all that follows assumes a valid protocol.
+  /// Throws Error as Experiment::validate does, and for noise out of its bounds or without a harmonic of the trial in
+  /// its band; all that follows assumes a valid protocol.
   void validate() const;
   /// Throws Error for what can be simulated but is no experiment: control characters in the name, and what
   /// Experiment::refuse_implausible refuses. To be asked of what people write: data sets and models may carry such

@@ -33,8 +33,8 @@ Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& s
   origin.warmup_epochs = p.warmup_epochs;
   origin.architecture = Model(source.protocol(), p.image, p.architecture).network.architecture();
   origin.trials = source.identity();
-  origin.training_trials = source.training_trials();
-  origin.validation_trials = source.validation_trials();
+  origin.training_trials = source.trials(dataset::Part::training);
+  origin.validation_trials = source.trials(dataset::Part::validation);
   origin.patience = settings.patience;
   return origin;
 }

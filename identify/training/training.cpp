@@ -20,15 +20,8 @@ namespace {
 constexpr auto outputs = sim::parameter_count;
 
 double validate(const dataset::TrialSource& source, const Model& model) {
-  std::vector<sim::Parameters> truth(static_cast<std::size_t>(source.validation_trials()));
-  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
-    source.validation(indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway) {
-      truth[static_cast<std::size_t>(indices[place])] = parameters;
-      take(place, sway);
-    });
-  };
-  const std::vector<float> predicted = predict(model, source.validation_trials(), source.trials_at_once(), sways);
-  return evaluate(model, predicted, truth).mse();
+  const Predicted predicted = predict(model, source, dataset::Part::validation);
+  return evaluate(model, predicted.outputs, predicted.truth).mse();
 }
 
 }  // namespace
@@ -67,7 +60,7 @@ int best_epoch(const std::vector<EpochLog>& log) {
 
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings) {
   TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture), {}};
-  const int all = source.training_trials();
+  const int all = source.trials(dataset::Part::training);
   dataset::Scaling scaling = dataset::measure_scaling(source, state.model.images(),
                                                       settings.scaling_trials > 0 ? settings.scaling_trials : all);
   state.model.rows = std::move(scaling.rows);
@@ -79,7 +72,7 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
   const Preset& preset = settings.preset;
-  const int trials = source.training_trials();
+  const int trials = source.trials(dataset::Part::training);
   const long long steps = (trials + preset.batch - 1) / preset.batch;
   const nn::Schedule schedule(preset.schedule, preset.learning_rate, steps * preset.epochs, steps,
                               steps * preset.warmup_epochs);

@@ -51,14 +51,11 @@ class Unseen final : public dataset::TrialSource {
   explicit Unseen(int count) : count_(count), protocol_(decid::protocol()) {}
   const sim::Protocol& protocol() const override { return protocol_; }
   dataset::TrialIdentity identity() const override { return {}; }
-  int training_trials() const override { return 1; }
-  int validation_trials() const override { return 1; }
+  int trials(dataset::Part part) const override { return part == dataset::Part::unseen ? count_ : 1; }
   int trials_at_once() const override { return 7; }
-  void training(int, std::span<const int>, const Take&) const override { FAIL("trained on"); }
-  void validation(std::span<const int>, const Take&) const override { FAIL("not asked for"); }
-  int unseen_trials() const override { return count_; }
-  void unseen(int next_epoch, std::span<const int> indices, const Take& take) const override {
-    CHECK(next_epoch == 5);
+  void take(dataset::Part part, int epoch, std::span<const int> indices, const Take& take) const override {
+    REQUIRE(part == dataset::Part::unseen);
+    CHECK(epoch == 5);
     for (std::size_t i = 0; i < indices.size(); ++i) take(i, sim::middle_parameters(), sway_of(indices[i]));
   }
 

@@ -296,13 +296,13 @@ TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is s
   CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("protocol default, vestibular_noise"), decid::Error);
   protocol.noise.vestibular.high_hz = 61.0 / 121.0;
   CHECK_NOTHROW(protocol.validate());
-  CHECK(noise_band(protocol.noise.vestibular, protocol.duration_s()).first == 61);
-  CHECK(noise_band(protocol.noise.vestibular, protocol.duration_s()).last == 61);
+  CHECK(noise_band(protocol).first == 61);
+  CHECK(noise_band(protocol).last == 61);
   protocol.noise.vestibular.high_hz = 0.502;
   protocol.noise.vestibular.scale_deg = 0.0;
   CHECK_NOTHROW(protocol.validate());
   CHECK_NOTHROW(VestibularNoiseMaker{protocol});
-  const NoiseBand band = noise_band(VestibularNoise{}, Protocol{}.duration_s());
+  const NoiseBand band = noise_band(Protocol{});
   CHECK(band.first == 1);
   CHECK(band.last == 121);
 }

@@ -187,7 +187,7 @@ TEST_CASE("a body may be that of a subject") {
   CHECK(std::abs(protocol.experiment.body.mass_kg - 86.283) <= 0.0005);
   CHECK(std::abs(protocol.experiment.body.com_height_m - 0.99119) <= 0.000005);
   CHECK(std::abs(protocol.experiment.body.inertia_kgm2 - 101.895) <= 0.0005);
-  CHECK_FALSE(sim::same_experiment(protocol, sim::default_protocol()));
+  CHECK_FALSE(protocol.experiment == sim::default_protocol().experiment);
   const sim::Protocol again = sim::protocol_from_json(to_json(protocol), "again");
   CHECK(again.experiment.body == protocol.experiment.body);
   check_error(parsing(R"({"body": {"subject": {"mass_kg": 80}}})"), {"my.json", "'body.subject.height_m' is missing"});

@@ -85,12 +85,12 @@ void train(const Options& options) {
 
   catch_interrupt();
   const Preset& preset = settings.preset;
-  const int trials = source->training_trials();
+  const int trials = source->trials(dataset::Part::training);
   const long long total = static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size()));
   ProgressBar bar("train", "samples", total, options.common.quiet);
   bar.line(format("%s: %zu parameters, %.1f MFLOP a sample; %d training and %d validation trials; kernels %s",
                   preset.name.c_str(), model.network.parameter_count(),
-                  static_cast<double>(model.network.flops()) * 1e-6, trials, source->validation_trials(),
+                  static_cast<double>(model.network.flops()) * 1e-6, trials, source->trials(dataset::Part::validation),
                   nn::kernels<float>().name));
   if (!options.resume && std::filesystem::exists(checkpoint))
     bar.line("warning: " + checkpoint +

@@ -142,9 +142,10 @@ std::vector<Range> ranges(const FirmwarePlan& plan, const Model& model) {
   std::vector<float> images(static_cast<std::size_t>(trials) * size);
   std::vector<int> indices(static_cast<std::size_t>(trials));
   std::iota(indices.begin(), indices.end(), 0);
-  source->training(0, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway) {
-    model.make_input(sway, std::span(images).subspan(place * size, size));
-  });
+  source->take(dataset::Part::training, 0, indices,
+               [&](std::size_t place, const sim::Parameters&, std::span<const float> sway) {
+                 model.make_input(sway, std::span(images).subspan(place * size, size));
+               });
   std::vector<std::vector<Range>> found(parts, std::vector<Range>(plan.maps.size()));
   parallel_for(parts, [&](int part) {
     for (int i = part; i < trials; i += parts) {
