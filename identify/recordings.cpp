@@ -8,6 +8,7 @@ namespace decid {
 
 double Identification::peak_to_peak_deg() const {
   const std::vector<float>& sway_rad = estimate.trial.sway_rad;
+  if (sway_rad.empty()) return 0.0;
   if (std::ranges::any_of(sway_rad, [](float value) { return std::isnan(value); })) return std::nan("");
   const auto [low, high] = std::ranges::minmax(sway_rad);
   return static_cast<double>(high - low) / sim::rad_per_deg;
