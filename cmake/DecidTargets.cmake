@@ -15,6 +15,11 @@ function(decid_compile_options target)
     target_compile_options(${target} PRIVATE -fsanitize=${DECID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${DECID_SANITIZE})
   endif()
+  if(DECID_COVERAGE)
+    # Threads count one after the other.
+    target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic)
+    target_link_options(${target} PUBLIC --coverage)
+  endif()
 endfunction()
 
 # decid_component(name folder needs...): a step of the ladder; what it stands on has been named before it.

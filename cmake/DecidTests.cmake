@@ -29,6 +29,7 @@ function(decid_test name)
     COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:test_${name}> -D "EMULATOR=${CMAKE_CROSSCOMPILING_EMULATOR}"
             -D LIMIT_S=${DECID_TEST_LIMIT_S} -D SLOW_LIMIT_S=${DECID_SLOW_TEST_LIMIT_S}
             -D CASES=${cases} -P ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
+  set_property(TARGET test_${name} PROPERTY LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
   # A program that has not been built is a test that fails.
   file(CONFIGURE OUTPUT ${cases}.in @ONLY CONTENT [[
 if(EXISTS "@cases@")

@@ -21,11 +21,11 @@ foreach(case IN LISTS cases)
   set(suite "${CMAKE_MATCH_3}")
   # A compiler cache may have made the name relative to somewhere.
   string(REGEX REPLACE "^.*tests/" "" file "${CMAKE_MATCH_4}")
-  foreach(pair "&open=[" "&close=]" "&quot&semicolon=\"" "&lt&semicolon=<" "&gt&semicolon=>" "&amp&semicolon=&"
-               "&semicolon=\;")
+  foreach(pair "&open=[" "&close=]" "&quot&semicolon=\"" "&lt&semicolon=<" "&gt&semicolon=>" "&amp&semicolon=&")
     string(REGEX MATCH "^([^=]*)=(.*)$" pair "${pair}")
     string(REPLACE "${CMAKE_MATCH_1}" "${CMAKE_MATCH_2}" name "${name}")
   endforeach()
+  string(REPLACE "&semicolon" ";" name "${name}")
   string(REPLACE "," "\\," filter "${name}")
   get_filename_component(folder ${file} DIRECTORY)
   string(REGEX REPLACE "\\.cpp$" "" stem ${file})
@@ -36,6 +36,9 @@ foreach(case IN LISTS cases)
     set(properties "LABELS \"${folder};slow\" TIMEOUT ${SLOW_LIMIT_S} COST 100")
   elseif(suite)
     message(FATAL_ERROR "${file}: the case '${name}' is in the suite '${suite}'; the only suite is slow")
+  endif()
+  if(case MATCHES "skipped=\"true\"")
+    string(APPEND properties " DISABLED TRUE")
   endif()
   string(APPEND script "add_test(${entry} ${emulator} [==[${PROGRAM}]==] [==[--test-case=${filter}]==] "
                        "[==[--source-file=*tests/${file}]==] --case-sensitive)\n"

@@ -324,7 +324,8 @@ TEST_CASE("Simulator: errors") {
   CHECK_THROWS_AS(Simulator{broken}, decid::Error);
 }
 
-TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with every instruction set") {
+TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with every instruction set" *
+          doctest::test_suite("slow")) {
   // The plain kernel takes one lane at a time.
   const Simulator plain(Protocol{}, decid::Isa::reference);
   const auto trial_of = [](int index) {

@@ -7,6 +7,7 @@
 #include <complex>
 
 #include "base/random.hpp"
+#include "sim/protocol.hpp"
 #include "tests/helpers.hpp"
 #include "sim/protocol.hpp"
 

@@ -6,6 +6,7 @@
 
 #include "base/random.hpp"
 #include "dataset/recording/recording.hpp"
+#include "sim/protocol.hpp"
 #include "tests/helpers.hpp"
 #include "sim/protocol.hpp"
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dataset/recording/recording.hpp"
+#include "sim/protocol.hpp"
 #include "tests/helpers.hpp"
 #include "sim/protocol.hpp"
 

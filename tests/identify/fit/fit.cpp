@@ -23,7 +23,8 @@ std::vector<float> trial(const sim::Simulator& simulator, const sim::Parameters&
 
 }  // namespace
 
-TEST_CASE("fit: a noise-free trial gives its parameters back, all but the passive stiffness") {
+TEST_CASE("fit: a noise-free trial gives its parameters back, all but the passive stiffness" *
+          doctest::test_suite("slow")) {
   const sim::Simulator simulator(sim::short_protocol());
   const sim::Parameters truth = from_unit(std::vector<double>{0.35, 0.6, 0.65, 0.4, 0.0, 0.3, 0.45});
   const std::vector<float> sway = trial(simulator, truth);

@@ -71,7 +71,8 @@ double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>
 
 }  // namespace
 
-TEST_CASE("the built-in model knows recordings that it must not be trusted with" * doctest::skip(sanitized)) {
+TEST_CASE("the built-in model knows recordings that it must not be trusted with" * doctest::test_suite("slow") *
+          doctest::skip(sanitized)) {
   Model model = built_in_model();
   REQUIRE(model.familiarity.known());
   constexpr int count = 120;

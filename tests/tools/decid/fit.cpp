@@ -23,7 +23,7 @@ constexpr const char* small = " --starts 1 --simulations 6500 --seed 3";
 
 }  // namespace
 
-TEST_CASE("fit says what identify says, and what the fit cost") {
+TEST_CASE("fit says what identify says, and what the fit cost" * doctest::test_suite("slow")) {
   const Folder folder;
   REQUIRE(run_decid("simulate --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
   const auto result = run_decid("fit " + folder / "t.csv" + " --json -o " + folder / "o.json" + small);
@@ -107,7 +107,7 @@ TEST_CASE("fit: a protocol that no model knows, from the middle; known parameter
   CHECK(recording["parameters"][0]["true"] == 850);
 }
 
-TEST_CASE("compare: the table, the JSON and the page say the same") {
+TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::test_suite("slow")) {
   const Folder folder;
   const auto result = run_decid("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" +
                                 " -o " + folder / "c.json" + small);

@@ -108,12 +108,14 @@ const dataset::ImageSettings every_channel{
 
 }  // namespace
 
-TEST_CASE("the firmware model on the host: the bits of identify in every compiler, whole and as samples arrive") {
+TEST_CASE("the firmware model on the host: the bits of identify in every compiler, whole and as samples arrive" *
+          doctest::test_suite("slow")) {
   check_bits(load_model(test::firmware_model), 4, "--incremental", 99);
   check_bits(load_model(test::firmware_model), 4, "--incremental --int8", 99);
 }
 
-TEST_CASE("exported networks have the bits of identify for every kind of layer and image") {
+TEST_CASE("exported networks have the bits of identify for every kind of layer and image" *
+          doctest::test_suite("slow")) {
   SUBCASE("all channels, padding, overlapping pools, layers in odd places") {
     const std::string odd =
         "batchnorm; conv 5 3x4 stride 2x3 pad 2x3; relu; relu; maxpool 3x2 stride 2x1; conv 6 4x2 stride 3x1 pad 1x0; "

@@ -96,10 +96,10 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
 
 }  // namespace
 
-TEST_CASE("Cortex-M3 under QEMU, without an FPU: the bits of identify") {
+TEST_CASE("Cortex-M3 under QEMU, without an FPU: the bits of identify" * doctest::test_suite("slow")) {
   check_cpu("m3", "Cortex-M3", 2);
 }
-TEST_CASE("Cortex-M4F under QEMU: the bits of identify") {
+TEST_CASE("Cortex-M4F under QEMU: the bits of identify" * doctest::test_suite("slow")) {
   check_cpu("m4", "Cortex-M4F", 20);
 }
 TEST_CASE("Cortex-M7 under QEMU: the bits of identify") {
