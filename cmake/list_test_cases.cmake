@@ -19,7 +19,10 @@ foreach(case IN LISTS cases)
   endif()
   set(name "${CMAKE_MATCH_1}")
   set(suite "${CMAKE_MATCH_3}")
-  file(RELATIVE_PATH file ${ROOT} "${CMAKE_MATCH_4}")
+  # A compiler cache may have made it relative to where it was compiled.
+  get_filename_component(folder ${PROGRAM} DIRECTORY)
+  get_filename_component(source "${CMAKE_MATCH_4}" ABSOLUTE BASE_DIR ${folder})
+  file(RELATIVE_PATH file ${ROOT} "${source}")
   foreach(pair "&open=[" "&close=]" "&quot&semicolon=\"" "&lt&semicolon=<" "&gt&semicolon=>" "&amp&semicolon=&"
                "&semicolon=\;")
     string(REGEX MATCH "^([^=]*)=(.*)$" pair "${pair}")
