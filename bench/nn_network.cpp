@@ -20,7 +20,9 @@
 
 #include "bench/counters.hpp"
 #include "bench/networks.hpp"
+#include "nn/batch.hpp"
 #include "nn/predictor.hpp"
+#include "nn/training_layer.hpp"
 
 // Counts the allocations of a step: there should be none.
 static std::atomic<long> allocations{0};

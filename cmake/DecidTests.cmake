@@ -27,7 +27,7 @@ function(decid_test name)
   set(cases ${CMAKE_CURRENT_BINARY_DIR}/test_${name}_cases.cmake)
   add_custom_command(TARGET test_${name} POST_BUILD VERBATIM BYPRODUCTS ${cases}
     COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:test_${name}> -D "EMULATOR=${CMAKE_CROSSCOMPILING_EMULATOR}"
-            -D ROOT=${PROJECT_SOURCE_DIR}/tests -D LIMIT_S=${DECID_TEST_LIMIT_S} -D SLOW_LIMIT_S=${DECID_SLOW_TEST_LIMIT_S}
+            -D LIMIT_S=${DECID_TEST_LIMIT_S} -D SLOW_LIMIT_S=${DECID_SLOW_TEST_LIMIT_S}
             -D CASES=${cases} -P ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
   # A program that has not been built is a test that fails.
   file(CONFIGURE OUTPUT ${cases}.in @ONLY CONTENT [[

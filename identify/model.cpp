@@ -9,6 +9,7 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "embedded/built_in_model.hpp"
+#include "nn/predictor.hpp"
 #include "nn/safetensors.hpp"
 #include "sim/protocol_json.hpp"
 

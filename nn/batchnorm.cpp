@@ -2,7 +2,7 @@
 // statistics are sums in double around a pivot, the running mean: one pass, and no cancellation once the running mean
 // is near the mean.
 //
-// The layer keeps nothing but its input. What lies between is made again in backward, a band of rows at a time that
+// The layer keeps nothing but its input. Backward recomputes what lies in between, a band of rows at a time that
 // stays in the first-level cache: memory is what bounds this layer, and arithmetic in the cache is nearly free.
 #include <omp.h>
 

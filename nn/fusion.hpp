@@ -10,7 +10,7 @@
 namespace decid::nn {
 
 /// A BatchNorm's two sums a channel over a batch, in double: in each lane row after row, then over the lanes of a
-/// block, then over the blocks, by the trees of kernels.hpp. Whoever takes them, the bits are the same.
+/// block, then over the blocks, by the trees of kernels.hpp. The bits do not depend on who takes them.
 template <class T>
 class BatchSums {
  public:

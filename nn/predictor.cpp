@@ -5,6 +5,8 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "nn/batch.hpp"
+#include "nn/single.hpp"
 
 namespace decid::nn {
 namespace {
@@ -22,15 +24,20 @@ std::span<T> part(std::span<T> values, std::size_t images, std::size_t first, st
 }  // namespace
 
 Predictor::Predictor(std::shared_ptr<const Inference<float>> inference, int largest_batch)
-    : inference_(std::move(inference)), single_(*inference_) {
+    : inference_(std::move(inference)), single_(std::make_unique<SingleExecutor>(*inference_)) {
   if (largest_batch < 1)
     throw Error("predictor", "has a largest batch of " + std::to_string(largest_batch), "give at least 1");
   if (largest_batch > few_images)
-    batch_.emplace(*inference_, std::min({largest_batch, most_at_once, lanes * thread_count()}));
+    batch_ = std::make_unique<BatchExecutor<float>>(*inference_,
+                                                    std::min({largest_batch, most_at_once, lanes * thread_count()}));
 }
 
+Predictor::Predictor(Predictor&&) noexcept = default;
+Predictor& Predictor::operator=(Predictor&&) noexcept = default;
+Predictor::~Predictor() = default;
+
 std::size_t Predictor::memory_bytes() const {
-  return single_.memory_bytes() + (batch_ ? batch_->memory_bytes() : 0);
+  return single_->memory_bytes() + (batch_ ? batch_->memory_bytes() : 0);
 }
 
 void Predictor::run(std::span<const float> images, std::span<float> outputs, std::span<float> features) {
@@ -55,7 +62,7 @@ void Predictor::run(std::span<const float> images, std::span<float> outputs, std
     const std::size_t here = few ? 1 : std::min(at_once, count - first);
     const auto images_here = part(images, count, first, here);
     const auto outputs_here = part(outputs, count, first, here), features_here = part(features, count, first, here);
-    few ? single_.run(images_here, outputs_here, features_here) : run_batch(images_here, outputs_here, features_here);
+    few ? single_->run(images_here, outputs_here, features_here) : run_batch(images_here, outputs_here, features_here);
   }
 }
 
@@ -81,7 +88,7 @@ void Predictor::activation(std::size_t layer, std::span<const float> image, std:
       values.size() != static_cast<std::size_t>(steps[layer].dst.size()))
     throw Error("activation", "has an image or room of another size",
                 "give input_shape().size() values and room for dst_shape().size()");
-  single_.activation(layer, image, values);
+  single_->activation(layer, image, values);
 }
 
 }  // namespace decid::nn

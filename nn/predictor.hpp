@@ -3,14 +3,15 @@
 
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <span>
 
-#include "nn/batch.hpp"
 #include "nn/inference.hpp"
-#include "nn/single.hpp"
 
 namespace decid::nn {
+
+template <class T>
+class BatchExecutor;
+class SingleExecutor;
 
 /// The memory of one thread's predictions. Several predictors share one Inference; a predictor's calls must come one
 /// after the other. Nothing is allocated after construction. Up to 8 images go through the network one after the other,
@@ -22,6 +23,9 @@ class Predictor {
   /// For a network as it is now.
   Predictor(const Network<float>& network, int largest_batch)
       : Predictor(std::make_shared<const Inference<float>>(network), largest_batch) {}
+  Predictor(Predictor&&) noexcept;
+  Predictor& operator=(Predictor&&) noexcept;
+  ~Predictor();
 
   const Inference<float>& inference() const { return *inference_; }
   /// For another predictor, that of another thread.
@@ -45,8 +49,8 @@ class Predictor {
   void run_batch(std::span<const float> images, std::span<float> outputs, std::span<float> features);
 
   std::shared_ptr<const Inference<float>> inference_;
-  SingleExecutor single_;
-  std::optional<BatchExecutor<float>> batch_;  // unless all batches are of a few images
+  std::unique_ptr<SingleExecutor> single_;
+  std::unique_ptr<BatchExecutor<float>> batch_;  // unless all batches are of a few images
 };
 
 }  // namespace decid::nn

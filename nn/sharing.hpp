@@ -7,7 +7,7 @@
 
 namespace decid::nn {
 
-/// Calls body(block, first, last) for every block and every group of `group` channels. The groups have no say in the
+/// Calls body(block, first, last) for every block and every group of `group` channels. The groups do not affect the
 /// bits; they are small enough to keep two threads busy with a batch of one block, large enough to reuse what a kernel
 /// loads.
 template <class Body>

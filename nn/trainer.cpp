@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "nn/training_layer.hpp"
 
 namespace decid::nn {
 
@@ -19,6 +20,11 @@ Trainer<T>::Trainer(Network<T>& network, int largest_batch)
   for (const Parameter<T>* p : parameters_) velocities_.emplace_back(p->value.size(), T(0));
   plan();
 }
+
+template <class T>
+Trainer<T>::Trainer(Trainer&&) noexcept = default;
+template <class T>
+Trainer<T>::~Trainer() = default;
 
 // The tensor behind activation `index` is read by the layers that follow it, up to the first not in place.
 template <class T>

@@ -9,9 +9,11 @@
 #include "nn/network.hpp"
 #include "nn/sgd.hpp"
 #include "nn/tensor.hpp"
-#include "nn/training_layer.hpp"
 
 namespace decid::nn {
+
+template <class T>
+class TrainingLayer;
 
 /// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). Nothing is
 /// allocated after construction, except by threads that join later, once each.
@@ -21,6 +23,8 @@ class Trainer {
   /// For steps of up to `largest_batch` samples, 1 .. 65536. The network must outlive the trainer and stay in its
   /// place; forward() moves its running statistics, step() its parameters. Velocities begin at 0.
   Trainer(Network<T>& network, int largest_batch);
+  Trainer(Trainer&&) noexcept;
+  ~Trainer();
 
   const Network<T>& network() const { return network_; }
   int largest_batch() const { return largest_batch_; }

@@ -39,7 +39,7 @@ struct GradientPlace {
   int rows, columns;
   bool first;  // the accumulators hold nothing yet
   // Fetched ahead, a line a position: the first row that the next tile meets, into the first-level cache; one of the
-  // streams (next_stream) that the next positions need, into the second.
+  // streams (fetch_stream) that the next positions need, into the second.
   const float *near, *far;
   std::ptrdiff_t far_row, far_column;
 };
@@ -139,7 +139,7 @@ inline void fetch_stream(const GradientTask& task, const GradientBlock& block, b
   const int strides = s.stride_rows * s.stride_columns, channel = block.src_first + (stream - task.count) / strides;
   const int row = (stream - task.count) % strides / s.stride_columns, column = (stream - task.count) % s.stride_columns;
   place.far = place.src + channel * task.src.channel;
-  // What the taps of the last positions have read is there already.
+  // What the taps of the last positions have read is in the cache already.
   if (row_ends)
     place.far +=
         place.rows * place.src_row + (larger(s.kernel_rows - s.stride_rows, 0) + row) * task.src.row + column * lanes;

@@ -115,7 +115,7 @@ void max_pool_backward(const PoolShape& s, BlockView<const float> src, BlockView
   const Float zero = V::broadcast(0);
   const bool overlap = windows_overlap(s);
   clear_for_windows<V>(s, diff_src, overlap);
-  // diff_src may have another halo than src: its windows are found from diff_dst's position anew.
+  // diff_src may have another halo than src, so its windows are located again from diff_dst's position.
   with_window(s, [&](const auto& window) {
     for (int c = 0; c < s.channels; ++c)
       for (int i = 0; i < s.dst_rows; ++i)

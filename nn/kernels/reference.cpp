@@ -62,7 +62,7 @@ void conv2d_backward_src(const Conv2dShape& s, BlockView<const T> diff_dst, cons
         }
 }
 
-/// Goes on with a chain of each lane: of the weight at (c, ky, kx), or, past the last channel, of the bias.
+/// Continues the chain of each lane: of the weight at (c, ky, kx), or, past the last channel, of the bias.
 template <class T>
 void continue_chain(const Conv2dShape& s, BlockView<const T> src, const T* diff_dst, std::ptrdiff_t diff_row, int c,
                     int ky, int kx, T* chain) {

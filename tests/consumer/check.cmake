@@ -40,13 +40,13 @@ endif()
 # Two of them, without what only others need.
 set(without -D CMAKE_DISABLE_FIND_PACKAGE_libzip=ON -D CMAKE_DISABLE_FIND_PACKAGE_ZLIB=ON
             -D CMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON -D CMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON)
-run(${configure} -B ${scratch}/parts -D "WANTED=image;nn" ${without})
+run(${configure} -B ${scratch}/parts -D WANTED=image,nn ${without})
 run(${CMAKE_COMMAND} --build ${scratch}/parts --config ${CONFIG})
 run(${scratch}/parts/inference)
 if(EXISTS ${scratch}/moved/lib/libdecid_npz.a)
-  refuse("libzip" -D "WANTED=image;nn;npz" ${without})
+  refuse("libzip" -D WANTED=image,nn,npz ${without})
 endif()
-refuse("it has no component 'imgae'; the components installed here are base, sim, nn, image" -D "WANTED=imgae;nn")
+refuse("it has no component 'imgae'; the components installed here are base, sim, nn, image" -D WANTED=imgae,nn)
 
 # No header that is private is there.
 foreach(header base/json_object.hpp sim/stimulus_json.hpp dataset/npz/zip.hpp nn/kernels/generic.hpp)

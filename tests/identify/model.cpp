@@ -17,10 +17,9 @@ Model example() {
   protocol.noise.sensor = {0.001, 0.1};
   Model model(protocol, preset_named("small").image, preset_named("small").architecture);
   model.network.initialise(3);
-  for (auto& layer : model.network.layers())
-    for (auto& statistic : layer.statistics())
-      for (std::size_t i = 0; i < statistic.value.size(); ++i)
-        statistic.value[i] = 0.1F + static_cast<float>(i) / 3.0F;
+  for (nn::Layer<float>& layer : model.network.layers())
+    for (nn::Statistic<float>& statistic : layer.statistics())
+      for (std::size_t i = 0; i < statistic.value.size(); ++i) statistic.value[i] = 0.1F + static_cast<float>(i) / 3.0F;
   const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
   for (std::size_t i = 0; i < rows; ++i) {
     model.rows.mean.push_back(static_cast<float>(i) / 7.0F);

@@ -18,16 +18,16 @@
 using namespace decid::nn;
 using namespace decid::nn::testing;
 
-// Counts every allocation of the program; sanitizers have operators of their own. Not inlined: g++ 12 would take free()
-// in the place of a delete for a mistake.
+// Counts every allocation of the program; sanitizers have operators of their own. Not inlined: g++ 12 would take malloc()
+// or free() in the place of one for a mistake.
 [[maybe_unused]] static std::atomic<long> allocations{0};
 #ifndef DECID_SANITIZED
-void* operator new(std::size_t size) {
+[[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* p = std::malloc(size > 0 ? size : 1)) return p;
   throw std::bad_alloc();
 }
-void* operator new(std::size_t size, std::align_val_t alignment) {
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
   ++allocations;
   const auto align = static_cast<std::size_t>(alignment);
   if (void* p = std::aligned_alloc(align, (size + align) / align * align)) return p;

@@ -143,31 +143,29 @@ void run_compare(const Options& options) {
 
 }  // namespace
 
-void add_compare(CLI::App& program) {
+void add_compare(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand(
+  const Command command = program.add_subcommand(
       "compare", "Compare network, iterative fit and fit from the network on trials with known parameters");
-  command->add_option("--trials", options->trials, "How many trials")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100'000));
-  add_seed_option(*command, options->seed, "Of the fresh trials and of the fits");
+  command.add_option("--trials", options->trials, "How many trials").show_default().range(1, 100'000);
+  add_seed_option(command, options->seed, "Of the fresh trials and of the fits");
   command
-      ->add_option("--sensor-noise", options->sensor_noise_deg,
-                   "Of the fresh trials: standard deviation in degrees, or LOW HIGH to draw from; default: none")
-      ->expected(1, 2);
-  command->add_option("--data", options->data, "Data set made by decid dataset, instead of fresh trials");
-  command->add_option("--model", options->model, "Model file; default: the built-in model");
-  command->add_option("--starts", options->starts, "Searches of the fit alone; the fit from the network has one")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100));
-  command->add_option("--simulations", options->simulations, "Trials to simulate for each fit, at most")
-      ->capture_default_str()
-      ->check(CLI::Range(1LL, 1'000'000'000LL));
-  command->add_option("-o,--output", options->output, "JSON file to write");
-  command->add_option("--report", options->report, "Page to write: the table and a chart (.html)");
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");
-  command->callback([options] {
+      .add_option("--sensor-noise", options->sensor_noise_deg,
+                  "Of the fresh trials: standard deviation in degrees, or LOW HIGH to draw from; default: none")
+      .values(1, 2);
+  command.add_option("--data", options->data, "Data set made by decid dataset, instead of fresh trials");
+  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  command.add_option("--starts", options->starts, "Searches of the fit alone; the fit from the network has one")
+      .show_default()
+      .range(1, 100);
+  command.add_option("--simulations", options->simulations, "Trials to simulate for each fit, at most")
+      .show_default()
+      .range(1LL, 1'000'000'000LL);
+  command.add_option("-o,--output", options->output, "JSON file to write");
+  command.add_option("--report", options->report, "Page to write: the table and a chart (.html)");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");
+  command.callback([options] {
     apply(options->common);
     run_compare(*options);
   });

@@ -127,26 +127,26 @@ void make_dataset(const Options& options) {
 
 }  // namespace
 
-void add_dataset(CLI::App& program) {
+void add_dataset(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("dataset", "Simulate a data set of valid trials");
-  command->add_option("--count", options->count, "Valid trials in all")->required()->check(CLI::Range(1, 10'000'000));
-  command->add_option("--base", options->base,
-                      "Of these, how many come from the uniform distributions; the rest are "
-                      "children of trials with large sway. Default: all");
-  add_seed_option(*command, options->seed, "Seed");
-  add_protocol_options(*command, options->protocol);
+  const Command command = program.add_subcommand("dataset", "Simulate a data set of valid trials");
+  command.add_option("--count", options->count, "Valid trials in all").required().range(1, 10'000'000);
+  command.add_option("--base", options->base,
+                     "Of these, how many come from the uniform distributions; the rest are "
+                     "children of trials with large sway. Default: all");
+  add_seed_option(command, options->seed, "Seed");
+  add_protocol_options(command, options->protocol);
   command
-      ->add_option("-o,--output", options->output,
-                   ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
-                   "Ctrl-C, a kill or a full disk")
-      ->required();
-  command->add_option("--report", options->report,
-                      "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
-  add_common_options(*command, options->common, true);
-  command->footer(
+      .add_option("-o,--output", options->output,
+                  ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
+                  "Ctrl-C, a kill or a full disk")
+      .required();
+  command.add_option("--report", options->report,
+                     "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
+  add_common_options(command, options->common, true);
+  command.footer(
       "Example, the paper's set: decid dataset --count 12766 --base 10000 --seed 1 -o data.npz --report data.html");
-  command->callback([options] {
+  command.callback([options] {
     apply(options->common);
     make_dataset(*options);
   });

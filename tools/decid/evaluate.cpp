@@ -76,18 +76,18 @@ void evaluate_model(const Options& options) {
 
 }  // namespace
 
-void add_evaluate(CLI::App& program) {
+void add_evaluate(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("evaluate", "Measure a model's error on a data set");
-  command->add_option("--model", options->model, "Model file; default: the built-in model");
-  command->add_option("--data", options->data, "Data set made by decid dataset")->required();
-  command->add_option("--split", options->split, "all, training or validation")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"all", "training", "validation"}));
-  command->add_flag("--int8", options->int8, "Of the network in 8-bit integers that decid export c --int8 writes");
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid evaluate --model model.safetensors --data fresh.npz --json");
-  command->callback([options] {
+  const Command command = program.add_subcommand("evaluate", "Measure a model's error on a data set");
+  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  command.add_option("--data", options->data, "Data set made by decid dataset").required();
+  command.add_option("--split", options->split, "all, training or validation")
+      .show_default()
+      .one_of({"all", "training", "validation"});
+  command.add_flag("--int8", options->int8, "Of the network in 8-bit integers that decid export c --int8 writes");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid evaluate --model model.safetensors --data fresh.npz --json");
+  command.callback([options] {
     apply(options->common);
     evaluate_model(*options);
   });

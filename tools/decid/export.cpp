@@ -102,20 +102,20 @@ void export_model(const Options& options) {
   }
 }
 
-void add_export_c(CLI::App& parent) {
+void add_export_c(const Command& parent) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = parent.add_subcommand("c", "A model as one C file and its header");
-  command->add_option("model", options->model, "Model file; default: the built-in model");
-  command->add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
-      ->required();
-  command->add_option("--name", options->name,
-                      "What the files and functions are called; default: the model file's name");
-  command->add_flag("--incremental", options->firmware.incremental,
-                    "With functions that take samples as they arrive and spread the work");
-  command->add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");
-  command->callback([options] {
+  const Command command = parent.add_subcommand("c", "A model as one C file and its header");
+  command.add_option("model", options->model, "Model file; default: the built-in model");
+  command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
+      .required();
+  command.add_option("--name", options->name,
+                     "What the files and functions are called; default: the model file's name");
+  command.add_flag("--incremental", options->firmware.incremental,
+                   "With functions that take samples as they arrive and spread the work");
+  command.add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");
+  command.callback([options] {
     apply(options->common);
     export_model(*options);
   });
@@ -167,27 +167,26 @@ void export_controller(const ControllerOptions& options) {
                         options.output.c_str());
 }
 
-void add_export_controller(CLI::App& parent) {
+void add_export_controller(const Command& parent) {
   auto options = std::make_shared<ControllerOptions>();
-  CLI::App* command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
-  command->add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
-  command->add_option("--recording", options->recording, "Which of its recordings, from 1")->capture_default_str();
+  const Command command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
+  command.add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
+  command.add_option("--recording", options->recording, "Which of its recordings, from 1").show_default();
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
     if (i == sim::Nv) continue;  // a machine has its own noise
-    command->add_option(std::string("--") + info.option, options->parameters[i],
-                        std::string(info.description) + " in " + info.unit + ", in place of the identified one");
+    command.add_option(std::string("--") + info.option, options->parameters[i],
+                       std::string(info.description) + " in " + info.unit + ", in place of the identified one");
   }
   command
-      ->add_option("--protocol", options->protocol,
-                   "Body, and the tilt of the self-test: default, short or a JSON file")
-      ->capture_default_str();
-  command->add_option("--name", options->name, "What the files and functions are called")->capture_default_str();
-  command->add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
-      ->required();
-  add_common_options(*command, options->common, false);
-  command->footer("Example: decid export controller result.json -o firmware/");
-  command->callback([options] {
+      .add_option("--protocol", options->protocol, "Body, and the tilt of the self-test: default, short or a JSON file")
+      .show_default();
+  command.add_option("--name", options->name, "What the files and functions are called").show_default();
+  command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
+      .required();
+  add_common_options(command, options->common, false);
+  command.footer("Example: decid export controller result.json -o firmware/");
+  command.callback([options] {
     apply(options->common);
     export_controller(*options);
   });
@@ -218,16 +217,16 @@ void export_sway(const SwayOptions& options) {
                         model.protocol.samples(), options.output.c_str());
 }
 
-void add_export_sway(CLI::App& parent) {
+void add_export_sway(const Command& parent) {
   auto options = std::make_shared<SwayOptions>();
-  CLI::App* command = parent.add_subcommand(
+  const Command command = parent.add_subcommand(
       "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
-  command->add_option("recordings", options->recordings, "As for decid identify")->required();
-  command->add_option("--model", options->model, "Model file; default: the built-in model");
-  command->add_option("-o,--output", options->output, "File to write")->required();
-  add_common_options(*command, options->common, false);
-  command->footer("Example: decid export sway trial.csv -o sway.bin");
-  command->callback([options] {
+  command.add_option("recordings", options->recordings, "As for decid identify").required();
+  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  command.add_option("-o,--output", options->output, "File to write").required();
+  add_common_options(command, options->common, false);
+  command.footer("Example: decid export sway trial.csv -o sway.bin");
+  command.callback([options] {
     apply(options->common);
     export_sway(*options);
   });
@@ -235,13 +234,13 @@ void add_export_sway(CLI::App& parent) {
 
 }  // namespace
 
-void add_export(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("export", "Write a model or a controller as C files for a firmware");
-  command->require_subcommand(1);
-  command->footer("Example: decid export c model.safetensors -o firmware/");
-  add_export_c(*command);
-  add_export_controller(*command);
-  add_export_sway(*command);
+void add_export(const Command& program) {
+  const Command command = program.add_subcommand("export", "Write a model or a controller as C files for a firmware");
+  command.require_subcommand();
+  command.footer("Example: decid export c model.safetensors -o firmware/");
+  add_export_c(command);
+  add_export_controller(command);
+  add_export_sway(command);
 }
 
 }  // namespace decid::tools

@@ -59,27 +59,27 @@ void run_fit(const Options& options) {
 
 }  // namespace
 
-void add_fit(CLI::App& program) {
+void add_fit(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("fit", "Fit recordings by iterative simulation, the slow way");
-  command->add_option("--start", options->start, "Where the first search starts: network, middle or random")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"network", "middle", "random"}));
-  command->add_option("--starts", options->request.starts, "Searches; those after the first start at random places")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100));
-  command->add_option("--simulations", options->request.settings.simulations, "Trials to simulate a recording, at most")
-      ->capture_default_str()
-      ->check(CLI::Range(1LL, 1'000'000'000LL));
-  command->add_option("--model", options->model,
-                      "Model file for the start and the protocol; default: the built-in model");
-  command->add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
-  add_recording_flags(*command, options->recordings, "--begin");
-  add_seed_option(*command, options->request.settings.seed, "Of the searches and of the noise that they simulate");
-  command->add_option("-o,--output", options->output, "JSON file to write");
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid fit recording.csv --start network --simulations 20000 -o result.json");
-  command->callback([options] {
+  const Command command = program.add_subcommand("fit", "Fit recordings by iterative simulation, the slow way");
+  command.add_option("--start", options->start, "Where the first search starts: network, middle or random")
+      .show_default()
+      .one_of({"network", "middle", "random"});
+  command.add_option("--starts", options->request.starts, "Searches; those after the first start at random places")
+      .show_default()
+      .range(1, 100);
+  command.add_option("--simulations", options->request.settings.simulations, "Trials to simulate a recording, at most")
+      .show_default()
+      .range(1LL, 1'000'000'000LL);
+  command.add_option("--model", options->model,
+                     "Model file for the start and the protocol; default: the built-in model");
+  command.add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
+  add_recording_flags(command, options->recordings, "--begin");
+  add_seed_option(command, options->request.settings.seed, "Of the searches and of the noise that they simulate");
+  command.add_option("-o,--output", options->output, "JSON file to write");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid fit recording.csv --start network --simulations 20000 -o result.json");
+  command.callback([options] {
     apply(options->common);
     run_fit(*options);
   });

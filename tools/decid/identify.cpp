@@ -45,21 +45,21 @@ void run_identify(const Options& options) {
 
 }  // namespace
 
-void add_identify(CLI::App& program) {
+void add_identify(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
-  add_recording_flags(*command, options->recordings, "--begin,--start");
-  command->add_option("--model", options->model, "Model file; default: the built-in model");
-  command->add_option("-o,--output", options->output, "JSON file to write");
-  command->add_option("--report", options->report, "HTML report to write: one page that opens offline");
-  add_common_options(*command, options->common, true);
-  command->footer(
+  const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
+  add_recording_flags(command, options->recordings, "--begin,--start");
+  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  command.add_option("-o,--output", options->output, "JSON file to write");
+  command.add_option("--report", options->report, "HTML report to write: one page that opens offline");
+  add_common_options(command, options->common, true);
+  command.footer(
       "Examples: decid identify recording.csv --rate 100 -o result.json --report report.html\n"
       "          decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
       "          decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
       "A recording that cannot be used does not stop the others: it has an \"error\" in the JSON, and the exit code is "
       "2.");
-  command->callback([options] {
+  command.callback([options] {
     apply(options->common);
     run_identify(*options);
   });

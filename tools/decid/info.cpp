@@ -85,13 +85,13 @@ void info(const Options& options) {
 
 }  // namespace
 
-void add_info(CLI::App& program) {
+void add_info(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("info", "Show what a model is made of");
-  command->add_option("model", options->model, "Model file; default: the built-in model");
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid info model.safetensors");
-  command->callback([options] {
+  const Command command = program.add_subcommand("info", "Show what a model is made of");
+  command.add_option("model", options->model, "Model file; default: the built-in model");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid info model.safetensors");
+  command.callback([options] {
     apply(options->common);
     info(*options);
   });

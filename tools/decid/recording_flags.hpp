@@ -23,7 +23,7 @@ struct RecordingFlags {
   ReadOptions read_options() const;
 };
 /// `begin`: the names of the option that says where the protocol starts; messages call it --begin.
-void add_recording_flags(CLI::App& command, RecordingFlags& flags, const std::string& begin);
+void add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);
 
 /// Throws the error of a single recording; several are kept, each with its own.
 void refuse_alone(const std::vector<Identification>& all);

@@ -154,47 +154,47 @@ void simulate(const Options& options) {
 
 }  // namespace
 
-void add_simulate(CLI::App& program) {
+void add_simulate(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
+  const Command command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
   const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
     command
-        ->add_option(std::string("--") + info.option, options->parameters[i],
-                     format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description, info.low,
-                            info.high, unit_after(info).c_str(), info.middle(), of_double.ankle[i]))
-        ->option_text("FLOAT");
+        .add_option(std::string("--") + info.option, options->parameters[i],
+                    format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description, info.low,
+                           info.high, unit_after(info).c_str(), info.middle(), of_double.ankle[i]))
+        .shown_as("FLOAT");
   }
-  add_seed_option(*command, options->seed, "Seed of the noise");
+  add_seed_option(command, options->seed, "Seed of the noise");
   command
-      ->add_option("--model", options->model,
-                   "Body: sip, the single inverted pendulum, or dip, leg and trunk with a controller at the ankle (the "
-                   "seven parameters above) and one at the hip; sensor noise is added to com_sway_deg alone")
-      ->check(CLI::IsMember({"sip", "dip"}))
-      ->capture_default_str();
+      .add_option("--model", options->model,
+                  "Body: sip, the single inverted pendulum, or dip, leg and trunk with a controller at the ankle (the "
+                  "seven parameters above) and one at the hip; sensor noise is added to com_sway_deg alone")
+      .one_of({"sip", "dip"})
+      .show_default();
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
     command
-        ->add_option(std::string("--hip-") + info.option, options->hip[i],
-                     format("With --model dip, of the hip: %s; default %.4g%s", info.description, of_double.hip[i],
-                            info.shown_unit()))
-        ->option_text("FLOAT");
+        .add_option(std::string("--hip-") + info.option, options->hip[i],
+                    format("With --model dip, of the hip: %s; default %.4g%s", info.description, of_double.hip[i],
+                           info.shown_unit()))
+        .shown_as("FLOAT");
   }
-  command->add_option("--protocol", options->protocol, "default, short, or a JSON file")->capture_default_str();
+  command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
   command
-      ->add_option("-o,--output", options->output,
-                   "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
-      ->required();
-  add_common_options(*command, options->common, false);
-  command->footer(
+      .add_option("-o,--output", options->output,
+                  "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
+      .required();
+  add_common_options(command, options->common, false);
+  command.footer(
       "Default gains of --model dip are those of the default body; they scale with the m g h of the protocol's.\n"
       "Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
       "Example: decid simulate --model dip --hip-delay 0.05 -o trial.csv");
-  command->callback([options, command] {
+  command.callback([options, command] {
     for (const sim::ParameterInfo& info : sim::parameter_info) {
       const std::string name = std::string("--hip-") + info.option;
-      if (options->model != "dip" && command->count(name) > 0)
+      if (options->model != "dip" && command.count(name) > 0)
         throw Error(name, "has no effect on the single pendulum, which has no hip", "use it with --model dip");
     }
     apply(options->common);

@@ -45,21 +45,20 @@ void stimulus(const Options& options) {
 
 }  // namespace
 
-void add_stimulus(CLI::App& program) {
+void add_stimulus(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("stimulus", "Write and plot the platform's tilt over a trial");
-  command->add_option("--protocol", options->protocol, "default, short, or a JSON file")->capture_default_str();
-  command->add_option("-o,--output", options->output, "CSV file to write: time,tilt_deg at the sample rate");
-  command->add_option("--plot", options->plot,
-                      "HTML page to write, which opens offline: tilt, velocity and amplitude spectrum");
-  command->add_option(
-      "--write-protocol", options->written_protocol,
-      "JSON file to write: the protocol with every setting, a measured tilt with its samples; a file to "
-      "start from");
-  add_common_options(*command, options->common, false);
-  command->footer(
+  const Command command = program.add_subcommand("stimulus", "Write and plot the platform's tilt over a trial");
+  command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
+  command.add_option("-o,--output", options->output, "CSV file to write: time,tilt_deg at the sample rate");
+  command.add_option("--plot", options->plot,
+                     "HTML page to write, which opens offline: tilt, velocity and amplitude spectrum");
+  command.add_option("--write-protocol", options->written_protocol,
+                     "JSON file to write: the protocol with every setting, a measured tilt with its samples; a file to "
+                     "start from");
+  add_common_options(command, options->common, false);
+  command.footer(
       "Example: decid stimulus --protocol short -o stimulus.csv --plot stimulus.html --write-protocol mine.json");
-  command->callback([options] {
+  command.callback([options] {
     apply(options->common);
     stimulus(*options);
   });

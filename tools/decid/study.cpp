@@ -119,52 +119,48 @@ void run_study(const Options& options) {
 
 }  // namespace
 
-void add_study(CLI::App& program) {
+void add_study(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand(
+  const Command command = program.add_subcommand(
       "study", "Set a model beside the paper: its table, its figures, what its estimates are worth");
-  command->add_option("--model", options->model, "Model file; default: the built-in model");
-  command->add_option("--data", options->data, "Data set that it was trained on: both halves' errors, and its figures");
-  command->add_option("--log", options->log, "The training's log; default: MODEL.log.csv, if it is there");
-  command->add_option("--recording", options->recording, "CSV file to treat like the paper's human trial");
-  command->add_option("--column", options->column, "Its sway column, by name or number from 1; default: found by name");
-  command->add_option("--unit", options->unit, "deg or rad; default: from the column's name, else degrees")
-      ->check(CLI::IsMember({"deg", "rad"}));
-  command->add_option("--rate", options->rate, "Its sample rate in Hz, if there is no time column or it is wrong")
-      ->check(CLI::Range(1.0, 100000.0));
-  command->add_option("--trials", options->trials, "Fresh trials to evaluate on")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
-  add_seed_option(*command, options->seed, "Seed of the fresh trials, another one than the training's");
+  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  command.add_option("--data", options->data, "Data set that it was trained on: both halves' errors, and its figures");
+  command.add_option("--log", options->log, "The training's log; default: MODEL.log.csv, if it is there");
+  command.add_option("--recording", options->recording, "CSV file to treat like the paper's human trial");
+  command.add_option("--column", options->column, "Its sway column, by name or number from 1; default: found by name");
+  command.add_option("--unit", options->unit, "deg or rad; default: from the column's name, else degrees")
+      .one_of({"deg", "rad"});
+  command.add_option("--rate", options->rate, "Its sample rate in Hz, if there is no time column or it is wrong")
+      .range(1.0, 100000.0);
+  command.add_option("--trials", options->trials, "Fresh trials to evaluate on").show_default().range(1, 1'000'000);
+  add_seed_option(command, options->seed, "Seed of the fresh trials, another one than the training's");
   command
-      ->add_option("--sensor-noise", options->levels_deg,
-                   "Levels of sensor noise to evaluate at, standard deviations in degrees")
-      ->capture_default_str()
-      ->expected(1, 20)
-      ->check(CLI::Range(0.0, 10.0));
-  command->add_option("--realisations", options->realisations, "Trials of the double pendulum, noise alone different")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 10'000));
-  command->add_option("--learning-curve", options->learning_curve,
-                      "CSV file with columns trials and mse: error over the number of distinct training trials");
+      .add_option("--sensor-noise", options->levels_deg,
+                  "Levels of sensor noise to evaluate at, standard deviations in degrees")
+      .show_default()
+      .values(1, 20)
+      .range(0.0, 10.0);
+  command.add_option("--realisations", options->realisations, "Trials of the double pendulum, noise alone different")
+      .show_default()
+      .range(1, 10'000);
+  command.add_option("--learning-curve", options->learning_curve,
+                     "CSV file with columns trials and mse: error over the number of distinct training trials");
   command
-      ->add_option("--comparison", options->comparisons,
-                   "What decid compare -o wrote of this model: network and iterative fits on the same trials; may be "
-                   "repeated")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command->add_option("--time", options->times, "What took how long, for the table: NAME=SECONDS; may be repeated")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      .add_option("--comparison", options->comparisons,
+                  "What decid compare -o wrote of this model: network and iterative fits on the same trials; may be "
+                  "repeated")
+      .repeatable();
+  command.add_option("--time", options->times, "What took how long, for the table: NAME=SECONDS; may be repeated")
+      .repeatable();
   command
-      ->add_option("-o,--output", options->output,
-                   "Folder to write: report.html, table.txt, study.json, and each figure as .svg and .csv")
-      ->required();
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid study --model model.safetensors --data data.npz --recording trial.csv -o study");
-  command->callback([options, command] {
+      .add_option("-o,--output", options->output,
+                  "Folder to write: report.html, table.txt, study.json, and each figure as .svg and .csv")
+      .required();
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid study --model model.safetensors --data data.npz --recording trial.csv -o study");
+  command.callback([options, command] {
     for (const char* name : {"--column", "--unit", "--rate"})
-      if (options->recording.empty() && command->count(name) > 0)
+      if (options->recording.empty() && command.count(name) > 0)
         throw Error(name, "has no effect without a recording", "use it with --recording");
     apply(options->common);
     run_study(*options);

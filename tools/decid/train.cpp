@@ -156,48 +156,46 @@ void train(const Options& options) {
 
 }  // namespace
 
-void add_train(CLI::App& program) {
+void add_train(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("train", "Train a model");
-  CLI::Option* data = command->add_option("--data", options->data, "Data set made by decid dataset");
-  command->add_flag("--stream", options->stream, "Simulate fresh trials for every epoch instead")->excludes(data);
-  add_protocol_options(*command, options->protocol);
-  command->add_option("--stream-trials", options->stream_trials, "With --stream: trials an epoch")
-      ->capture_default_str()
-      ->check(CLI::Range(16, 100'000'000));
-  command->add_option("--validation-trials", options->validation_trials, "With --stream: trials for validation")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
+  const Command command = program.add_subcommand("train", "Train a model");
+  const Option data = command.add_option("--data", options->data, "Data set made by decid dataset");
+  command.add_flag("--stream", options->stream, "Simulate fresh trials for every epoch instead").excludes(data);
+  add_protocol_options(command, options->protocol);
+  command.add_option("--stream-trials", options->stream_trials, "With --stream: trials an epoch")
+      .show_default()
+      .range(16, 100'000'000);
+  command.add_option("--validation-trials", options->validation_trials, "With --stream: trials for validation")
+      .show_default()
+      .range(1, 1'000'000);
   std::string names;
   for (const Preset& p : presets()) names += (names.empty() ? "" : "; ") + p.name + ": " + p.description;
-  command->add_option("--preset", options->preset, "Network, image and training settings. " + names)
-      ->capture_default_str();
-  command->add_option("--architecture", options->architecture_file,
-                      "A text file with other layers, one a line, e.g. "
-                      "conv 32 3x3 stride 2x2 pad 1x1");
-  command->add_option("--image", options->image_file,
-                      "A JSON file with other image settings, as decid info MODEL --json shows them");
-  command->add_option("--epochs", options->epochs, "Passes over the training trials")->check(CLI::Range(1, 1'000'000));
+  command.add_option("--preset", options->preset, "Network, image and training settings. " + names).show_default();
+  command.add_option("--architecture", options->architecture_file,
+                     "A text file with other layers, one a line, e.g. "
+                     "conv 32 3x3 stride 2x2 pad 1x1");
+  command.add_option("--image", options->image_file,
+                     "A JSON file with other image settings, as decid info MODEL --json shows them");
+  command.add_option("--epochs", options->epochs, "Passes over the training trials").range(1, 1'000'000);
   command
-      ->add_option(
+      .add_option(
           "--patience", options->patience,
           "Stop after so many epochs in a row without a better validation MSE, and keep the best epoch's model; "
           "default: all epochs, and the last one's model")
-      ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--batch", options->batch, "Samples a step")->check(CLI::Range(1, 4096));
-  command->add_option("--lr", options->learning_rate, "Learning rate")->check(CLI::Range(1e-12, 1e3));
-  command->add_option("--momentum", options->momentum, "Momentum")->check(CLI::Range(0.0, 0.9999));
-  command->add_option("--weight-decay", options->weight_decay, "L2 regularisation of the weights")
-      ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
-  add_seed_option(*command, options->seed, "Seed of weights, shuffling and, with --stream, trials");
-  command->add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
-  command->add_option("-o,--output", options->output, "Model file to write (.safetensors)")->required();
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid train --data data.npz --preset best -o model.safetensors");
-  command->callback([options, command] {
+      .range(1, 1'000'000);
+  command.add_option("--batch", options->batch, "Samples a step").range(1, 4096);
+  command.add_option("--lr", options->learning_rate, "Learning rate").range(1e-12, 1e3);
+  command.add_option("--momentum", options->momentum, "Momentum").range(0.0, 0.9999);
+  command.add_option("--weight-decay", options->weight_decay, "L2 regularisation of the weights").range(0.0, 1.0);
+  command.add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
+  add_seed_option(command, options->seed, "Seed of weights, shuffling and, with --stream, trials");
+  command.add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
+  command.add_option("-o,--output", options->output, "Model file to write (.safetensors)").required();
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid train --data data.npz --preset best -o model.safetensors");
+  command.callback([options, command] {
     for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
-      if (!options->stream && command->count(name) > 0)
+      if (!options->stream && command.count(name) > 0)
         throw Error(name, "has no effect on a data set, which was simulated already", "use it with --stream");
     apply(options->common);
     train(*options);

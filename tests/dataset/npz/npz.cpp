@@ -182,7 +182,7 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
       {"del about['protocol']", {"decid.json", "'protocol' is missing"}},
       {"del about['seed']", {"decid.json", "'seed' is missing"}},
       {"about['seed'] = -1", {"decid.json", "'seed' is -1"}},
-      {"about['parameters'].reverse()", {"decid.json", "other parameters than Kp"}},
+      {"about['parameters'].reverse()", {"decid.json", "parameters other than Kp"}},
       {"about['protocol']['sample_rate_hz'] = 200.", {"400 samples", "'tiny' makes 800"}},
       {"about['protocol']['sample_rate'] = 100.", {"decid.json", "unknown key 'sample_rate'"}},
   };

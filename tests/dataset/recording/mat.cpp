@@ -89,7 +89,7 @@ TEST_CASE("files without numbers, damaged ones and those that are none are refus
   const TemporaryFolder folder;
   check_error(reading(folder / "absent.mat"), {"absent.mat"});
   check_error(reading(made("nothing.mat")), {"no vector or matrix of numbers", "note (1 x 6 text)", "complex"});
-  check_error(reading(write_text(folder / "csv.mat", "time,sway\n0,1\n0.01,2\n")), {"csv.mat", "no MAT-file"});
+  check_error(reading(write_text(folder / "csv.mat", "time,sway\n0,1\n0.01,2\n")), {"csv.mat", "not a MAT-file"});
   check_error(reading(write_text(folder / "empty.mat", "")), {"empty.mat"});
   // Cut anywhere, or with any byte changed, a file is read or refused; nothing else happens.
   for (const char* name : {"v4.mat", "v5.mat", "v7_struct.mat"}) {

@@ -236,7 +236,7 @@ TEST_CASE("bad input of decid export") {
   fails("c " + model + " -o " + folder / "no/such/folder", "folder");
   fails("c " + model + " -o /proc", "/proc");
   test::write_text(folder / "file", "");
-  fails("c " + model + " -o " + folder / "file", "no folder");
+  fails("c " + model + " -o " + folder / "file", "not a folder");
   fails("c " + model + " --name 7up" + out, "7up");
   fails("c " + model + " --name 'a b'" + out, "a b");
   fails("c " + folder / "file" + out, "file");
@@ -256,7 +256,7 @@ TEST_CASE("bad input of decid export") {
   fails("c " + folder / "infinite.safetensors" + out, "");
   CHECK(!std::filesystem::exists(folder / "out"));
   fails("sway " + folder / "none.csv -o " + folder / "s.bin", "none.csv");
-  fails("controller " + folder / "file" + out, "no result");
+  fails("controller " + folder / "file" + out, "not a result");
   fails("controller --delay 0.9" + out, "falls");
   fails("controller --delay 3" + out, "delay");
   fails("controller --kp -1" + out, "Kp");
