@@ -137,11 +137,11 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
 Explanation Explainer::explain(const Answer& answer, Simulated simulated) const {
   Explanation explanation;
   explanation.fitted_rad = std::move(simulated.fitted);
-  const Residual found = residual_of(answer.trial.sway_rad, explanation.fitted_rad);
+  const Residual found = residual_of(answer.trial.sway_rad(), explanation.fitted_rad);
   explanation.rms_residual_deg = found.rms_deg;
   explanation.variance_accounted_for = found.variance_accounted_for;
   warn_of_residual(simulated.noisy, explanation);
-  if (following_) explanation.following = following_->measure(simulated.following, answer.trial.sway_rad);
+  if (following_) explanation.following = following_->measure(simulated.following, answer.trial.sway_rad());
   if (frf_)
     explanation.frf =
         frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment.body);
@@ -181,13 +181,9 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
   const dataset::Trial& trial = answer.trial;
   FrequencyResponses found;
   found.cycles = analysis.cycles();
-  if (trial.tilt) {
-    const std::vector<float> measured(trial.tilt->tilt_rad.begin(), trial.tilt->tilt_rad.end());
-    found.recorded = analysis.measure(trial.sway_rad, measured);
-  } else {
-    found.recorded = analysis.measure(trial.sway_rad, tilt_rad);
-  }
-  if (fitted_rad.size() == trial.sway_rad.size()) found.model = analysis.measure(fitted_rad, tilt_rad);
+  const dataset::Signal<float>* measured = trial.signals.find(dataset::platform_tilt);
+  found.recorded = analysis.measure(trial.sway_rad(), measured ? measured->rad : tilt_rad);
+  if (fitted_rad.size() == trial.sway_rad().size()) found.model = analysis.measure(fitted_rad, tilt_rad);
   found.linear = analysis.linear(answer.parameters, body);
   return found;
 }

@@ -25,7 +25,7 @@ void warn_of_ranges(Estimate& estimate) {
 }
 
 void warn_of_sway(Estimate& estimate) {
-  const std::vector<float>& sway_rad = estimate.trial.sway_rad;
+  const std::vector<float>& sway_rad = estimate.trial.sway_rad();
   // Simulated trials swing about upright: of 2,000 none has a mean beyond this.
   constexpr double largest_mean_deg = 0.8;
   double sum = 0;
@@ -80,7 +80,7 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
     std::vector<std::span<const float>> sways;
     for (std::size_t i = 0; i < count; ++i) {
       all[first + i].trial = std::move(trials[first + i]);
-      sways.emplace_back(all[first + i].trial.sway_rad);
+      sways.emplace_back(all[first + i].trial.sway_rad());
     }
     std::vector<float> images(count * values), output(count * outputs), feature(count * features);
     maker.make_all(sways, images);

@@ -7,7 +7,7 @@
 namespace decid {
 
 double Identification::peak_to_peak_deg() const {
-  const std::vector<float>& sway_rad = estimate.trial.sway_rad;
+  const std::vector<float>& sway_rad = estimate.trial.sway_rad();
   if (sway_rad.empty()) return 0.0;
   if (std::ranges::any_of(sway_rad, [](float value) { return std::isnan(value); })) return std::nan("");
   const auto [low, high] = std::ranges::minmax(sway_rad);
@@ -31,8 +31,8 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
     try {
       dataset::Recording recording = dataset::read_recording(files[i], options.recording);
       id.estimate.trial = dataset::fit_to_protocol(recording, protocol, options.trial);
-      id.column = recording.column;
-      id.tilt_column = recording.tilt_column;
+      id.column = recording.signals.at(dataset::com_sway).column;
+      if (const auto* tilt = recording.signals.find(dataset::platform_tilt)) id.tilt_column = tilt->column;
       id.estimate.warnings = std::move(recording.warnings);
     } catch (const Error& error) {
       id.error = error;

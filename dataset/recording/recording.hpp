@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "dataset/recording/signals.hpp"
+
 namespace decid::dataset {
 
 enum class Unit { degree, radian };
@@ -25,11 +27,8 @@ struct RecordingOptions {
 
 struct Recording {
   std::string file;
-  std::string column;       ///< what was read: "COM_x", or "column 2"
-  std::string tilt_column;  ///< likewise; empty: none
   double rate_hz = 0.0;
-  std::vector<double> sway_rad;
-  std::vector<double> tilt_rad;       ///< as long as the sway, or empty
+  Signals<double> signals;            ///< com_sway, and platform_tilt if it was asked for
   std::vector<std::string> warnings;  ///< for people: what was assumed, what looks odd
 };
 

@@ -53,11 +53,11 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
 
 [[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
   const auto needed = static_cast<std::size_t>(protocol.samples());
-  const double left_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz - std::max(start_s, 0.0);
+  const double left_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz - std::max(start_s, 0.0);
   const int cycles = protocol.experiment.cycles();
   const int whole = std::min(
       cycles, static_cast<int>((left_s - protocol.experiment.lead_in_s()) / protocol.experiment.cycle_s() + 1e-9));
-  std::string problem = "recording has " + count_at(recording.sway_rad.size(), recording.rate_hz);
+  std::string problem = "recording has " + count_at(recording.signals.samples(), recording.rate_hz);
   if (start_s < 0.0) problem += ", which begin " + six_digits(-start_s) + " s after the protocol";
   if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
   problem +=
@@ -85,32 +85,31 @@ std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
 }
 
 /// Finds the protocol's tilt in the recording's.
-TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double from_hz) {
+TiltMatch find_start(const Signal<double>& tilt, const sim::Protocol& protocol, double from_hz, Recording& recording) {
   const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<std::size_t>(protocol.samples());
   // More than may be missing, so that what is missing is reported, not overlooked.
   const int overhang = static_cast<int>(needed / 4);
-  const std::vector<double> measured =
-      from_hz == rate ? recording.tilt_rad : resample(recording.tilt_rad, from_hz, rate);
+  const std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
   if (measured.size() + 2 * static_cast<std::size_t>(overhang) < needed) refuse_length(recording, protocol, 0.0);
   const Match match = match_tilt(measured, prescribed_tilt(protocol), overhang);
-  TiltMatch result{match.delay_samples / rate, match.correlation, match.gain, {}};
+  TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (std::abs(match.correlation) < least_correlation) {
-    throw Error(recording.file,
-                "the tilt " + recording.tilt_column + " does not follow the protocol '" + protocol.name + "' (" +
-                    figures + " at best)",
-                "name another --tilt-column, or a model for the protocol that was played");
+    throw Error(
+        recording.file,
+        "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
+        "name another --tilt-column, or a model for the protocol that was played");
   }
   if (match.correlation < 0.0) {
     throw Error(recording.file,
-                "the tilt " + recording.tilt_column + " follows the protocol with the other sign (" + figures + ")",
+                "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
                 "give --invert tilt if only its sensor is mounted the other way round, --invert both if the sway is "
                 "positive in that direction too");
   }
   if (match.correlation < good_correlation) {
-    recording.warnings.push_back("the tilt " + recording.tilt_column + " follows the protocol only roughly (" +
-                                 figures + "): its delay may be wrong, or the platform played something else");
+    recording.warnings.push_back("the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
+                                 "): its delay may be wrong, or the platform played something else");
   }
   if (std::abs(match.gain - 1.0) > good_gain) {
     recording.warnings.push_back("the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
@@ -122,7 +121,7 @@ TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double
 
 /// Warns of what is not used of a longer recording and what is made up of a shorter one.
 void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
-  const double recorded_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz;
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
   const double rate = protocol.experiment.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
   const double after_s = recorded_s - place.start_s - protocol.duration_s();
   const double sample_s = 1.0 / std::min(rate, recording.rate_hz);
@@ -193,8 +192,9 @@ Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const
   const auto needed = static_cast<long long>(protocol.samples());
   const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
   const double from_hz = same_rate ? rate : recording.rate_hz;
-  const double recorded_s = static_cast<double>(recording.sway_rad.size()) / from_hz;
-  if (options.start_s && !recording.tilt_rad.empty()) {
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
+  const Signal<double>* tilt = recording.signals.find(platform_tilt);
+  if (options.start_s && tilt) {
     throw Error(recording.file, "both a start and a column of tilt say where the protocol starts",
                 "give --begin or --tilt-column, not both");
   }
@@ -206,8 +206,8 @@ Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const
   }
   Trial trial;
   Place place{options.start_s.value_or(0.0), 0, needed - 1};
-  if (!recording.tilt_rad.empty()) {
-    trial.tilt = find_start(recording, protocol, from_hz);
+  if (tilt) {
+    trial.tilt = find_start(*tilt, protocol, from_hz, recording);
     place.start_s = trial.tilt->delay_s;
   }
   if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
@@ -220,16 +220,22 @@ Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const
     refuse_length(recording, protocol, place.start_s);
   }
   const auto samples = static_cast<std::size_t>(needed);
-  std::vector<double> sway = cut(recording.sway_rad, from_hz, rate, place, samples);
-  if (trial.tilt) trial.tilt->tilt_rad = cut(recording.tilt_rad, from_hz, rate, place, samples);
   if (!same_rate) {
     recording.warnings.push_back("resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) +
                                  " Hz");
   }
   tell_length(recording, protocol, place, options.start_s || trial.tilt);
-  detrend(sway, protocol, options.detrend);
-  trial.sway_rad.resize(samples);
-  std::transform(sway.begin(), sway.end(), trial.sway_rad.begin(), [](double v) { return static_cast<float>(v); });
+  for (const Signal<double>& signal : recording.signals) {
+    std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
+    if (&signal != tilt) detrend(values, protocol, options.detrend);
+    trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
+  }
+  return trial;
+}
+
+Trial trial_of(std::vector<float> sway_rad) {
+  Trial trial;
+  trial.signals.add({com_sway, "sway", std::move(sway_rad)});
   return trial;
 }
 

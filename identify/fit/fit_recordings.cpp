@@ -36,7 +36,7 @@ FitFigures fit_one(Identifier* network, const Explainer& explainer, const FitReq
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<fit::Start> starts =
       fit_starts(request, network == nullptr ? sim::middle_parameters() : ask_network(*network, id.estimate.trial));
-  figures.result = fit::fit(explainer.simulator(), id.estimate.trial.sway_rad, starts, request.settings);
+  figures.result = fit::fit(explainer.simulator(), id.estimate.trial.sway_rad(), starts, request.settings);
   if (!figures.result.stands) {
     id.error = Error(id.file, "every trial that the fit simulated fell", "try --start middle, or more --simulations");
     return figures;

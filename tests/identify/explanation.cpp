@@ -42,9 +42,7 @@ std::vector<double> trial(const sim::Parameters& parameters, std::uint64_t item)
 }
 
 dataset::Trial as_trial(const std::vector<double>& sway) {
-  dataset::Trial made;
-  made.sway_rad.assign(sway.begin(), sway.end());
-  return made;
+  return dataset::trial_of({sway.begin(), sway.end()});
 }
 
 /// `sway`, explained by `parameters`.
@@ -64,10 +62,10 @@ TEST_CASE("explanation: without noise the controller's responses are its own") {
   const sim::Parameters parameters = controller(0.0);
   const dataset::Trial own = as_trial(trial(parameters, 0));
   const Explanation found = explainer().explain({parameters, own});
-  CHECK(found.fitted_rad == own.sway_rad);
+  CHECK(found.fitted_rad == own.sway_rad());
   CHECK(found.rms_residual_deg == 0.0);
   CHECK(found.variance_accounted_for == 1.0);
-  CHECK(noise_free_trial(simulator(), parameters) == own.sway_rad);
+  CHECK(noise_free_trial(simulator(), parameters) == own.sway_rad());
   REQUIRE(found.frf.has_value());
   CHECK(found.frf->cycles == 2);  // of three the first is left out
   REQUIRE(found.frf->recorded.size() == found.frf->model.size());

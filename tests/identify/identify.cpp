@@ -47,7 +47,7 @@ std::vector<dataset::Trial> trials(int count) {
   std::vector<dataset::Trial> made;
   for (int i = 0; i < count; ++i) {
     const auto sway = data().trial(i);
-    made.emplace_back().sway_rad.assign(sway.begin(), sway.end());
+    made.push_back(dataset::trial_of({sway.begin(), sway.end()}));
   }
   return made;
 }
@@ -80,7 +80,7 @@ TEST_CASE("identify: ten lines from samples to parameters") {
     const auto found = model().targets.scale(estimate.parameters);
     const auto truth = model().targets.scale(data().parameters[static_cast<std::size_t>(i)]);
     for (std::size_t p = 0; p < found.size(); ++p) squares += std::pow(static_cast<double>(found[p] - truth[p]), 2);
-    CHECK(estimate.trial.sway_rad.size() == 12100);
+    CHECK(estimate.trial.sway_rad().size() == 12100);
     CHECK(estimate.image.size() == static_cast<std::size_t>(model().images().shape().size()));
   }
   CHECK(squares / (7.0 * data().trials()) < 0.6);
@@ -177,9 +177,7 @@ TEST_CASE("identify: what is no recording is refused") {
   for (double& value : degrees) value /= sim::rad_per_deg / 100;
   check_error([&] { identify(model(), degrees, 100.0); }, {"beyond lying flat", "radians"});
   Identifier identifier(model());
-  std::vector<dataset::Trial> shorter(1);
-  shorter.front().sway_rad.assign(100, 0.0F);
-  CHECK_THROWS_AS(identifier.estimate(shorter), Error);
+  CHECK_THROWS_AS(identifier.estimate({dataset::trial_of(std::vector<float>(100, 0.0F))}), Error);
   CHECK(identifier.estimate({}).empty());
   CHECK(identifier.explain({}).empty());
 }

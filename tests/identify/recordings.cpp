@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-
 #include <fstream>
 
 #include "identify/training/presets.hpp"
@@ -95,7 +94,8 @@ TEST_CASE("identify: how a recording follows the tilt is measured with the ident
   Model model = middling();
   const Identification id = identified(model, 1.0, 0.0);
   const sim::Simulator simulator(model.protocol);
-  CHECK(id.explanation.following == test::FollowingAlone(simulator).measure(id.estimate.parameters, id.estimate.trial.sway_rad));
+  CHECK(id.explanation.following ==
+        test::FollowingAlone(simulator).measure(id.estimate.parameters, id.estimate.trial.sway_rad()));
   CHECK(std::isnan(id.explanation.unfamiliarity));  // the model has learned nothing
   // Reversed, it does not follow.
   CHECK(warns(identified(model, -1.0, 0.0), "hardly follows"));

@@ -56,9 +56,7 @@ dataset::Dataset trials_of(const Options& options, const Model& model) {
 
 dataset::Trial trial_of(const dataset::Dataset& data, int index) {
   const std::span<const float> sway_rad = data.trial(index);
-  dataset::Trial trial;
-  trial.sway_rad.assign(sway_rad.begin(), sway_rad.end());
-  return trial;
+  return dataset::trial_of({sway_rad.begin(), sway_rad.end()});
 }
 
 struct Stopwatch {

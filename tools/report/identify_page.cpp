@@ -40,7 +40,7 @@ json parameters_to_json(const Identification& recording, const sim::Protocol& pr
 
 // The angles as whole multiples of a decimal unit between a thousandth and a ten-thousandth of the widest excursion.
 json series_to_json(const Identification& recording, const std::vector<float>& tilt_rad) {
-  const std::vector<float>& sway_rad = recording.estimate.trial.sway_rad;
+  const std::vector<float>& sway_rad = recording.estimate.trial.sway_rad();
   const std::vector<float>& fitted_rad = recording.explanation.fitted_rad;
   double widest = 1e-6;
   const auto degrees = [](float angle_rad) { return double{angle_rad} / sim::rad_per_deg; };

@@ -274,7 +274,7 @@ std::vector<Figure> study_figures(const Study& study) {
   }
   if (study.recording) {
     const Identification& id = *study.recording;
-    const auto recorded = in_degrees(id.estimate.trial.sway_rad), fitted = in_degrees(id.explanation.fitted_rad);
+    const auto recorded = in_degrees(id.estimate.trial.sway_rad()), fitted = in_degrees(id.explanation.fitted_rad);
     figures.push_back(
         {"recording",
          "A recording",

@@ -8,7 +8,6 @@
 #include "dataset/recording/recording.hpp"
 #include "sim/protocol.hpp"
 #include "tests/helpers.hpp"
-#include "sim/protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;
@@ -35,9 +34,9 @@ Recording read(const std::string& text, const RecordingOptions& options = {}) {
 /// Largest difference from that sine, in degrees; of all samples, or without some at either end.
 double deviation(const Recording& recording, std::size_t margin = 0) {
   double largest = 0.0;
-  for (std::size_t k = margin; k + margin < recording.sway_rad.size(); ++k) {
+  for (std::size_t k = margin; k + margin < recording.signals.at(com_sway).rad.size(); ++k) {
     const double exact = std::sin(2.0 * sim::pi * static_cast<double>(k) / recording.rate_hz);
-    largest = std::max(largest, std::abs(recording.sway_rad[k] / sim::rad_per_deg - exact));
+    largest = std::max(largest, std::abs(recording.signals.at(com_sway).rad[k] / sim::rad_per_deg - exact));
   }
   return largest;
 }
@@ -60,7 +59,7 @@ TEST_CASE("jitter is interpolated, and told") {
   }
   const Recording recording = read(sine_at(times));
   CHECK(recording.rate_hz == 100.0);
-  CHECK(recording.sway_rad.size() == 1001);
+  CHECK(recording.signals.at(com_sway).rad.size() == 1001);
   // Cubic: (2 pi / 100)^4 3 / 128 = 4e-7, twice that for uneven points; straight lines at the ends, (2 pi / 100)^2 / 8
   // = 5e-4, but the ends are on the grid; times within 1% of a sample are taken as they are, 2 pi / 100 * 0.01
   // = 6.3e-4.
@@ -103,7 +102,7 @@ TEST_CASE("lost samples are gaps: filled when they may be, else refused with the
               {"lacks 4 samples (0.04 s) from 3 s", "more than --fill-gaps 0.03"});
   const Recording recording = read(sine_at(times), {.fill_gaps_s = 0.04});
   CHECK(recording.rate_hz == 100.0);
-  REQUIRE(recording.sway_rad.size() == 500);
+  REQUIRE(recording.signals.at(com_sway).rad.size() == 500);
   // A straight line over 0.05 s: (2 pi 0.05)^2 / 8 = 0.0123 degrees at most.
   CHECK(deviation(recording) < 0.0124);
   CHECK(warns(recording, "5 missing values of sway_deg in 2 gaps, the longest 0.04 s"));
@@ -118,9 +117,9 @@ TEST_CASE("missing cells are gaps, in the middle and at the ends") {
   check_error([&] { read(text("0", "inf", "4"), {.fill_gaps_s = 1.0}); }, {"line 4", "'inf' is not a finite number"});
   const Recording recording = read(text("", "n/a", "nan"), {.fill_gaps_s = 0.01});
   const double expected[] = {1.0, 1.0, 2.0, 3.0, 3.0};
-  REQUIRE(recording.sway_rad.size() == 5);
+  REQUIRE(recording.signals.at(com_sway).rad.size() == 5);
   for (std::size_t k = 0; k < 5; ++k) {
-    CHECK(near(recording.sway_rad[k] / sim::rad_per_deg, expected[k], 1e-15));
+    CHECK(near(recording.signals.at(com_sway).rad[k] / sim::rad_per_deg, expected[k], 1e-15));
   }
   CHECK(warns(recording, "3 missing values of sway_deg in 3 gaps"));
   check_error([] { read("time,sway\n0,\n0.01,\n", {.fill_gaps_s = 1.0}); }, {"all values of sway are missing"});

@@ -38,9 +38,10 @@ Identifications recording() {
   made.estimate.parameters[sim::Kp] = 838.99;
   made.explanation.rms_residual_deg = 0.25;
   made.explanation.variance_accounted_for = 0.75;
+  made.estimate.trial = decid::dataset::trial_of({});
   for (int k = 0; k < 12100; ++k) {
     const double phase = 2.0 * sim::pi * k / 1000.0;
-    made.estimate.trial.sway_rad.push_back(static_cast<float>(sim::rad_per_deg * std::sin(phase)));
+    made.estimate.trial.sway_rad().push_back(static_cast<float>(sim::rad_per_deg * std::sin(phase)));
     made.explanation.fitted_rad.push_back(static_cast<float>(0.9 * sim::rad_per_deg * std::sin(phase)));
     all.tilt_rad.push_back(static_cast<float>(0.5 * sim::rad_per_deg * std::cos(phase)));
   }
@@ -122,23 +123,23 @@ TEST_CASE("curves keep a thousandth of their width") {
   const json series = data_of(all)["recordings"][0]["series"];
   const double per_degree = series["per_degree"];
   CHECK(1.0 / per_degree <= 2.0 / 1000);
-  REQUIRE(series["sway"].size() == made.estimate.trial.sway_rad.size());
-  for (std::size_t k = 0; k < made.estimate.trial.sway_rad.size(); ++k) {
+  REQUIRE(series["sway"].size() == made.estimate.trial.sway_rad().size());
+  for (std::size_t k = 0; k < made.estimate.trial.sway_rad().size(); ++k) {
     const double shown_deg = series["sway"][k].get<double>() / per_degree;
-    REQUIRE(std::abs(shown_deg - made.estimate.trial.sway_rad[k] / sim::rad_per_deg) <= 0.5001 / per_degree);
+    REQUIRE(std::abs(shown_deg - made.estimate.trial.sway_rad()[k] / sim::rad_per_deg) <= 0.5001 / per_degree);
   }
 }
 
 TEST_CASE("a recording without movement, or of one sample, or of none makes a page") {
   Identifications all = recording();
   Identification& still = all.recordings.front();
-  for (std::vector<float>* signal : {&still.estimate.trial.sway_rad, &still.explanation.fitted_rad, &all.tilt_rad})
+  for (std::vector<float>* signal : {&still.estimate.trial.sway_rad(), &still.explanation.fitted_rad, &all.tilt_rad})
     signal->assign(12100, 0.0F);
   CHECK(data_of(all)["recordings"][0]["series"]["sway"][5] == 0);
-  still.estimate.trial.sway_rad.resize(1);
+  still.estimate.trial.sway_rad().resize(1);
   still.explanation.fitted_rad.clear();
   CHECK(data_of(all)["recordings"][0]["series"]["fitted"].empty());
-  still.estimate.trial.sway_rad.clear();
+  still.estimate.trial.sway_rad().clear();
   all.tilt_rad.clear();
   still.estimate.image.clear();
   CHECK(data_of(all)["recordings"][0]["image"].is_null());
@@ -174,7 +175,7 @@ TEST_CASE("what is not a number becomes null") {
   made.explanation.rms_residual_deg = nan_double;
   made.explanation.variance_accounted_for = -std::numeric_limits<double>::infinity();
   made.estimate.parameters[sim::Kd] = nan_double;
-  made.estimate.trial.sway_rad[17] = nan_float;
+  made.estimate.trial.sway_rad()[17] = nan_float;
   made.explanation.fitted_rad.resize(100);
   const json shown = data_of(all)["recordings"][0];
   CHECK(shown["rms_residual_deg"].is_null());

@@ -48,13 +48,13 @@ Identification recording(const sim::Simulator& simulator, const Identifications&
   made.column = "com_sway_deg";
   made.truth = sim::Parameters{790.0, 265.0, 171.0, 118.0, 0.62, 0.0017, 0.121};
   made.estimate.parameters = {823.4, 251.9, 183.2, 124.6, 0.57, 0.0021, 0.114};
-  made.estimate.trial.sway_rad = run(simulator, *made.truth);
+  made.estimate.trial = decid::dataset::trial_of(run(simulator, *made.truth));
   made.explanation = decid::Explainer(simulator).explain({made.estimate.parameters, made.estimate.trial});
   made.explanation.warnings.clear();
   made.explanation.rms_residual_deg = 0.2874;
   made.explanation.variance_accounted_for = 0.631;
   made.estimate.image.resize(static_cast<std::size_t>(of.image_shape.size()));
-  decid::dataset::ImageMaker(of.image, simulator.samples()).make(made.estimate.trial.sway_rad, made.estimate.image);
+  decid::dataset::ImageMaker(of.image, simulator.samples()).make(made.estimate.trial.sway_rad(), made.estimate.image);
   return made;
 }
 
