@@ -1,4 +1,4 @@
-// What is known of a trial once it is identified: the parameters, and how well they explain what was recorded.
+// An identified trial: its parameters, and how well they explain what was recorded.
 #pragma once
 
 #include <limits>
@@ -12,14 +12,14 @@
 
 namespace decid {
 
-/// What a model's network makes of one trial.
+/// What a model's network finds in one trial.
 struct Estimate {
-  sim::Parameters parameters{};  ///< SI units; what the network says may lie a little outside of its ranges
+  sim::Parameters parameters{};  ///< SI units; they may lie a little outside of their ranges
   dataset::Trial trial;          ///< what was identified: the recording at the protocol's rate and length
   std::vector<float> image;      ///< of the trial, before row scaling, channel-major; its shape is the model's
-  /// How far the features are from those of simulated trials (familiarity.hpp). NaN where the model does not know.
+  /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.
   double distance = std::numeric_limits<double>::quiet_NaN();
-  std::vector<std::string> warnings;  ///< for people: what was assumed or made of the recording, what looks odd
+  std::vector<std::string> warnings;  ///< for people: what was assumed or changed, what looks odd
 };
 
 /// Frequency response of sway to tilt: the recording's, and that of the identified controller, band by band.
@@ -30,7 +30,7 @@ struct FrequencyResponses {
   std::vector<sim::Complex> linear;  ///< of the closed loop at theta = 0
 };
 
-/// What trials simulated from a set of parameters say of the trial that they were identified from.
+/// What trials simulated from a set of parameters show about the trial that they were identified from.
 struct Explanation {
   std::vector<float> fitted_rad;  ///< the noise-free trial; shorter than the protocol if the body fell
   /// Of the noise-free trial beside the recording, means removed; NaN if it fell.
@@ -39,7 +39,7 @@ struct Explanation {
   /// How much of the controller's response to the tilt is in the recording (following.hpp): 1 all, 0 none; NaN unknown.
   double following = std::numeric_limits<double>::quiet_NaN();
   /// How little the recording is like what the model was trained on (following.hpp); 96 of 100 simulated trials are
-  /// below 1. NaN where the model does not know.
+  /// below 1. NaN if the model has no familiarity.
   double unfamiliarity = std::numeric_limits<double>::quiet_NaN();
   std::optional<FrequencyResponses> frf;  ///< empty if the stimulus has none; a warning says why
   std::vector<std::string> warnings;

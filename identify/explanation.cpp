@@ -12,9 +12,9 @@
 namespace decid {
 namespace {
 
-/// Noisy trials that the noise-free one is compared with, as it is with the recording.
+/// How many noisy trials the noise-free one is compared with, as it is with the recording.
 constexpr int compared = 5;
-/// Trials of one answer: those with noise, and the noise-free one.
+/// Trials of one answer: those with noise and the noise-free one.
 constexpr int trials_of_answer = Following::trials + 1;
 /// Answers that are simulated together: 264 trials fill the lanes, and take 25 MB.
 constexpr std::size_t together = 8;
@@ -64,7 +64,7 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& ex
   }
   std::vector<double> usual;
   for (const std::vector<float>& trial : noisy) {
-    if (trial.size() < explanation.fitted_rad.size()) continue;  // one that fell says nothing of the others
+    if (trial.size() < explanation.fitted_rad.size()) continue;  // skips a trial that fell
     usual.push_back(residual_of(trial, explanation.fitted_rad).variance_accounted_for);
   }
   if (usual.empty()) {
@@ -84,7 +84,7 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& ex
 
 }  // namespace
 
-/// An answer's trials as far as the body stands.
+/// An answer's trials up to where the body falls.
 struct Explainer::Simulated {
   std::vector<float> fitted;
   std::array<std::vector<float>, compared> noisy;

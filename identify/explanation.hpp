@@ -1,5 +1,5 @@
-// How well parameters explain the trial that they were identified from, whoever identified them: trials are simulated
-// from them and compared with it.
+// How well parameters explain the trial that they were identified from, by whatever method: trials are simulated from
+// them and compared with it.
 #pragma once
 
 #include <optional>
@@ -30,8 +30,8 @@ class Explainer {
 
   /// The noise-free trial, its residual, whether the recording follows the tilt, and the frequency responses; warns if
   /// the parameters explain less than their noise accounts for. 33 trials are simulated for each answer, those of
-  /// several together, so that the simulator's lanes are full; what is said of one does not depend on the others.
-  /// `unfamiliarity` is left to those who know a model (judge()).
+  /// several together, so that the simulator's lanes are full; an explanation does not depend on the others.
+  /// `unfamiliarity` needs a model and is set elsewhere.
   std::vector<Explanation> explain(std::span<const Answer> answers) const;
   Explanation explain(const Answer& answer) const { return std::move(explain(std::span(&answer, 1)).front()); }
 
@@ -47,7 +47,7 @@ class Explainer {
   std::string no_frf_;  // why there is none
 };
 
-/// The frequency responses of a trial and of what explains it, by `analysis`; tilt_rad: the protocol's.
+/// The frequency responses of a trial and of its answer's, by `analysis`; tilt_rad: the protocol's.
 FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, const Answer& answer,
                                        std::span<const float> fitted_rad, std::span<const float> tilt_rad,
                                        const sim::Body& body);
@@ -55,10 +55,10 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
 /// Throws Error as sim::FrequencyResponse does.
 sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment);
 
-/// The trial of `parameters` without vestibular noise, as far as the body stands.
+/// The trial of `parameters` without vestibular noise, up to where the body falls.
 std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters);
 
-/// Warns if an explained recording does not follow the tilt, where nothing better is known to judge it by.
+/// Warns if an explained recording does not follow the tilt: for recordings that no model has judged.
 void warn_unless_following(Explanation& explanation);
 
 }  // namespace decid

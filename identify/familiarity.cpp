@@ -14,10 +14,10 @@ namespace decid {
 namespace {
 
 constexpr int batch = 64;
-/// Trials that are learned from, and those that show what is usual.
+/// How many trials are learned from, and how many show what is usual.
 constexpr int most_learned = 6144, most_shown = 4096;
 constexpr double usual_part = 0.97;
-/// Of the mean variance: what is added to each, so that features that are always the same can be divided by.
+/// The part of the mean variance that is added to each, so that constant features can be divided by.
 constexpr double ridge = 1e-3;
 
 /// Features of `trials` images, one row each.

@@ -10,11 +10,10 @@ namespace {
 
 constexpr int fewest_trials = 8;
 constexpr double highest_hz = 2.5;
-/// Lines on either side over which the noise's power is averaged.
+/// How many lines on either side the noise's power is averaged over.
 constexpr std::size_t smoothing = 4;
 
-/// The sensor's noise is what a recording has between these parts of its rate: sway has little there, and resampling
-/// leaves it alone.
+/// The sensor's noise is read between these parts of the rate: sway has little there, and resampling leaves them alone.
 constexpr double sensor_from = 0.25, sensor_to = 0.4;
 
 constexpr auto lanes = static_cast<std::size_t>(sim::fft_lanes);

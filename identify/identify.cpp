@@ -10,7 +10,7 @@
 namespace decid {
 namespace {
 
-/// Images that go through the network together.
+/// How many images go through the network together.
 constexpr std::size_t at_once = 64;
 
 void warn_of_ranges(Estimate& estimate) {
@@ -43,7 +43,7 @@ void warn_of_sway(Estimate& estimate) {
         format("sway reaches %.1f degrees; trials beyond 5 degrees were never trained on", largest / sim::rad_per_deg));
 }
 
-/// Says of recordings that look unlike anything the network was trained on.
+/// Warns of recordings that look unlike anything the network was trained on.
 void judge(const Model& model, const Estimate& estimate, Explanation& explanation) {
   if (!model.familiarity.known()) {
     warn_unless_following(explanation);

@@ -16,13 +16,13 @@
 
 namespace decid {
 
-/// Where in the samples the protocol starts, and what is taken off them.
+/// Where in the samples the protocol starts, and what is subtracted from them.
 using IdentifyOptions = dataset::TrialOptions;
 
 /// The estimate from a recording of the model's protocol. sway_rad: sway of the body's centre of mass, rad, 0 upright,
 /// positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate and length
-/// (dataset::fit_to_protocol). Throws Error for samples that are no recording of this protocol: too short, not finite,
-/// or constant. Safe to call from many threads at once.
+/// (dataset::fit_to_protocol). Throws Error for samples that are too short, not finite, or constant. Safe to call from
+/// many threads at once.
 Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
                   const IdentifyOptions& options = {});
 
@@ -30,8 +30,8 @@ Estimate identify(const Model& model, std::span<const double> sway_rad, double r
 /// its parameters and compared with it.
 Explanation explain(const Model& model, const Estimate& estimate);
 
-/// What the two functions above make anew at every call, made once: for many recordings. The plan of one thread: a
-/// copy shares the network's weights and the simulator, so make one for each. The model must outlive it.
+/// For many recordings: makes once what the two functions above make at every call. One thread's plan: a copy shares
+/// the network's weights and the simulator, so make one for each thread. The model must outlive it.
 class Identifier {
  public:
   explicit Identifier(const Model& model);
@@ -42,7 +42,7 @@ class Identifier {
   const Explainer& explainer() const noexcept { return *explainer_; }
 
   /// The network's estimates, in the order of the trials: each image is drawn once, the network run once.
-  /// What a trial gives does not depend on its company. Throws Error for a trial of another length than the protocol's.
+  /// A trial's estimate does not depend on the others. Throws Error for a trial of another length than the protocol's.
   std::vector<Estimate> estimate(std::vector<dataset::Trial> trials);
   /// explain(), for several at once.
   std::vector<Explanation> explain(std::span<const Estimate> estimates) const;

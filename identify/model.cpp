@@ -87,7 +87,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   const std::string remedy = "give a model file written by decid train";
   const auto text = [&](const std::string& key) {
     const auto it = file.metadata.find(key);
-    if (it == file.metadata.end()) throw Error(where, "is no decid model: it says nothing of its " + key, remedy);
+    if (it == file.metadata.end()) throw Error(where, "is not a decid model: it has no " + key, remedy);
     return it->second;
   };
   if (text("format") != format_name)

@@ -45,7 +45,7 @@ struct Model {
   dataset::ImageMaker images_;
 };
 
-/// What a model file of a training that is not done has besides the model.
+/// What the model file of an unfinished training has besides the model.
 struct Checkpoint {
   std::string progress;              ///< a text, not empty
   nn::Velocities<float> velocities;  ///< of the optimiser
@@ -54,8 +54,8 @@ struct Checkpoint {
 /// The bytes of a model file; of a checkpoint's unless that is null.
 std::string to_bytes(const Model& model, const Checkpoint* checkpoint = nullptr);
 
-/// Throws Error for a damaged file, or one that is no decid model. Unless `checkpoint` is null the file
-/// must be one, and what it has besides the model goes there.
+/// Throws Error for a damaged file, or one that is not a decid model. Unless `checkpoint` is null the file
+/// must be one; what it has besides the model goes there.
 Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint = nullptr);
 Model load_model(const std::filesystem::path& path);
 
@@ -63,14 +63,14 @@ Model load_model(const std::filesystem::path& path);
 Model built_in_model();
 /// The model file at `path`, or the built-in one if the path is empty.
 Model model_or_built_in(const std::string& path);
-/// How people call it.
+/// What people call it.
 std::string model_name(const std::string& path);
 
 /// Throws Error if the trials of `file` are of another experiment than the model, which is called `name`.
 void require_same_experiment(const Model& model, const std::string& name, const sim::Protocol& data,
                              const std::string& file);
-/// What of the vestibular noise differs between the trials of a data set and those that the model was trained on, for
-/// people; empty if nothing does. Nv means something else then.
+/// How the vestibular noise of a data set's trials differs from that of the model's training, for people; empty if it
+/// does not. If it does, Nv means something else.
 std::string noise_difference(const sim::Protocol& model, const sim::Protocol& data);
 
 }  // namespace decid

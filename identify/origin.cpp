@@ -21,7 +21,7 @@ Json trials_json(const dataset::TrialIdentity& trials, int version) {
   return json;
 }
 
-/// What version 1 says in a sentence. The seed of a data set is not in it.
+/// The sentence of version 1. It does not have a data set's seed.
 dataset::TrialIdentity trials_from_sentence(const std::string& text) {
   if (text.starts_with(stream_sentence)) {
     try {
@@ -40,7 +40,7 @@ void read(const Json& json, const char* key, T& value) {
   if (at == json.end()) return;
   try {
     value = at->get<T>();
-  } catch (const Json::exception&) {  // of another type: as if it were left out
+  } catch (const Json::exception&) {  // another type counts as left out
   }
 }
 
@@ -74,7 +74,7 @@ std::string to_json(const Origin& origin) {
 Origin origin_from_json(const std::string& text, const std::string& where) {
   const Json json = parse_json(text, where);
   if (!json.is_object())
-    throw Error(where, "has an origin that is no JSON object", "give a file written by decid train");
+    throw Error(where, "has an origin that is not a JSON object", "give a file written by decid train");
   Origin origin;
   origin.version = 1;
   read(json, "version", origin.version);

@@ -1,5 +1,5 @@
-// Where a model comes from: what it was trained on and how. Whatever decides the bits of its weights stands here, so
-// that a training can be resumed or repeated, and nobody measures a model on trials that it was trained on.
+// Where a model comes from: what it was trained on and how. Everything that determines the bits of its weights is here,
+// so that a training can be resumed or repeated, and no model is measured on trials that it was trained on.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace decid {
 
 struct Origin {
-  /// Of the form in which it is written. 1, of decid 0.1, named its trials in a sentence.
+  /// The version of its form. Version 1, of decid 0.1, named its trials in a sentence.
   static constexpr int newest_version = 2;
 
   int version = newest_version;
@@ -31,18 +31,18 @@ struct Origin {
 
 /// One line, keys in the order above, in the form of the origin's version.
 std::string to_json(const Origin& origin);
-/// Of any version. What is left out, or of another type, keeps its default: files of others are read as far as they go.
-/// Throws Error for a text that is no JSON object. `where` names the source.
+/// Of any version. What is left out, or of another type, keeps its default, so files of other programs can be read.
+/// Throws Error for a text that is not a JSON object. `where` names the source.
 Origin origin_from_json(const std::string& text, const std::string& where);
 /// Which settings differ, for people: "epochs 3 there, 5 here; ...".
 std::string difference(const Origin& there, const Origin& here);
 
-/// The part of a data set that somebody is about to measure a model on.
+/// The part of a data set that a model is to be measured on.
 enum class Measured { all, training, validation };
 
 /// Throws Error if the trials of `data`, which people know as `name`, are among those that the model was trained on:
 /// drawn from the same seed, or the training half of the same data set. Its halves may be asked for by name: the
-/// training half is what it says then, and of the validation half no trial was trained on.
+/// training half is meant then, and no trial of the validation half was trained on.
 void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& data, Measured part,
                             const std::string& name);
 

@@ -1,4 +1,4 @@
-// A model's outputs for many trials, wherever they come from.
+// A model's outputs for many trials from any source.
 #pragma once
 
 #include <functional>

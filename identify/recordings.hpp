@@ -1,5 +1,5 @@
-// Recordings in files on their way: read and brought to a protocol, identified, explained. One that cannot be used
-// costs the others nothing.
+// Recordings in files on their way: read and brought to a protocol, identified, explained. One that cannot be
+// used does not stop the others.
 #pragma once
 
 #include <filesystem>
@@ -29,11 +29,11 @@ struct Identification {
   Explanation explanation;
 
   double peak_to_peak_deg() const;
-  /// All of them, in the order in which they arose.
+  /// The estimate's and the explanation's, in that order.
   std::vector<std::string> warnings() const;
 };
 
-/// What the recordings of one call have in common, beside themselves.
+/// The recordings of one call, and what they have in common.
 struct Identifications {
   sim::Protocol protocol;
   std::vector<float> tilt_rad;  ///< the platform at the trials' samples

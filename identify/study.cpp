@@ -120,12 +120,12 @@ double mean_of(const Scores& scores) {
   return std::accumulate(scores.begin(), scores.end(), 0.0) / static_cast<double>(scores.size());
 }
 
-void study_dataset(const Model& model, const std::string& file, Study& study, const Stage& stage) {
+void study_dataset(const Model& model, const std::string& file, Study& study, const Announce& announce) {
   const dataset::StoredDataset stored{std::filesystem::path(file)};
   const dataset::Dataset& about = stored.about();
   require_same_experiment(model, study.model, about.protocol, file);
   if (about.seed == study.fresh_seed) refuse_seed(study.fresh_seed);
-  stage("sway of " + file);
+  announce("sway of " + file);
   StudyData& data = study.data.emplace();
   data.file = file;
   data.seed = about.seed;
@@ -144,10 +144,10 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
   }
 
   const auto source = dataset::stored_source(stored);
-  stage(format("identifying %d training trials", source->trials(Part::training)));
+  announce(format("identifying %d training trials", source->trials(Part::training)));
   const Predicted training = predict(model, *source, Part::training);
   data.training = evaluate(model, training.outputs, training.truth);
-  stage(format("identifying %d validation trials", source->trials(Part::validation)));
+  announce(format("identifying %d validation trials", source->trials(Part::validation)));
   const Predicted validation = predict(model, *source, Part::validation);
   data.validation = evaluate(model, validation.outputs, validation.truth);
 
@@ -164,7 +164,7 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
 }
 
 void study_fresh(const Model& model, int trials, const std::vector<double>& levels_deg, Study& study,
-                 const Stage& stage) {
+                 const Announce& announce) {
   constexpr int chunk = 512;
   const std::uint64_t seed = study.fresh_seed;
   require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "--seed");
@@ -196,8 +196,8 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
   };
   for (int first = 0; first < trials; first += chunk) {
     const int count = std::min(chunk, trials - first);
-    stage(format("fresh trials %d to %d of %d at %zu levels of sensor noise", first + 1, first + count, trials,
-                 levels_deg.size()));
+    announce(format("fresh trials %d to %d of %d at %zu levels of sensor noise", first + 1, first + count, trials,
+                    levels_deg.size()));
     simulate(first, count);
     for (std::size_t l = 0; l < levels_deg.size(); ++l) {
       const auto outputs_of_chunk = predict(model, count, 64, [&](std::span<const int> indices, const TakeSway& take) {
@@ -233,8 +233,8 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
                   noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
 }
 
-void study_double(const Model& model, int realisations, Study& study, const Stage& stage) {
-  stage("leg and trunk");
+void study_double(const Model& model, int realisations, Study& study, const Announce& announce) {
+  announce("leg and trunk");
   std::optional<sim::DoubleSimulator> simulator;
   try {
     simulator.emplace(model.protocol);

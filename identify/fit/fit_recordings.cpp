@@ -9,10 +9,10 @@
 namespace decid {
 namespace {
 
-/// What the network's answer is taken for: known beforehand to this part of the ranges. On trials of a seed that no
-/// figure is quoted for 0.08 erred less than 0.15, and both less than nothing known.
+/// Deviation of the prior about the network's answer, as part of the ranges. On trials of a seed that no figure is
+/// quoted for, 0.08 erred less than 0.15, and both less than no prior.
 constexpr double network_spread = 0.08;
-/// Parameters this near to an edge, as part of the range, are told.
+/// Parameters this near to an edge, as part of the range, get a warning.
 constexpr double edge = 0.02;
 
 const char* name_of(StartKind start) {

@@ -20,21 +20,21 @@ struct FitRequest {
   fit::Settings settings;
 };
 
-/// What the network says of a trial of its protocol.
+/// The network's answer for a trial of its protocol.
 sim::Parameters ask_network(Identifier& network, const dataset::Trial& trial);
 
-/// `network`: what the network says of the recording; needed for StartKind::network only. Its search begins closer.
+/// `network`: its answer for the recording, needed for StartKind::network only. Its search begins closer.
 std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::Parameters& network);
 
 /// What a fit found besides the parameters and how well they explain the recording.
 struct FitFigures {
-  std::string start;  ///< whose search found them: "network", "middle", "random"
+  std::string start;  ///< the start whose search found them: "network", "middle", "random"
   fit::Result result;
   double seconds = 0.0;
 };
 
-/// The recordings of one call; their estimates are the fits', without images. fits: in their order; of a recording with
-/// an error nothing in it means anything.
+/// The recordings of one call; their estimates are the fits', without images. fits: in their order; that of a
+/// recording with an error means nothing.
 struct FittedRecordings {
   Identifications identified;
   std::vector<FitFigures> fits;
@@ -43,7 +43,7 @@ struct FittedRecordings {
 /// Called with the number of recordings done; returns false to stop.
 using FitDone = std::function<bool(std::size_t done)>;
 
-/// Reads and fits each recording in `protocol`; one that cannot be used has an `error` and costs the others nothing.
+/// Reads and fits each recording in `protocol`; one that cannot be used has an `error` and does not stop the others.
 /// model: for the network's start; may be null for the others. Throws Error if the model's experiment is not the
 /// protocol's, and for too small a budget.
 FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,

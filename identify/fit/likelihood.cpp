@@ -17,7 +17,7 @@ constexpr int fewest_in_band = 4;
 constexpr double tapered = 0.1;     // part of the trial at each end
 constexpr double band_width = 0.2;  // of its frequency
 constexpr double temperature = 2.0;
-constexpr double fallen_cost = 1e9;     // beyond any trial that stands: those have some thousand
+constexpr double fallen_cost = 1e9;     // beyond any trial that stands, which costs some thousand
 constexpr double fallen_earlier = 1e6;  // for a trial's length
 
 /// Levels of sensor noise: each sqrt(2) times the one before.

@@ -1,4 +1,4 @@
-// A training that is not done, as a file: the model, its optimiser and its log, and whether it may be gone on with.
+// An unfinished training as a file: the model, its optimiser and its log, and whether it can be resumed.
 #pragma once
 
 #include <string>
@@ -7,13 +7,13 @@
 
 namespace decid {
 
-/// Everything that decides the bits of what the training makes. program: "decid 0.2.0".
+/// Everything that determines the bits of what the training makes. program: "decid 0.2.0".
 Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program);
 
 /// The bytes of a checkpoint.
 std::string checkpoint_bytes(const TrainingState& state);
 
-/// Reads one to go on with, from `path`. Throws Error, naming what differs, if it was made with another origin or
+/// Reads a checkpoint to resume from. Throws Error, naming what differs, if it was made with another origin or
 /// image, or for another protocol; the protocols' names may differ.
 TrainingState load_checkpoint(const std::string& path, const Origin& origin, const dataset::ImageSettings& image,
                               const sim::Protocol& protocol);

@@ -21,7 +21,7 @@ const std::vector<Preset>& presets() {
                                                .standardize_rows = true,
                                                .fold = 2,
                                                .rows = 256};
-  // Neighbouring harmonics tell the same things, so convolutions along them come first.
+  // Neighbouring harmonics carry the same information, so convolutions along them come first.
   const std::string harmonics_network =
       "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
       "conv 96 3x1 stride 2x1 pad 1x0; batchnorm; relu; fc 256; batchnorm; relu; fc 7";

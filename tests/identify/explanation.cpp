@@ -148,7 +148,7 @@ TEST_CASE("explain: a controller that falls, always or with its noise, explains 
   CHECK(std::isfinite(bordering.variance_accounted_for));
 }
 
-TEST_CASE("explain: one that hardly follows the tilt is told of, not one that cannot be judged") {
+TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that cannot be judged gets none") {
   Explanation id;
   for (const double following : {0.3, 1.0, std::nan("")}) {
     id.following = following;

@@ -167,7 +167,7 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
   CHECK(tiny.rows == 64);
 }
 
-TEST_CASE("other noise than the model's is told") {
+TEST_CASE("other noise than the model's is reported") {
   const sim::Protocol ours;
   sim::Protocol theirs;
   theirs.noise.sensor = {0.01, 0.01};

@@ -87,15 +87,15 @@ void run_study(const Options& options) {
   const std::filesystem::path folder = options.output;
   prepare(folder);
 
-  const Stage stage = [&](const std::string& text) {
+  const Announce announce = [&](const std::string& text) {
     if (!options.common.quiet) std::cerr << "study: " << text << '\n';
   };
   if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before the work
-  if (!options.data.empty()) study_dataset(model, options.data, study, stage);
-  study_fresh(model, options.trials, options.levels_deg, study, stage);
-  study_double(model, options.realisations, study, stage);
+  if (!options.data.empty()) study_dataset(model, options.data, study, announce);
+  study_fresh(model, options.trials, options.levels_deg, study, announce);
+  study_double(model, options.realisations, study, announce);
 
-  stage("drawing");
+  announce("drawing");
   const std::vector<Figure> figures = study_figures(study);
   std::vector<std::string> inputs = options.comparisons, outputs{"table.txt", "study.json", "report.html"};
   for (const std::string& input : {options.model, options.data, log, options.recording, options.learning_curve})
@@ -114,7 +114,7 @@ void run_study(const Options& options) {
   write_file(folder / "study.json", json);
   write_file(folder / "report.html", study_html(study, figures));
   std::cout << (options.common.json ? json : text);
-  stage("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
+  announce("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
 }
 
 }  // namespace

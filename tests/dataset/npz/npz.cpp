@@ -235,7 +235,7 @@ TEST_CASE("damaged bytes are noticed") {
     content[position] = value;
     return write_text(folder / "damaged.npz", content);
   };
-  // A value of the sway: only the checksum can tell.
+  // A value of the sway: only the checksum can show it.
   const std::size_t magic = whole.find("\x93NUMPY");
   REQUIRE(magic != std::string::npos);
   check_error([&] { read_npz(damaged(magic + 1000, '\x01')); }, {"damaged.npz: sway", "is damaged", "CRC"});

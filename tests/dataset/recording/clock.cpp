@@ -1,4 +1,4 @@
-// Uneven times, lost samples and gaps: what is put right, what is told, and what is refused.
+// Uneven times, lost samples and gaps: what is corrected, what is reported, and what is refused.
 #include "dataset/recording/clock.hpp"
 
 #include <cmath>

@@ -49,7 +49,7 @@ TEST_CASE("csv: commas, semicolons, tabs and blanks separate") {
   check_table("a b\n1.5 3\n-2.25 4\n", a_b, numbers);
   check_table("  a    b \n 1.5   3\n-2.25   4 \n", a_b, numbers);  // a run of blanks separates once
   check_table("a , b\n 1.5,3 \n-2.25\t, 4\n", a_b, numbers);
-  // The second line tells: a header may hold anything.
+  // The second line decides: a header may hold anything.
   check_table("a, all of it;b\n1.5;3\n-2.25;4\n", {"a, all of it", "b"}, numbers);
 }
 

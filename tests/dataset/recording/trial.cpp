@@ -71,7 +71,7 @@ double mean(const std::vector<float>& values, std::size_t begin, std::size_t end
 
 }  // namespace
 
-TEST_CASE("a longer recording is cut, from where it is told, and what was cut is said") {
+TEST_CASE("a longer recording is cut, from where the option says, and what was cut is reported") {
   const sim::Protocol protocol = two_cycles();
   Recording recording = ramp(1250);
   const std::vector<float> first = fit_to_protocol(recording, protocol).sway_rad();
@@ -200,7 +200,7 @@ TEST_CASE("a recording that starts a little after the stimulus is continued befo
   check_error([&] { fit_to_protocol(later, protocol); }, {"r.csv", "which begin 0.5", "after the protocol"});
 }
 
-TEST_CASE("a tilt that is noisy, too large, inverted or another is told apart") {
+TEST_CASE("a tilt that is noisy, too large, inverted or another is recognised as that") {
   const sim::Protocol protocol = two_cycles();  // 8 degrees peak to peak, 0.14 rad
   Recording noisy = with_tilt(protocol, 1.0, 12.0, 100.0, 1.0, 0.03);
   CHECK(std::abs(fit_to_protocol(noisy, protocol).tilt->delay_s - 1.0) < 0.02);

@@ -135,7 +135,7 @@ TEST_CASE("several recordings are identified in one call, each as alone") {
   CHECK(both.at("recordings").at(1) == alone.at("recordings").at(0));
 }
 
-TEST_CASE("one bad recording of several costs the others nothing") {
+TEST_CASE("one bad recording of several does not stop the others") {
   const Folder folder;
   REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
   decid::test::write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");
@@ -322,7 +322,7 @@ TEST_CASE("an interrupted training goes on, with its own data and settings only"
   CHECK(run_decid(train("a.npz", "--resume")).code == 0);
   CHECK(std::filesystem::exists(model));
   CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));
-  // Beginning anew loses a checkpoint: that is told.
+  // Beginning anew loses a checkpoint: that is reported.
   decid::test::write_text(model + ".checkpoint", checkpoint);
   const auto anew = run_decid("train --preset small --epochs 1 --data " + folder / "a.npz" + " -o " + model);
   CHECK(anew.code == 0);

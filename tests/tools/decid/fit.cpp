@@ -77,7 +77,7 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   check_refused("compare --trials 0", {"--trials"});
 }
 
-TEST_CASE("fit: one bad recording of several costs the others nothing, and quiet leaves the figures") {
+TEST_CASE("fit: one bad recording of several does not stop the others, and quiet leaves the figures") {
   const Folder folder;
   REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);
   write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");

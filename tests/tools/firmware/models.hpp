@@ -62,7 +62,7 @@ inline std::string identified_bytes(const Model& model, const dataset::Dataset& 
   return as_bytes(all);
 }
 
-/// A command of the shell: its exit code; what it printed is told if that is not 0.
+/// A command of the shell: its exit code; if that is not 0, prints what it printed.
 inline int shell(const std::string& command) {
   const Folder folder;
   const int status = std::system((command + " >" + folder / "out" + " 2>&1 </dev/null").c_str());
