@@ -124,10 +124,14 @@ std::string difference(const Origin& there, const Origin& here) {
   return text;
 }
 
+bool trained_on(const Origin& origin, const dataset::TrialIdentity& data) {
+  return origin.trials.kind == Kind::stored && data.kind == Kind::stored && origin.trials.sha256 == data.sha256;
+}
+
 void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& data, Measured part,
                             const std::string& name) {
   const dataset::TrialIdentity& trained = origin.trials;
-  if (trained.kind == Kind::stored && data.kind == Kind::stored && trained.sha256 == data.sha256) {
+  if (trained_on(origin, data)) {
     if (part == Measured::all)
       throw Error(name, "is the data set that the model was trained on: half of its trials were its training",
                   "choose --split validation or training, or measure it on a data set of another --seed");

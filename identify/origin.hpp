@@ -40,6 +40,9 @@ std::string difference(const Origin& there, const Origin& here);
 /// The part of a data set that a model is to be measured on.
 enum class Measured { all, training, validation };
 
+/// Whether `data` is the very data set that the model was trained on, its halves for training and validation.
+bool trained_on(const Origin& origin, const dataset::TrialIdentity& data);
+
 /// Throws Error if the trials of `data`, which people know as `name`, are among those that the model was trained on:
 /// drawn from the same seed, or the training half of the same data set. Its halves may be asked for by name: the
 /// training half is meant then, and no trial of the validation half was trained on.

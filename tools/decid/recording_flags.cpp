@@ -48,8 +48,9 @@ void add_recording_flags(const Command& command, RecordingFlags& flags, const st
   command.add_option("--rate", flags.rate, "Sample rate in Hz, if there is no time column or it is wrong")
       .range(1.0, 100000.0);
   command
-      .add_option("--fill-gaps", flags.fill_gaps,
-                  "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
+      .add_option(
+          "--fill-gaps", flags.fill_gaps,
+          "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
       .range(0.0, 60.0);
   command.add_option(begin, flags.begin, "Where the protocol starts, in seconds after the first sample")
       .range(0.0, 1e6);

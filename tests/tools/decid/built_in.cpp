@@ -106,4 +106,15 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
   CHECK(part_unfamiliar(model, recordings_of(sine, count)) >= 0.95);
 }
 
+TEST_CASE("the built-in model is not measured on trials of the seed it was trained on") {
+  const test::Folder folder;
+  REQUIRE(test::run_decid("dataset --quiet --count 4 --seed 1 -o " + folder / "one.npz").code == 0);
+  REQUIRE(test::run_decid("dataset --quiet --count 4 --seed 2 -o " + folder / "two.npz").code == 0);
+  test::check_refused("evaluate --data " + folder / "one.npz", {"one.npz", "seed 1", "--seed"});
+  CHECK(test::run_decid("evaluate --data " + folder / "two.npz").code == 0);
+  test::check_refused("compare --quiet --trials 1 --data " + folder / "one.npz", {"one.npz", "seed 1"});
+  test::check_refused("compare --quiet --trials 1 --seed 1", {"--seed", "seed 1"});
+  test::check_refused("study --quiet --trials 1 --seed 1 -o " + folder / "study", {"--seed", "seed 1"});
+}
+
 }  // namespace decid::tools

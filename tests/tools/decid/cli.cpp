@@ -270,6 +270,12 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   CHECK(evaluation.at("mse") == summary.at("validation_mse"));
   CHECK(near(evaluation.at("matlab_loss").get<double>(), 3.5 * evaluation.at("mse").get<double>(), 1e-15));
   CHECK(evaluation.at("mse_per_parameter").size() == 7);
+  // Nobody is told a model's error on its own training: without --split the other half is measured, and that is said.
+  const auto own = run_decid("evaluate --json" + model + " --data " + folder / "data.npz");
+  CHECK(Json::parse(own.out) == evaluation);
+  CHECK(own.err.find("was trained on") != std::string::npos);
+  decid::test::check_refused("evaluate --split all" + model + " --data " + folder / "data.npz",
+                             {"data.npz", "trained on", "--split"});
 
   const Json info = Json::parse(run_decid("info --json " + folder / "m.safetensors").out);
   CHECK(info.at("weights_sha256") == summary.at("weights_sha256"));
