@@ -5,9 +5,9 @@
 
 #include "base/error.hpp"
 #include "base/sha256.hpp"
+#include "identify/prediction.hpp"
 #include "identify/training/presets.hpp"
 #include "sim/protocol_json.hpp"
-#include "identify/prediction.hpp"
 
 namespace decid::tools {
 namespace {

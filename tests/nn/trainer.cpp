@@ -18,8 +18,8 @@
 using namespace decid::nn;
 using namespace decid::nn::testing;
 
-// Counts every allocation of the program; sanitizers have operators of their own. Not inlined: g++ 12 would take malloc()
-// or free() in the place of one for a mistake.
+// Counts every allocation of the program; sanitizers have operators of their own. Not inlined: g++ 12 would take
+// malloc() or free() in the place of one for a mistake.
 [[maybe_unused]] static std::atomic<long> allocations{0};
 #ifndef DECID_SANITIZED
 [[gnu::noinline]] void* operator new(std::size_t size) {

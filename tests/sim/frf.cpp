@@ -177,7 +177,8 @@ TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (points[i].harmonics != 1) continue;
-      const auto harmonic = static_cast<std::size_t>(std::lround(points[i].frequency_hz * protocol.experiment.cycle_s()));
+      const auto harmonic =
+          static_cast<std::size_t>(std::lround(points[i].frequency_hz * protocol.experiment.cycle_s()));
       const double signal = 0.49 * std::norm(x[harmonic]);
       const double expected = signal / (signal + cycle * deviation * deviation);
       if (expected < 0.75 || expected > 0.95) continue;

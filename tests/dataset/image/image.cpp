@@ -9,7 +9,6 @@
 #include "base/random.hpp"
 #include "sim/protocol.hpp"
 #include "tests/helpers.hpp"
-#include "sim/protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

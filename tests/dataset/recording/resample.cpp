@@ -6,7 +6,6 @@
 #include "dataset/recording/recording.hpp"
 #include "sim/protocol.hpp"
 #include "tests/helpers.hpp"
-#include "sim/protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;

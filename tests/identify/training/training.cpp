@@ -8,8 +8,8 @@
 
 #include "base/error.hpp"
 #include "base/sha256.hpp"
-#include "tests/near.hpp"
 #include "identify/prediction.hpp"
+#include "tests/near.hpp"
 
 namespace decid::tools {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "base/file.hpp"
 #include "identify/model.hpp"
-#include "tests/tools/decid/run.hpp"
 #include "identify/prediction.hpp"
+#include "tests/tools/decid/run.hpp"
 
 namespace decid::test {
 
