@@ -9,6 +9,9 @@ namespace decid {
 /// printf's formatting into a string.
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
 
+/// Seconds for people, rounded up: "42 s", "3 min 20 s", "1 h 12 min".
+std::string duration_text(double seconds);
+
 /// Control characters become question marks: one line, whatever a file's name holds.
 std::string one_line(std::string text);
 

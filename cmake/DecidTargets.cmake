@@ -15,37 +15,62 @@ function(decid_compile_options target)
     target_compile_options(${target} PRIVATE -fsanitize=${DECID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${DECID_SANITIZE})
   endif()
+  if(DECID_COVERAGE)
+    # Threads count one after the other.
+    target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic)
+    target_link_options(${target} PUBLIC --coverage)
+  endif()
 endfunction()
 
-# decid_library(name sources...): static library decid_<name>, alias decid::<name>; includes are written from the root
-# of the project ("sim/fft.hpp"), installed below include/decid.
+# decid_component(name folder needs...): a step of the ladder; what it stands on has been named before it.
+macro(decid_component name folder)
+  list(APPEND DECID_LADDER ${name})
+  set(DECID_FOLDER_${name} ${folder})
+  set(DECID_NEEDS_${name} ${ARGN})
+endmacro()
+
+# decid_wanted_components(result): those of DECID_COMPONENTS with all they stand on, in the ladder's order.
+function(decid_wanted_components result)
+  if(DECID_COMPONENTS STREQUAL "all")
+    set(wanted ${DECID_LADDER})
+  else()
+    set(wanted ${DECID_COMPONENTS})
+  endif()
+  set(components "")
+  foreach(name IN LISTS wanted)
+    if(NOT name IN_LIST DECID_LADDER)
+      message(FATAL_ERROR "DECID_COMPONENTS names '${name}'; there are ${DECID_LADDER}")
+    endif()
+  endforeach()
+  set(upside_down ${DECID_LADDER})
+  list(REVERSE upside_down)
+  foreach(name IN LISTS upside_down)
+    if(name IN_LIST wanted)
+      list(PREPEND components ${name})
+      list(APPEND wanted ${DECID_NEEDS_${name}})
+    endif()
+  endforeach()
+  set(${result} ${components} PARENT_SCOPE)
+endfunction()
+
+# decid_library(name SOURCES .. HEADERS .. [FINDS ..]): library decid_<name>, alias decid::<name>, of the component
+# <name>, linked with what it stands on. HEADERS are those that others may include: they are installed, and a header
+# that is not among them is not. Includes are written from the root of the project ("sim/fft.hpp"); where decid is
+# installed, <decid/sim/fft.hpp> is the same file. FINDS: packages with versions that whoever links the installed
+# library has to find too ("ZLIB 1.2.11"); of a shared library nobody has to.
 function(decid_library name)
-  add_library(decid_${name} STATIC ${ARGN})
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;FINDS")
+  add_library(decid_${name} ${arg_SOURCES})
   add_library(decid::${name} ALIAS decid_${name})
-  set_target_properties(decid_${name} PROPERTIES EXPORT_NAME ${name})
-  target_include_directories(decid_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-                                                  $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/decid>)
+  # Below 1.0 every minor version may change the interface.
+  set_target_properties(decid_${name} PROPERTIES EXPORT_NAME ${name} VERSION ${PROJECT_VERSION}
+    SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} INSTALL_RPATH $ORIGIN)
+  target_sources(decid_${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
+  target_include_directories(decid_${name} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  list(TRANSFORM DECID_NEEDS_${name} PREPEND decid:: OUTPUT_VARIABLE needs)
+  target_link_libraries(decid_${name} PUBLIC ${needs})
   decid_compile_options(decid_${name})
-  set_property(GLOBAL APPEND PROPERTY DECID_LIBRARIES decid_${name})
-endfunction()
-
-# decid_test(name sources...): doctest program test_<name>, one CTest entry. What implements doctest is compiled once.
-# DECID_SANITIZED is defined where sanitizers are on, for what they cannot run or make too slow to be worth it.
-function(decid_test name)
-  if(NOT TARGET decid_test_main)
-    add_library(decid_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/main.cpp)
-    decid_compile_options(decid_test_main)
-    target_link_libraries(decid_test_main PUBLIC doctest::doctest)
-  endif()
-  add_executable(test_${name} ${ARGN})
-  decid_compile_options(test_${name})
-  target_link_libraries(test_${name} PRIVATE decid_test_main)
-  if(DECID_SANITIZE)
-    target_compile_definitions(test_${name} PRIVATE DECID_SANITIZED)
-  endif()
-  add_test(NAME ${name} COMMAND test_${name})
-  # Small steps by the thousand: threads that spin while they wait cost minutes on a busy machine.
-  set_tests_properties(${name} PROPERTIES ENVIRONMENT "OMP_WAIT_POLICY=passive")
+  set_property(TARGET decid_${name} PROPERTY DECID_FINDS "${arg_FINDS}")
 endfunction()
 
 # decid_kernels(library): adds kernels/kernels_<instruction set>.cpp of the current folder to decid_<library>, one

@@ -1,11 +1,17 @@
-# AArch64 built and tested on another machine: Debian's cross compiler, tests run by QEMU's user emulation.
-# Packages: g++-aarch64-linux-gnu qemu-user libc6-dev-arm64-cross
+# AArch64 built and tested on another machine: Debian's cross compiler, tests run by QEMU's user emulation. tools/setup
+# --check installs these and fetches Debian's AArch64 libraries to build/aarch64-packages (cmake/debian-packages).
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
-set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L /usr/aarch64-linux-gnu)
-# Libraries are the target's; packages and programs the host's: doctest and nlohmann-json are headers alone.
-set(CMAKE_FIND_ROOT_PATH /usr/aarch64-linux-gnu)
+set(packages ${CMAKE_CURRENT_LIST_DIR}/../build/aarch64-packages)
+set(libraries ${packages}/usr/lib/aarch64-linux-gnu)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L /usr/aarch64-linux-gnu
+    -E LD_LIBRARY_PATH=${libraries}:${libraries}/hdf5/serial:/usr/aarch64-linux-gnu/lib)
+# What those libraries are linked with themselves is the loader's to find.
+set(CMAKE_EXE_LINKER_FLAGS_INIT -Wl,--allow-shlib-undefined)
+# Libraries and their headers are the target's; programs the host's, and packages of headers alone may be.
+set(CMAKE_FIND_ROOT_PATH ${packages} /usr/aarch64-linux-gnu)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)

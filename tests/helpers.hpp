@@ -1,4 +1,4 @@
-// What the tests of dataset share: a short protocol, folders that go away, and errors held to what they say.
+// What tests share: folders that go away, files, and errors held to what they say.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -12,7 +12,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "sim/protocol.hpp"
+#include "tests/near.hpp"
 
 namespace decid::test {
 
@@ -69,19 +69,6 @@ void check_error(const F& f, std::initializer_list<const char*> parts) {
   }
   const std::string expected = *parts.begin();
   FAIL_CHECK("no Error was thrown; expected: " << expected);
-}
-
-/// 4 s at 100 Hz: 80 states of 50 ms. A tilt of 8 degrees makes some trials of it sway beyond 0.05 rad.
-inline sim::Protocol tiny_protocol() {
-  sim::Protocol protocol;
-  protocol.name = "tiny";
-  protocol.sequence().feedback = {0, 0, -1, 1};
-  protocol.sequence().start = {0, 0, 0, 1};
-  protocol.sequence().state_s = 0.05;
-  protocol.sequence().amplitude_deg = 8.0;
-  protocol.sequence().offset_s = 0.0;
-  protocol.sequence().cycles = 1;
-  return protocol;
 }
 
 }  // namespace decid::test

@@ -8,14 +8,49 @@ function(run)
   set(output "${output}" PARENT_SCOPE)
 endfunction()
 
+set(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -G ${GENERATOR} -D CMAKE_BUILD_TYPE=${CONFIG}
+    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${scratch}/moved)
+
+# refuse(part settings...): configuring fails, with `part` in what is said.
+function(refuse part)
+  execute_process(COMMAND ${configure} -B ${scratch}/refused --fresh ${ARGN} RESULT_VARIABLE result
+                  OUTPUT_QUIET ERROR_VARIABLE said)
+  string(REGEX REPLACE "[ \n]+" " " said "${said}")
+  string(FIND "${said}" "${part}" place)
+  if(result EQUAL 0 OR place EQUAL -1)
+    message(FATAL_ERROR "expected '${part}' from configuring with ${ARGN}, which said ${said}")
+  endif()
+endfunction()
+
 run(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIG} --prefix ${scratch}/prefix)
 # The prefix moves: an installed package must not remember where it was.
 file(RENAME ${scratch}/prefix ${scratch}/moved)
-run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${scratch}/build -G ${GENERATOR} -D CMAKE_BUILD_TYPE=${CONFIG}
-    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${scratch}/moved)
-run(${CMAKE_COMMAND} --build ${scratch}/build --config ${CONFIG})
-run(${scratch}/build/consumer)
-message(STATUS "${output}")
+
+# All components.
+run(${configure} -B ${scratch}/build)
+run(${CMAKE_COMMAND} --build ${scratch}/build --config ${CONFIG} --parallel 2)
+foreach(program inference training)
+  run(${scratch}/build/${program})
+  message(STATUS "${output}")
+endforeach()
 if(EXISTS ${BUILD}/tools/decid)
   run(${scratch}/moved/bin/decid --version)
 endif()
+
+# Two of them, without what only others need.
+set(without -D CMAKE_DISABLE_FIND_PACKAGE_libzip=ON -D CMAKE_DISABLE_FIND_PACKAGE_ZLIB=ON
+            -D CMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON -D CMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON)
+run(${configure} -B ${scratch}/parts -D WANTED=image,nn ${without})
+run(${CMAKE_COMMAND} --build ${scratch}/parts --config ${CONFIG})
+run(${scratch}/parts/inference)
+if(EXISTS ${scratch}/moved/lib/libdecid_npz.a)
+  refuse("libzip" -D WANTED=image,nn,npz ${without})
+endif()
+refuse("it has no component 'imgae'; the components installed here are base, sim, nn, image" -D WANTED=imgae,nn)
+
+# No header that is private is there.
+foreach(header base/json_object.hpp sim/stimulus_json.hpp dataset/npz/zip.hpp nn/kernels/generic.hpp)
+  if(EXISTS ${scratch}/moved/include/decid/${header})
+    message(FATAL_ERROR "${header} is installed")
+  endif()
+endforeach()

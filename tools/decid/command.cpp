@@ -12,9 +12,9 @@
 
 namespace decid::tools {
 
-void add_common_options(CLI::App& command, CommonOptions& options, bool prints_figures) {
+void add_common_options(const Command& command, CommonOptions& options, bool prints_figures) {
   command.add_option("--threads", options.threads, "Threads to use; default: all cores. The result is the same")
-      ->check(CLI::Range(1, 1024));
+      .range(1, 1024);
   command.add_flag("--quiet", options.quiet, "No progress and no messages, only results and errors");
   if (prints_figures) command.add_flag("--json", options.json, "Print one JSON object on standard output");
 }
@@ -23,26 +23,26 @@ void apply(const CommonOptions& options) {
   if (options.threads > 0) omp_set_num_threads(options.threads);
 }
 
-void add_protocol_options(CLI::App& command, ProtocolOptions& options) {
-  command.add_option("--protocol", options.name, "default, short, or a JSON file")->capture_default_str();
+void add_protocol_options(const Command& command, ProtocolOptions& options) {
+  command.add_option("--protocol", options.name, "default, short, or a JSON file").show_default();
   command
       .add_option("--sensor-noise", options.sensor_noise_deg,
                   "Standard deviation of the sway sensor's noise in degrees, or LOW HIGH to draw one for each trial; "
                   "default: the protocol's, which is none for default and short")
-      ->expected(1, 2);
+      .values(1, 2);
 }
 
-void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& description) {
-  // Decimal, whatever it begins with: CLI11 takes 010 for octal.
+void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description) {
+  // Always decimal: CLI11 takes 010 for octal.
   const auto to_decimal = [](std::string& text) -> std::string {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size())
-      return "'" + text + "' is no whole number from 0 to 18446744073709551615";
+      return "'" + text + "' is not a whole number from 0 to 18446744073709551615";
     text = std::to_string(value);
     return {};
   };
-  command.add_option("--seed", seed, description)->capture_default_str()->transform(CLI::Validator(to_decimal, "UINT"));
+  command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT");
 }
 
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others) {
@@ -55,7 +55,7 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
 
 sim::Protocol ProtocolOptions::load(std::vector<std::string>* files) const {
   sim::Protocol protocol = dataset::load_protocol(name, files);
-  if (!sensor_noise_deg.empty()) protocol.sensor_noise = {sensor_noise_deg.front(), sensor_noise_deg.back()};
+  if (!sensor_noise_deg.empty()) protocol.noise.sensor = {sensor_noise_deg.front(), sensor_noise_deg.back()};
   protocol.validate();
   return protocol;
 }

@@ -1,12 +1,12 @@
-// What the subcommands share: options that all have, and how a command is hung into the program.
+// What the subcommands share: options that all have, and the functions that add each command to the program.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "sim/protocol.hpp"
+#include "tools/decid/options.hpp"
 
 namespace decid::tools {
 
@@ -17,8 +17,8 @@ struct CommonOptions {
 };
 
 /// Adds --threads, --quiet and, for commands that print figures, --json.
-void add_common_options(CLI::App& command, CommonOptions& options, bool prints_figures);
-/// Puts --threads into force.
+void add_common_options(const Command& command, CommonOptions& options, bool prints_figures);
+/// Applies --threads.
 void apply(const CommonOptions& options);
 
 /// --protocol and --sensor-noise of the commands that simulate many trials.
@@ -29,26 +29,26 @@ struct ProtocolOptions {
   /// files, unless null: gets the files that were read.
   sim::Protocol load(std::vector<std::string>* files = nullptr) const;
 };
-void add_protocol_options(CLI::App& command, ProtocolOptions& options);
+void add_protocol_options(const Command& command, ProtocolOptions& options);
 
 /// --seed, from 0 to 2^64 - 1.
-void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& description);
+void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);
 
-/// Throws Error if `output` is one of `others`: what was read, or is written too, would be lost. Empty names are no
-/// files.
+/// Throws Error if `output` is one of `others`, files that are read or written too and would be lost. Empty names are
+/// ignored.
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others);
 
 /// Each adds one subcommand whose callback does the work. Bad input: Error. Anything else: any other exception.
-void add_simulate(CLI::App& program);
-void add_stimulus(CLI::App& program);
-void add_dataset(CLI::App& program);
-void add_train(CLI::App& program);
-void add_evaluate(CLI::App& program);
-void add_identify(CLI::App& program);
-void add_fit(CLI::App& program);
-void add_compare(CLI::App& program);
-void add_study(CLI::App& program);
-void add_info(CLI::App& program);
-void add_export(CLI::App& program);
+void add_simulate(const Command& program);
+void add_stimulus(const Command& program);
+void add_dataset(const Command& program);
+void add_train(const Command& program);
+void add_evaluate(const Command& program);
+void add_identify(const Command& program);
+void add_fit(const Command& program);
+void add_compare(const Command& program);
+void add_study(const Command& program);
+void add_info(const Command& program);
+void add_export(const Command& program);
 
 }  // namespace decid::tools

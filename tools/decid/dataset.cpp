@@ -67,7 +67,7 @@ std::string summary(const DatasetFigures& figures, double seconds) {
   return text + table(report);
 }
 
-/// Told before the work, which goes on: space may be made meanwhile, and what is done is kept.
+/// Warns before the work, which goes on: space may be made meanwhile, and what is done is kept.
 void warn_of_little_space(const Options& options, std::uint64_t bytes, const dataset::NpzPartial& partial) {
   std::error_code error;
   const auto folder = std::filesystem::path(partial.file).parent_path();
@@ -94,7 +94,7 @@ void make_dataset(const Options& options) {
   const dataset::NpzPartial partial = dataset::npz_partial(options.output);
   for (const std::string& path : {options.output, partial.file.string(), partial.journal.string()})
     refuse_same_file(path, files);
-  std::unique_ptr<PendingFile> probe;  // an unwritable place is told before the work, not after
+  std::unique_ptr<PendingFile> probe;  // reports an unwritable place before the work, not after
   if (!options.report.empty()) probe = std::make_unique<PendingFile>(options.report);
   probe.reset();
   warn_of_little_space(options, dataset::npz_bytes(options.count, figures.request.protocol), partial);
@@ -127,26 +127,26 @@ void make_dataset(const Options& options) {
 
 }  // namespace
 
-void add_dataset(CLI::App& program) {
+void add_dataset(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("dataset", "Simulate a data set of valid trials");
-  command->add_option("--count", options->count, "Valid trials in all")->required()->check(CLI::Range(1, 10'000'000));
-  command->add_option("--base", options->base,
-                      "Of these, how many come from the uniform distributions; the rest are "
-                      "children of trials with large sway. Default: all");
-  add_seed_option(*command, options->seed, "Seed");
-  add_protocol_options(*command, options->protocol);
+  const Command command = program.add_subcommand("dataset", "Simulate a data set of valid trials");
+  command.add_option("--count", options->count, "Valid trials in all").required().range(1, 10'000'000);
+  command.add_option("--base", options->base,
+                     "Of these, how many come from the uniform distributions; the rest are "
+                     "children of trials with large sway. Default: all");
+  add_seed_option(command, options->seed, "Seed");
+  add_protocol_options(command, options->protocol);
   command
-      ->add_option("-o,--output", options->output,
-                   ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
-                   "Ctrl-C, a kill or a full disk")
-      ->required();
-  command->add_option("--report", options->report,
-                      "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
-  add_common_options(*command, options->common, true);
-  command->footer(
+      .add_option("-o,--output", options->output,
+                  ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
+                  "Ctrl-C, a kill or a full disk")
+      .required();
+  command.add_option("--report", options->report,
+                     "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
+  add_common_options(command, options->common, true);
+  command.footer(
       "Example, the paper's set: decid dataset --count 12766 --base 10000 --seed 1 -o data.npz --report data.html");
-  command->callback([options] {
+  command.callback([options] {
     apply(options->common);
     make_dataset(*options);
   });

@@ -16,7 +16,7 @@
 #include "dataset/recording/protocol_file.hpp"
 #include "dataset/recording/recording.hpp"
 #include "dataset/recording/trial.hpp"
-#include "nn/single.hpp"
+#include "nn/predictor.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/firmware/controller.hpp"
@@ -40,7 +40,7 @@ void write_files(const std::string& folder, const std::string& name, const Firmw
   std::error_code failed;
   fs::create_directory(folder, failed);
   if (!fs::is_directory(folder))
-    throw Error(folder, "is no folder, and none can be made there", "give a folder that can be written");
+    throw Error(folder, "is not a folder, and none can be made there", "give a folder that can be written");
   const fs::path stem = fs::path(folder) / name;
   PendingFile header(stem.string() + ".h"), source(stem.string() + ".c");
   write_file(header.path(), files.header);
@@ -58,7 +58,7 @@ std::string name_of(const std::string& model) {
   return name;
 }
 
-/// What the program itself makes of the self-test's sway, with the network that identify has.
+/// What the program itself finds for the self-test's sway, with identify's network.
 TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   TestVector test;
   std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
@@ -67,7 +67,7 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   if (plan.options.int8)
     test.outputs = run_plan(plan, image);
   else
-    nn::SingleNetwork(model.network).run(image, test.outputs);
+    nn::Predictor(model.network, 1).run(image, test.outputs);
   for (const double value : model.targets.unscale(test.outputs)) test.parameters.push_back(static_cast<float>(value));
   return test;
 }
@@ -75,7 +75,7 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
 void export_model(const Options& options) {
   const std::string name = options.name.empty() ? name_of(options.model) : options.name;
   check_firmware_name(name);
-  Model model = model_or_built_in(options.model);
+  const Model model = model_or_built_in(options.model);
   FirmwarePlan plan = plan_firmware(model, options.firmware);
   if (options.firmware.int8) quantise(plan, model);
   const TestVector test = test_vector(model, plan);
@@ -102,20 +102,20 @@ void export_model(const Options& options) {
   }
 }
 
-void add_export_c(CLI::App& parent) {
+void add_export_c(const Command& parent) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = parent.add_subcommand("c", "A model as one C file and its header");
-  command->add_option("model", options->model, "Model file; default: the built-in model");
-  command->add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
-      ->required();
-  command->add_option("--name", options->name,
-                      "What the files and functions are called; default: the model file's name");
-  command->add_flag("--incremental", options->firmware.incremental,
-                    "With functions that take samples as they arrive and spread the work");
-  command->add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");
-  command->callback([options] {
+  const Command command = parent.add_subcommand("c", "A model as one C file and its header");
+  command.add_option("model", options->model, "Model file; default: the built-in model");
+  command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
+      .required();
+  command.add_option("--name", options->name,
+                     "What the files and functions are called; default: the model file's name");
+  command.add_flag("--incremental", options->firmware.incremental,
+                   "With functions that take samples as they arrive and spread the work");
+  command.add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");
+  command.callback([options] {
     apply(options->common);
     export_model(*options);
   });
@@ -133,7 +133,7 @@ sim::Parameters identified(const std::string& path, int recording) {
   const std::string remedy = "give a file written by decid identify -o";
   const Json json = Json::parse(read_file(path), nullptr, false);
   if (!json.is_object() || !json.contains("recordings") || !json["recordings"].is_array())
-    throw Error(path, "is no result of decid identify", remedy);
+    throw Error(path, "is not a result of decid identify", remedy);
   const Json& all = json["recordings"];
   if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
     throw Error(path, format("has %zu recordings, not a number %d", all.size(), recording), "choose one: --recording");
@@ -156,7 +156,7 @@ void export_controller(const ControllerOptions& options) {
   sim::Parameters parameters =
       options.result.empty() ? sim::middle_parameters() : identified(options.result, options.recording);
   for (std::size_t i = 0; i < sim::parameter_count; ++i)
-    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));  // a network may say a little less
+    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));  // a network may answer a little less
   const std::string origin =
       format("The DEC posture controller, made by decid %s%s.", version,
              options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
@@ -167,27 +167,26 @@ void export_controller(const ControllerOptions& options) {
                         options.output.c_str());
 }
 
-void add_export_controller(CLI::App& parent) {
+void add_export_controller(const Command& parent) {
   auto options = std::make_shared<ControllerOptions>();
-  CLI::App* command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
-  command->add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
-  command->add_option("--recording", options->recording, "Which of its recordings, from 1")->capture_default_str();
+  const Command command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
+  command.add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
+  command.add_option("--recording", options->recording, "Which of its recordings, from 1").show_default();
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
     if (i == sim::Nv) continue;  // a machine has its own noise
-    command->add_option(std::string("--") + info.option, options->parameters[i],
-                        std::string(info.description) + " in " + info.unit + ", in place of the identified one");
+    command.add_option(std::string("--") + info.option, options->parameters[i],
+                       std::string(info.description) + " in " + info.unit + ", in place of the identified one");
   }
   command
-      ->add_option("--protocol", options->protocol,
-                   "Body, and the tilt of the self-test: default, short or a JSON file")
-      ->capture_default_str();
-  command->add_option("--name", options->name, "What the files and functions are called")->capture_default_str();
-  command->add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
-      ->required();
-  add_common_options(*command, options->common, false);
-  command->footer("Example: decid export controller result.json -o firmware/");
-  command->callback([options] {
+      .add_option("--protocol", options->protocol, "Body, and the tilt of the self-test: default, short or a JSON file")
+      .show_default();
+  command.add_option("--name", options->name, "What the files and functions are called").show_default();
+  command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
+      .required();
+  add_common_options(command, options->common, false);
+  command.footer("Example: decid export controller result.json -o firmware/");
+  command.callback([options] {
     apply(options->common);
     export_controller(*options);
   });
@@ -209,7 +208,7 @@ void export_sway(const SwayOptions& options) {
     dataset::Recording recording = dataset::read_recording(path, {});
     const dataset::Trial trial = dataset::fit_to_protocol(recording, model.protocol);
     static_assert(std::endian::native == std::endian::little);
-    bytes.append(reinterpret_cast<const char*>(trial.sway_rad.data()), trial.sway_rad.size() * sizeof(float));
+    bytes.append(reinterpret_cast<const char*>(trial.sway_rad().data()), trial.sway_rad().size() * sizeof(float));
     for (const std::string& warning : recording.warnings) std::cerr << path << ": " << warning << '\n';
   }
   write_file(options.output, bytes);
@@ -218,16 +217,16 @@ void export_sway(const SwayOptions& options) {
                         model.protocol.samples(), options.output.c_str());
 }
 
-void add_export_sway(CLI::App& parent) {
+void add_export_sway(const Command& parent) {
   auto options = std::make_shared<SwayOptions>();
-  CLI::App* command = parent.add_subcommand(
+  const Command command = parent.add_subcommand(
       "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
-  command->add_option("recordings", options->recordings, "As for decid identify")->required();
-  command->add_option("--model", options->model, "Model file; default: the built-in model");
-  command->add_option("-o,--output", options->output, "File to write")->required();
-  add_common_options(*command, options->common, false);
-  command->footer("Example: decid export sway trial.csv -o sway.bin");
-  command->callback([options] {
+  command.add_option("recordings", options->recordings, "As for decid identify").required();
+  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  command.add_option("-o,--output", options->output, "File to write").required();
+  add_common_options(command, options->common, false);
+  command.footer("Example: decid export sway trial.csv -o sway.bin");
+  command.callback([options] {
     apply(options->common);
     export_sway(*options);
   });
@@ -235,13 +234,13 @@ void add_export_sway(CLI::App& parent) {
 
 }  // namespace
 
-void add_export(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("export", "Write a model or a controller as C files for a firmware");
-  command->require_subcommand(1);
-  command->footer("Example: decid export c model.safetensors -o firmware/");
-  add_export_c(*command);
-  add_export_controller(*command);
-  add_export_sway(*command);
+void add_export(const Command& program) {
+  const Command command = program.add_subcommand("export", "Write a model or a controller as C files for a firmware");
+  command.require_subcommand();
+  command.footer("Example: decid export c model.safetensors -o firmware/");
+  add_export_c(command);
+  add_export_controller(command);
+  add_export_sway(command);
 }
 
 }  // namespace decid::tools

@@ -1,5 +1,4 @@
 // The command line program. Exit codes: 0 done, 2 wrong usage or bad input (one line on stderr), 1 anything else.
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <exception>
 #include <iostream>
@@ -16,7 +15,7 @@ void complain(const std::string& text) {
   std::cerr << "decid: " << decid::one_line(text) << '\n';
 }
 
-/// What a shell makes of a variable that is not set: no option means anything by it.
+/// Refuses empty arguments: a shell makes them of variables that are not set, and no option means anything by them.
 void refuse_empty(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -27,7 +26,7 @@ void refuse_empty(int argc, char** argv) {
   }
 }
 
-/// A full disk is told by no single write.
+/// No single write reports a full disk.
 void require_written_output() {
   std::cout.flush();
   if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
@@ -35,35 +34,30 @@ void require_written_output() {
 
 int run(int argc, char** argv) {
   refuse_empty(argc, argv);
-  CLI::App program{"decid identifies the posture controller behind a recording of body sway on a tilting platform"};
-  program.name("decid");
-  program.set_version_flag("--version", std::string("decid ") + decid::version);
-  program.require_subcommand(1);
-  program.footer("Example: decid identify recording.csv --report report.html");
-  decid::tools::add_identify(program);
-  decid::tools::add_fit(program);
-  decid::tools::add_compare(program);
-  decid::tools::add_simulate(program);
-  decid::tools::add_stimulus(program);
-  decid::tools::add_dataset(program);
-  decid::tools::add_train(program);
-  decid::tools::add_evaluate(program);
-  decid::tools::add_study(program);
-  decid::tools::add_info(program);
-  decid::tools::add_export(program);
+  const decid::tools::Program program(
+      "decid", "decid identifies the posture controller behind a recording of body sway on a tilting platform",
+      std::string("decid ") + decid::version);
+  const decid::tools::Command top = program.top();
+  top.require_subcommand();
+  top.footer("Example: decid identify recording.csv --report report.html");
+  decid::tools::add_identify(top);
+  decid::tools::add_fit(top);
+  decid::tools::add_compare(top);
+  decid::tools::add_simulate(top);
+  decid::tools::add_stimulus(top);
+  decid::tools::add_dataset(top);
+  decid::tools::add_train(top);
+  decid::tools::add_evaluate(top);
+  decid::tools::add_study(top);
+  decid::tools::add_info(top);
+  decid::tools::add_export(top);
   try {
     program.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) {  // --help, --version
-      program.exit(error);
-      require_written_output();
-      return 0;
-    }
-    std::string command;
-    for (const CLI::App* sub : program.get_subcommands()) command = " " + sub->get_name();
-    if (command.empty() && argc > 1 && argv[1][0] != '-')
-      throw decid::Error(argv[1], "is no command", "decid --help lists the commands");
-    complain(std::string(error.what()) + "; see decid" + command + " --help");
+  } catch (const decid::tools::UsageError& error) {
+    if (error.command.empty() && argc > 1 && argv[1][0] != '-')
+      throw decid::Error(argv[1], "is not a command", "decid --help lists the commands");
+    const std::string help = error.command.empty() ? std::string() : " " + error.command;
+    complain(error.message + "; see decid" + help + " --help");
     return 2;
   }
   require_written_output();

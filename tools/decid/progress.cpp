@@ -9,6 +9,8 @@
 #include <csignal>
 #include <cstdio>
 
+#include "base/text.hpp"
+
 namespace decid::tools {
 namespace {
 
@@ -29,13 +31,6 @@ void catch_interrupt() {
 }
 bool interrupted() {
   return interrupt_flag.load();
-}
-
-std::string duration_text(double seconds) {
-  const auto s = static_cast<long long>(std::ceil(seconds));
-  if (s < 60) return std::to_string(s) + " s";
-  if (s < 3600) return std::to_string(s / 60) + " min " + std::to_string(s % 60) + " s";
-  return std::to_string(s / 3600) + " h " + std::to_string(s / 60 % 60) + " min";
 }
 
 ProgressBar::ProgressBar(std::string what, std::string unit, long long total, bool quiet)

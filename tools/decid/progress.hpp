@@ -15,7 +15,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// So many are there already: rate and time left count from now and here.
+  /// `done` are there already: rate and time left are counted from now.
   void go_on_from(long long done);
   void update(long long done);
   /// A line of its own, kept on the screen.
@@ -35,8 +35,5 @@ class ProgressBar {
 /// From now on Ctrl-C only sets the flag that interrupted() reads.
 void catch_interrupt();
 bool interrupted();
-
-/// Seconds for people: "42 s", "3 min 20 s", "1 h 12 min".
-std::string duration_text(double seconds);
 
 }  // namespace decid::tools

@@ -46,8 +46,8 @@ void to_degrees(std::vector<double>& angles) {
 sim::Protocol at_rest(sim::Protocol protocol) {
   sim::Sequence small;
   small.amplitude_deg = 1e-3;
-  protocol.stimulus = small;
-  protocol.vestibular_noise.scale_deg = 0.0;  // its band may hold nothing of this trial
+  protocol.experiment.stimulus = small;
+  protocol.noise.vestibular.scale_deg = 0.0;  // its band may hold no harmonic of this trial
   return protocol;
 }
 
@@ -75,9 +75,10 @@ void print_parameters(const char* title, const sim::Parameters& parameters) {
 }
 
 void print_summary(const Options& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
-  const double noise_deg = sim::sensor_noise_level(protocol.sensor_noise, options.seed, 0) / sim::rad_per_deg;
+  const double noise_deg = sim::sensor_noise_level(protocol.noise.sensor, options.seed, 0) / sim::rad_per_deg;
   std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees%s, seed %llu, written to %s\n",
-                      protocol.samples(), protocol.sample_rate_hz, outcome.largest_sway_rad / sim::rad_per_deg,
+                      protocol.samples(), protocol.experiment.sample_rate_hz,
+                      outcome.largest_sway_rad / sim::rad_per_deg,
                       noise_deg > 0.0 ? format(" and %.4g of sensor noise", noise_deg).c_str() : "",
                       static_cast<unsigned long long>(options.seed), options.output.c_str());
 }
@@ -87,7 +88,8 @@ void simulate_single(const Options& options, sim::Protocol protocol) {
   const sim::Parameters parameters = filled(sim::middle_parameters(), options.parameters);
   std::vector<double> sway = room(simulator.samples());
   const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
-  const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp], mgh = simulator.protocol().body.mgh();
+  const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp],
+               mgh = simulator.protocol().experiment.body.mgh();
   require_standing(
       outcome, simulator.protocol(),
       [&](const sim::Protocol& other, bool without_noise) {
@@ -101,7 +103,7 @@ void simulate_single(const Options& options, sim::Protocol protocol) {
           ? format("--kp-pass and twice --kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp", stiffness,
                    mgh)
           : "shorten --delay, lower --kp or raise --kd");
-  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, sway);
+  sim::add_sensor_noise(simulator.protocol().noise.sensor, options.seed, 0, sway);
   to_degrees(sway);
   auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
   columns.insert(columns.begin() + 1, std::move(sway));
@@ -129,7 +131,7 @@ void simulate_double(const Options& options, sim::Protocol protocol) {
             .valid;
       },
       "shorten --delay or --hip-delay, or bring the gains of ankle and hip nearer to their defaults");
-  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, com);
+  sim::add_sensor_noise(simulator.protocol().noise.sensor, options.seed, 0, com);
   auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
   for (std::vector<double>* angles : {&com, &leg, &trunk}) to_degrees(*angles);
   columns.insert(columns.begin() + 1, std::move(com));
@@ -152,47 +154,47 @@ void simulate(const Options& options) {
 
 }  // namespace
 
-void add_simulate(CLI::App& program) {
+void add_simulate(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
+  const Command command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
   const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
     command
-        ->add_option(std::string("--") + info.option, options->parameters[i],
-                     format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description, info.low,
-                            info.high, unit_after(info).c_str(), info.middle(), of_double.ankle[i]))
-        ->option_text("FLOAT");
+        .add_option(std::string("--") + info.option, options->parameters[i],
+                    format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description, info.low,
+                           info.high, unit_after(info).c_str(), info.middle(), of_double.ankle[i]))
+        .shown_as("FLOAT");
   }
-  add_seed_option(*command, options->seed, "Seed of the noise");
+  add_seed_option(command, options->seed, "Seed of the noise");
   command
-      ->add_option("--model", options->model,
-                   "Body: sip, the single inverted pendulum, or dip, leg and trunk with a controller at the ankle (the "
-                   "seven parameters above) and one at the hip; sensor noise is added to com_sway_deg alone")
-      ->check(CLI::IsMember({"sip", "dip"}))
-      ->capture_default_str();
+      .add_option("--model", options->model,
+                  "Body: sip, the single inverted pendulum, or dip, leg and trunk with a controller at the ankle (the "
+                  "seven parameters above) and one at the hip; sensor noise is added to com_sway_deg alone")
+      .one_of({"sip", "dip"})
+      .show_default();
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
     command
-        ->add_option(std::string("--hip-") + info.option, options->hip[i],
-                     format("With --model dip, of the hip: %s; default %.4g%s", info.description, of_double.hip[i],
-                            info.shown_unit()))
-        ->option_text("FLOAT");
+        .add_option(std::string("--hip-") + info.option, options->hip[i],
+                    format("With --model dip, of the hip: %s; default %.4g%s", info.description, of_double.hip[i],
+                           info.shown_unit()))
+        .shown_as("FLOAT");
   }
-  command->add_option("--protocol", options->protocol, "default, short, or a JSON file")->capture_default_str();
+  command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
   command
-      ->add_option("-o,--output", options->output,
-                   "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
-      ->required();
-  add_common_options(*command, options->common, false);
-  command->footer(
+      .add_option("-o,--output", options->output,
+                  "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
+      .required();
+  add_common_options(command, options->common, false);
+  command.footer(
       "Default gains of --model dip are those of the default body; they scale with the m g h of the protocol's.\n"
       "Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
       "Example: decid simulate --model dip --hip-delay 0.05 -o trial.csv");
-  command->callback([options, command] {
+  command.callback([options, command] {
     for (const sim::ParameterInfo& info : sim::parameter_info) {
       const std::string name = std::string("--hip-") + info.option;
-      if (options->model != "dip" && command->count(name) > 0)
+      if (options->model != "dip" && command.count(name) > 0)
         throw Error(name, "has no effect on the single pendulum, which has no hip", "use it with --model dip");
     }
     apply(options->common);

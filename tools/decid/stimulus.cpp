@@ -30,36 +30,35 @@ void stimulus(const Options& options) {
     refuse_same_file(path, files);
     if (path.empty()) continue;
     files.push_back(path);
-    PendingFile probe(path);  // unwritable places are told before anything is written
+    PendingFile probe(path);  // reports unwritable places before anything is written
   }
-  const sim::Stimulus played = sim::make_stimulus(protocol);
+  const sim::Stimulus played = sim::make_stimulus(protocol.experiment);
   if (!options.output.empty())
     write_file(options.output, csv({"time", "tilt_deg"}, time_and_tilt(protocol, played), csv_digits));
   if (!options.plot.empty()) write_file(options.plot, stimulus_html(protocol, version));
   if (!options.written_protocol.empty()) write_file(options.written_protocol, sim::to_json(protocol) + "\n");
   if (options.common.quiet) return;
   std::cerr << format("protocol '%s': %d samples at %g Hz, %g s, tilt %.4g degrees peak to peak\n",
-                      protocol.name.c_str(), protocol.samples(), protocol.sample_rate_hz, protocol.duration_s(),
-                      played.peak_to_peak_rad() / sim::rad_per_deg);
+                      protocol.name.c_str(), protocol.samples(), protocol.experiment.sample_rate_hz,
+                      protocol.duration_s(), played.peak_to_peak_rad() / sim::rad_per_deg);
 }
 
 }  // namespace
 
-void add_stimulus(CLI::App& program) {
+void add_stimulus(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand("stimulus", "Write and plot the platform's tilt over a trial");
-  command->add_option("--protocol", options->protocol, "default, short, or a JSON file")->capture_default_str();
-  command->add_option("-o,--output", options->output, "CSV file to write: time,tilt_deg at the sample rate");
-  command->add_option("--plot", options->plot,
-                      "HTML page to write, which opens offline: tilt, velocity and amplitude spectrum");
-  command->add_option(
-      "--write-protocol", options->written_protocol,
-      "JSON file to write: the protocol with every setting, a measured tilt with its samples; a file to "
-      "start from");
-  add_common_options(*command, options->common, false);
-  command->footer(
+  const Command command = program.add_subcommand("stimulus", "Write and plot the platform's tilt over a trial");
+  command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
+  command.add_option("-o,--output", options->output, "CSV file to write: time,tilt_deg at the sample rate");
+  command.add_option("--plot", options->plot,
+                     "HTML page to write, which opens offline: tilt, velocity and amplitude spectrum");
+  command.add_option("--write-protocol", options->written_protocol,
+                     "JSON file to write: the protocol with every setting, a measured tilt with its samples; a file to "
+                     "start from");
+  add_common_options(command, options->common, false);
+  command.footer(
       "Example: decid stimulus --protocol short -o stimulus.csv --plot stimulus.html --write-protocol mine.json");
-  command->callback([options] {
+  command.callback([options] {
     apply(options->common);
     stimulus(*options);
   });

@@ -9,7 +9,6 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "identify/identify.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/report/comparison_page.hpp"
@@ -48,15 +47,16 @@ void prepare(const std::filesystem::path& folder) {
   PendingFile probe(folder / "report.html");
 }
 
-void add_recording(const Options& options, Model& model, Study& study) {
+void add_recording(const Options& options, const Model& model, Study& study) {
   ReadOptions how;
   how.recording.column = options.column;
   how.recording.rate_hz = options.rate;
   if (!options.unit.empty()) how.recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
-  study.recording = identify(model, {options.recording}, how).front();
+  study.recording = std::move(identify_files(model, {options.recording}, how).recordings.front());
   if (study.recording->error) throw *study.recording->error;
   for (std::size_t p = 0; p < sim::parameter_count; ++p)
-    study.recording_output[p] = (study.recording->parameters[p] - model.targets.mean[p]) / model.targets.deviation[p];
+    study.recording_output[p] =
+        (study.recording->estimate.parameters[p] - model.targets.mean[p]) / model.targets.deviation[p];
 }
 
 void run_study(const Options& options) {
@@ -87,15 +87,15 @@ void run_study(const Options& options) {
   const std::filesystem::path folder = options.output;
   prepare(folder);
 
-  const Stage stage = [&](const std::string& text) {
+  const Announce announce = [&](const std::string& text) {
     if (!options.common.quiet) std::cerr << "study: " << text << '\n';
   };
-  if (!options.recording.empty()) add_recording(options, model, study);  // bad ones are told before the work
-  if (!options.data.empty()) study_dataset(model, options.data, study, stage);
-  study_fresh(model, options.trials, options.levels_deg, study, stage);
-  study_double(model, options.realisations, study, stage);
+  if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before the work
+  if (!options.data.empty()) study_dataset(model, options.data, study, announce);
+  study_fresh(model, options.trials, options.levels_deg, study, announce);
+  study_double(model, options.realisations, study, announce);
 
-  stage("drawing");
+  announce("drawing");
   const std::vector<Figure> figures = study_figures(study);
   std::vector<std::string> inputs = options.comparisons, outputs{"table.txt", "study.json", "report.html"};
   for (const std::string& input : {options.model, options.data, log, options.recording, options.learning_curve})
@@ -103,7 +103,7 @@ void run_study(const Options& options) {
   for (const Figure& figure : figures) outputs.insert(outputs.end(), {figure.id + ".svg", figure.id + ".csv"});
   for (const std::string& output : outputs) refuse_same_file((folder / output).string(), inputs);
   const std::string text = study_text(study);
-  // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
+  // A file name need not be UTF-8; other bytes are replaced.
   const std::string json =
       study_json(study).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   for (const Figure& figure : figures) {
@@ -114,57 +114,53 @@ void run_study(const Options& options) {
   write_file(folder / "study.json", json);
   write_file(folder / "report.html", study_html(study, figures));
   std::cout << (options.common.json ? json : text);
-  stage("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
+  announce("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
 }
 
 }  // namespace
 
-void add_study(CLI::App& program) {
+void add_study(const Command& program) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand(
+  const Command command = program.add_subcommand(
       "study", "Set a model beside the paper: its table, its figures, what its estimates are worth");
-  command->add_option("--model", options->model, "Model file; default: the built-in model");
-  command->add_option("--data", options->data, "Data set that it was trained on: both halves' errors, and its figures");
-  command->add_option("--log", options->log, "The training's log; default: MODEL.log.csv, if it is there");
-  command->add_option("--recording", options->recording, "CSV file to treat like the paper's human trial");
-  command->add_option("--column", options->column, "Its sway column, by name or number from 1; default: found by name");
-  command->add_option("--unit", options->unit, "deg or rad; default: from the column's name, else degrees")
-      ->check(CLI::IsMember({"deg", "rad"}));
-  command->add_option("--rate", options->rate, "Its sample rate in Hz, if there is no time column or it is wrong")
-      ->check(CLI::Range(1.0, 100000.0));
-  command->add_option("--trials", options->trials, "Fresh trials to evaluate on")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
-  add_seed_option(*command, options->seed, "Seed of the fresh trials, another one than the training's");
+  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  command.add_option("--data", options->data, "Data set that it was trained on: both halves' errors, and its figures");
+  command.add_option("--log", options->log, "The training's log; default: MODEL.log.csv, if it is there");
+  command.add_option("--recording", options->recording, "CSV file to treat like the paper's human trial");
+  command.add_option("--column", options->column, "Its sway column, by name or number from 1; default: found by name");
+  command.add_option("--unit", options->unit, "deg or rad; default: from the column's name, else degrees")
+      .one_of({"deg", "rad"});
+  command.add_option("--rate", options->rate, "Its sample rate in Hz, if there is no time column or it is wrong")
+      .range(1.0, 100000.0);
+  command.add_option("--trials", options->trials, "Fresh trials to evaluate on").show_default().range(1, 1'000'000);
+  add_seed_option(command, options->seed, "Seed of the fresh trials, another one than the training's");
   command
-      ->add_option("--sensor-noise", options->levels_deg,
-                   "Levels of sensor noise to evaluate at, standard deviations in degrees")
-      ->capture_default_str()
-      ->expected(1, 20)
-      ->check(CLI::Range(0.0, 10.0));
-  command->add_option("--realisations", options->realisations, "Trials of the double pendulum, noise alone different")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 10'000));
-  command->add_option("--learning-curve", options->learning_curve,
-                      "CSV file with columns trials and mse: error over the number of distinct training trials");
+      .add_option("--sensor-noise", options->levels_deg,
+                  "Levels of sensor noise to evaluate at, standard deviations in degrees")
+      .show_default()
+      .values(1, 20)
+      .range(0.0, 10.0);
+  command.add_option("--realisations", options->realisations, "Trials of the double pendulum, noise alone different")
+      .show_default()
+      .range(1, 10'000);
+  command.add_option("--learning-curve", options->learning_curve,
+                     "CSV file with columns trials and mse: error over the number of distinct training trials");
   command
-      ->add_option("--comparison", options->comparisons,
-                   "What decid compare -o wrote of this model: network and iterative fits on the same trials; may be "
-                   "repeated")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command->add_option("--time", options->times, "What took how long, for the table: NAME=SECONDS; may be repeated")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      .add_option("--comparison", options->comparisons,
+                  "What decid compare -o wrote of this model: network and iterative fits on the same trials; may be "
+                  "repeated")
+      .repeatable();
+  command.add_option("--time", options->times, "What took how long, for the table: NAME=SECONDS; may be repeated")
+      .repeatable();
   command
-      ->add_option("-o,--output", options->output,
-                   "Folder to write: report.html, table.txt, study.json, and each figure as .svg and .csv")
-      ->required();
-  add_common_options(*command, options->common, true);
-  command->footer("Example: decid study --model model.safetensors --data data.npz --recording trial.csv -o study");
-  command->callback([options, command] {
+      .add_option("-o,--output", options->output,
+                  "Folder to write: report.html, table.txt, study.json, and each figure as .svg and .csv")
+      .required();
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid study --model model.safetensors --data data.npz --recording trial.csv -o study");
+  command.callback([options, command] {
     for (const char* name : {"--column", "--unit", "--rate"})
-      if (options->recording.empty() && command->count(name) > 0)
+      if (options->recording.empty() && command.count(name) > 0)
         throw Error(name, "has no effect without a recording", "use it with --recording");
     apply(options->common);
     run_study(*options);

@@ -9,6 +9,7 @@
 
 #include "sim/protocol_json.hpp"
 #include "tests/helpers.hpp"
+#include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;
 using namespace decid::dataset;
@@ -20,8 +21,8 @@ namespace {
 Dataset small_dataset(int trials = 5) {
   Dataset data;
   data.protocol = tiny_protocol();
-  data.protocol.sensor_noise = {0.001, 0.1};
-  data.protocol.body.mass_kg = 70.0 + 1.0 / 3.0;
+  data.protocol.noise.sensor = {0.001, 0.1};
+  data.protocol.experiment.body.mass_kg = 70.0 + 1.0 / 3.0;
   data.seed = 0xFFFFFFFFFFFFFFFEu;
   data.samples = data.protocol.samples();
   for (int i = 0; i < trials; ++i) {
@@ -45,10 +46,9 @@ void check_equal(const Dataset& a, const Dataset& b) {
   CHECK(a.split == b.split);
 }
 
-bool has_numpy() {
+void require_numpy() {
   static const bool found = std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") == 0;
-  if (!found) MESSAGE("NumPy is not installed for /usr/bin/python3: what it reads and writes is not tested");
-  return found;
+  REQUIRE_MESSAGE(found, "this test needs NumPy for /usr/bin/python3: tools/setup --check installs it");
 }
 
 /// Runs Python with numpy as np and `path` set; false if it fails.
@@ -101,7 +101,7 @@ TEST_CASE("generated data sets can be written and read") {
 }
 
 TEST_CASE("NumPy reads what decid writes") {
-  if (!has_numpy()) return;
+  require_numpy();
   const TemporaryFolder folder;
   write_npz(folder / "a.npz", small_dataset());
   CHECK(python(folder / "check.py", folder / "a.npz", R"(
@@ -126,7 +126,7 @@ assert about['protocol']['sensor_noise_deg'] == [.001, .1]
 }
 
 TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 2.0") {
-  if (!has_numpy()) return;
+  require_numpy();
   const TemporaryFolder folder;
   const Dataset data = small_dataset();
   for (const std::string save : {"np.savez(path, **arrays)", "np.savez_compressed(path, **arrays)",
@@ -144,7 +144,7 @@ TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 
 }
 
 TEST_CASE("arrays that do not belong into a data set are refused by name") {
-  if (!has_numpy()) return;
+  require_numpy();
   const TemporaryFolder folder;
   struct Case {
     const char* change;
@@ -182,7 +182,7 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
       {"del about['protocol']", {"decid.json", "'protocol' is missing"}},
       {"del about['seed']", {"decid.json", "'seed' is missing"}},
       {"about['seed'] = -1", {"decid.json", "'seed' is -1"}},
-      {"about['parameters'].reverse()", {"decid.json", "other parameters than Kp"}},
+      {"about['parameters'].reverse()", {"decid.json", "parameters other than Kp"}},
       {"about['protocol']['sample_rate_hz'] = 200.", {"400 samples", "'tiny' makes 800"}},
       {"about['protocol']['sample_rate'] = 100.", {"decid.json", "unknown key 'sample_rate'"}},
   };
@@ -235,7 +235,7 @@ TEST_CASE("damaged bytes are noticed") {
     content[position] = value;
     return write_text(folder / "damaged.npz", content);
   };
-  // A value of the sway: only the checksum can tell.
+  // A value of the sway: only the checksum can show it.
   const std::size_t magic = whole.find("\x93NUMPY");
   REQUIRE(magic != std::string::npos);
   check_error([&] { read_npz(damaged(magic + 1000, '\x01')); }, {"damaged.npz: sway", "is damaged", "CRC"});

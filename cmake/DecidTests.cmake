@@ -1,0 +1,71 @@
+# How tests are entered in CTest: each case of doctest and each script is an entry of its own, has a label, the folder
+# below tests/ that it stands in, and a time limit. `ctest -L sim` runs a folder, `-LE slow` what takes less than 5 s.
+
+# Seconds after which a test has failed: a machine may be busy, but not that busy.
+set(DECID_TEST_LIMIT_S 120)
+set(DECID_SLOW_TEST_LIMIT_S 900)
+if(DECID_SANITIZE OR DECID_COVERAGE OR CMAKE_CROSSCOMPILING)
+  math(EXPR DECID_TEST_LIMIT_S "4 * ${DECID_TEST_LIMIT_S}")
+  math(EXPR DECID_SLOW_TEST_LIMIT_S "2 * ${DECID_SLOW_TEST_LIMIT_S}")
+endif()
+
+# decid_test(name sources...): doctest program test_<name>, an entry "folder/file: case" for each of its cases, found
+# when it has been built. A case that takes more than 5 s says so: TEST_CASE(".." * doctest::test_suite("slow")).
+# DECID_SANITIZED is defined where sanitizers are on, for what they cannot run or make too slow to be worth it.
+function(decid_test name)
+  if(NOT TARGET decid_test_main)
+    add_library(decid_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/main.cpp)
+    decid_compile_options(decid_test_main)
+    target_link_libraries(decid_test_main PUBLIC doctest::doctest)
+  endif()
+  add_executable(test_${name} ${ARGN})
+  decid_compile_options(test_${name})
+  target_link_libraries(test_${name} PRIVATE decid_test_main)
+  if(DECID_SANITIZE)
+    target_compile_definitions(test_${name} PRIVATE DECID_SANITIZED)
+  endif()
+  set(cases ${CMAKE_CURRENT_BINARY_DIR}/test_${name}_cases.cmake)
+  add_custom_command(TARGET test_${name} POST_BUILD VERBATIM BYPRODUCTS ${cases}
+    COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:test_${name}> -D "EMULATOR=${CMAKE_CROSSCOMPILING_EMULATOR}"
+            -D LIMIT_S=${DECID_TEST_LIMIT_S} -D SLOW_LIMIT_S=${DECID_SLOW_TEST_LIMIT_S}
+            -D CASES=${cases} -P ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
+  set_property(TARGET test_${name} PROPERTY LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
+  # A program that has not been built is a test that fails.
+  file(CONFIGURE OUTPUT ${cases}.in @ONLY CONTENT [[
+if(EXISTS "@cases@")
+  include("@cases@")
+else()
+  add_test(test_@name@_is_not_built test_@name@_is_not_built)
+endif()
+]])
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${cases}.in)
+endfunction()
+
+# decid_test_entry(folder/name [TOOLS variables..] [SLOW] [PROPERTIES ..] COMMAND ..): one entry for anything else. TOOLS names
+# the variables of programs that it needs (decid_tool); without one of them the test fails and says how to get it.
+function(decid_test_entry name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "SLOW" "" "TOOLS;PROPERTIES;COMMAND")
+  foreach(tool IN LISTS arg_TOOLS)
+    if(NOT ${tool})
+      get_property(package GLOBAL PROPERTY ${tool}_PACKAGE)
+      set(arg_COMMAND ${CMAKE_COMMAND} -D "PROBLEM=needs Debian's ${package}; install it with tools/setup --check and configure again"
+                      -P ${PROJECT_SOURCE_DIR}/cmake/fail.cmake)
+      set(arg_PROPERTIES "")
+    endif()
+  endforeach()
+  add_test(NAME ${name} COMMAND ${arg_COMMAND})
+  get_filename_component(labels ${name} DIRECTORY)
+  set(limit_s ${DECID_TEST_LIMIT_S})
+  if(arg_SLOW)
+    list(APPEND labels slow)
+    set(limit_s ${DECID_SLOW_TEST_LIMIT_S})
+  endif()
+  set_tests_properties(${name} PROPERTIES LABELS "${labels}" TIMEOUT ${limit_s} ENVIRONMENT OMP_WAIT_POLICY=passive
+                                          ${arg_PROPERTIES})
+endfunction()
+
+# decid_tool(variable package names...): a program that tests need beside the compiler, and Debian's package of it.
+function(decid_tool variable package)
+  find_program(${variable} NAMES ${ARGN} DOC "Debian's ${package}")
+  set_property(GLOBAL PROPERTY ${variable}_PACKAGE ${package})
+endfunction()

@@ -1,0 +1,2 @@
+# A test that cannot run fails: it says what it lacks.
+message(FATAL_ERROR "${PROBLEM}")

@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Draws which folder includes which, and fails on an include that the ladder does not allow.
+
+    tests/layout/arrows.py [ROOT]
+
+The ladder is that of CMakeLists.txt (decid_component) and, above it, of tools/. A folder's tests may include what the
+folder may, and tests' own headers of these folders."""
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+# Above the libraries: the program's folders and what each stands on.
+PROGRAM = {
+    "tools/report": ["identify"],
+    "tools/firmware": ["identify"],
+    "tools/decid": ["tools/report", "tools/firmware"],
+    "bench": ["tools/decid"],
+}
+# Who may include what is not ours. Tests as their folders.
+FOREIGN = [
+    (r"<CLI/", "CLI11", ["tools/decid"]),
+    (r"<matio\.h>", "matio", ["dataset/recording"]),
+    (r"<zip\.h>", "libzip", ["dataset/npz"]),
+    (r"<Eigen/", "Eigen", ["identify"]),
+]
+INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
+
+
+def read_ladder(root):
+    """What each folder may include, itself among it: folder -> set of folders."""
+    text = (root / "CMakeLists.txt").read_text()
+    folder_of, allowed = {}, {}
+    for name, folder, needs in re.findall(r"^decid_component\((\w+) ([\w/]+)([^)]*)\)", text, re.MULTILINE):
+        folder_of[name] = folder
+        allowed[folder] = {folder}.union(*(allowed[folder_of[need]] for need in needs.split()))
+    for folder, needs in PROGRAM.items():
+        allowed[folder] = {folder}.union(*(allowed[need] for need in needs))
+    return allowed
+
+
+def step_of(path, allowed):
+    """The folder of the ladder that a file belongs to, and whether it is one of its tests; None for neither."""
+    is_test = path.startswith("tests/")
+    name = path.removeprefix("tests/")
+    steps = [folder for folder in allowed if name.startswith(folder + "/")]
+    if steps:
+        return max(steps, key=len), is_test
+    # What all tests share stands on base alone.
+    return ("base", True) if is_test and "/" not in name else (None, is_test)
+
+
+def is_allowed(source, source_is_test, target, target_is_test, allowed):
+    if source_is_test and source.startswith("tools/"):
+        source = "tools/decid"  # they run the program
+    return target in allowed[source] and (source_is_test or not target_is_test)
+
+
+def look_at(path, text, allowed, arrows, complaints):
+    """Adds a file's arrows and what is wrong with it."""
+    source, source_is_test = step_of(path, allowed)
+    if source is None:
+        return
+    for number, line in enumerate(text.splitlines(), 1):
+        where = f"{path}:{number}"
+        match = INCLUDE.match(line)
+        if not match:
+            continue
+        included = match[1]
+        for pattern, name, folders in FOREIGN:
+            if re.match(pattern, included) and source not in folders:
+                complaints.append(f"{where}: only {' and '.join(folders)} may include {name}")
+        if included[0] == "<" or included.startswith('"embedded/'):
+            continue
+        target, target_is_test = step_of(included.strip('"'), allowed)
+        if target is None:
+            complaints.append(f"{where}: {included} is not written from the root of the project")
+            continue
+        if target != source and not source_is_test:
+            arrows.setdefault(source, {}).setdefault(target, 0)
+            arrows[source][target] += 1
+        if not is_allowed(source, source_is_test, target, target_is_test, allowed):
+            may = ", ".join(folder for folder in allowed if folder in allowed[source])
+            complaints.append(f"{where}: {included}; {source} may include {may}")
+
+
+def main(root):
+    allowed = read_ladder(root)
+    files = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.cpp", "*.hpp"],
+                           cwd=root, check=True, capture_output=True, text=True).stdout.split()
+    arrows, complaints = {}, []
+    for path in files:
+        if (root / path).exists():
+            look_at(path, (root / path).read_text(), allowed, arrows, complaints)
+    for source in reversed(list(allowed)):
+        targets = arrows.get(source, {})
+        drawn = ", ".join(f"{target} ({targets[target]})" for target in reversed(list(allowed)) if target in targets)
+        print(f"{source:<18}-> {drawn}" if drawn else source)
+    for complaint in complaints:
+        print(complaint, file=sys.stderr)
+    print(f"arrows: {len(files)} files, {len(complaints)} includes that are not allowed")
+    return 1 if complaints else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parents[2]))

@@ -1,0 +1,80 @@
+"""Does arrows.py see what it is there to see? Each test plants includes in a small project of its own."""
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+ARROWS = Path(__file__).with_name("arrows.py")
+LADDER = """decid_component(base base)
+decid_component(sim sim base)
+decid_component(nn nn base)
+decid_component(image dataset/image sim)
+decid_component(npz dataset/npz sim)
+decid_component(identify identify image nn)
+"""
+
+
+class Arrows(unittest.TestCase):
+    def look(self, **files):
+        """Exit code and output for a project of these files ("dataset/image/a.cpp" as dataset__image__a)."""
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            subprocess.run(["git", "init", "--quiet", folder], check=True)
+            (root / "CMakeLists.txt").write_text(LADDER)
+            for name, text in files.items():
+                path = root / (name.replace("__", "/") + ".cpp")
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text + "\n")
+            done = subprocess.run([ARROWS, root], capture_output=True, text=True)
+            return done.returncode, done.stdout + done.stderr
+
+    def check_clean(self, **files):
+        code, output = self.look(**files)
+        self.assertEqual(code, 0, output)
+        return output
+
+    def check_refused(self, words, **files):
+        code, output = self.look(**files)
+        self.assertEqual(code, 1, output)
+        self.assertIn(words, output)
+
+    def test_an_include_to_the_right_is_drawn(self):
+        output = self.check_clean(identify__a='#include "dataset/image/image.hpp"\n#include "base/error.hpp"\n#include <vector>')
+        self.assertRegex(output, r"identify +-> dataset/image \(1\), base \(1\)")
+
+    def test_an_include_to_the_left_is_refused(self):
+        self.check_refused('sim/a.cpp:2: "dataset/image/image.hpp"; sim may include base, sim',
+                           sim__a='// A comment.\n#include "dataset/image/image.hpp"')
+
+    def test_an_include_of_a_neighbour_is_refused(self):
+        self.check_refused("dataset/image may include base, sim, dataset/image",
+                           dataset__image__a='#include "dataset/npz/npz.hpp"')
+        self.check_refused("nn/a.cpp:1", nn__a='  #  include "sim/fft.hpp"')
+
+    def test_a_librarys_include_of_a_test_is_refused(self):
+        self.check_refused("sim/a.cpp:1", sim__a='#include "tests/sim/tiny.hpp"')
+
+    def test_tests_are_held_to_their_folder(self):
+        self.check_clean(tests__sim__a='#include "sim/fft.hpp"\n#include "tests/helpers.hpp"\n#include "tests/sim/b.hpp"')
+        self.check_refused("tests/base/a.cpp:1", tests__base__a='#include "sim/fft.hpp"')
+        self.check_refused("tests/helpers.cpp:1", tests__helpers='#include "sim/fft.hpp"')
+        self.check_refused("tests/base/a.cpp:1", tests__base__a='#include "tests/sim/tiny.hpp"')
+
+    def test_the_program_stands_on_the_libraries(self):
+        self.check_clean(tools__decid__a='#include "tools/report/svg.hpp"\n#include <CLI/CLI.hpp>')
+        self.check_refused("tools/report/a.cpp:1", tools__report__a='#include "tools/decid/command.hpp"')
+        self.check_refused("identify/a.cpp:1", identify__a='#include "tools/report/svg.hpp"')
+
+    def test_other_libraries_have_their_place(self):
+        self.check_clean(dataset__npz__a="#include <zip.h>", identify__a="#include <Eigen/Dense>")
+        self.check_refused("only tools/decid may include CLI11", identify__a="#include <CLI/CLI.hpp>")
+        self.check_refused("only dataset/recording may include matio", dataset__image__a="#include <matio.h>")
+        self.check_refused("only dataset/npz may include libzip", dataset__image__a="#include <zip.h>")
+        self.check_refused("only identify may include Eigen", nn__a="#include <Eigen/Dense>")
+
+    def test_a_relative_include_is_refused(self):
+        self.check_refused("is not written from the root", sim__a='#include "fft.hpp"')
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,51 @@
+// A training of two epochs on fresh trials, its log and its weights held by their SHA-256: from every instruction set,
+// number of threads, compiler and processor the same bits.
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "base/isa.hpp"
+#include "base/sha256.hpp"
+#include "tests/tools/decid/run.hpp"
+
+using namespace decid::test;
+
+namespace {
+
+/// SHA-256 of the log and of the weights.
+std::string train(const std::string& environment, const std::string& options) {
+  const Folder folder;
+  const auto trained = run_decid(
+      "train --stream --preset small --stream-trials 128 --validation-trials 32 --epochs 2 --seed 5 --quiet --json "
+      "-o " +
+          folder / "m.safetensors" + options,
+      environment);
+  CAPTURE(trained.err);
+  REQUIRE(trained.code == 0);
+  const std::string key = "\"weights_sha256\": \"";
+  const std::size_t place = trained.out.find(key);
+  REQUIRE(place != std::string::npos);
+  return decid::sha256(read_text(folder / "m.safetensors.log.csv")) + " " + trained.out.substr(place + key.size(), 64);
+}
+
+constexpr const char* golden =
+    "c34d12415c2538b25e71af33c9077d5294b5cb50951306ae2d052612128a6932 "
+    "5e61cf85f41afa9d7f51351fd6e7cb4c1900b59ebfcaf6c990b79ffc9c5089a7";
+
+}  // namespace
+
+TEST_CASE("golden: two epochs on fresh trials, with every instruction set") {
+  const auto instruction_sets = decid::available_isas();
+  CHECK(instruction_sets.size() >= 2);  // the reference, and the processor's
+  for (const decid::Isa isa : instruction_sets) {
+    CAPTURE(decid::name(isa));
+    CHECK(train(std::string("DECID_ISA=") + decid::name(isa) + " ", "") == golden);
+  }
+}
+
+TEST_CASE("golden: two epochs on fresh trials, with any number of threads") {
+  for (const char* threads : {"1", "2", "3", "8"}) {
+    CAPTURE(threads);
+    CHECK(train("", std::string(" --threads ") + threads) == golden);
+  }
+}

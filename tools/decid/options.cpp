@@ -1,0 +1,130 @@
+// The command line: see options.hpp.
+#include "tools/decid/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+namespace decid::tools {
+
+Option& Option::required() {
+  option_->required();
+  return *this;
+}
+
+Option& Option::show_default() {
+  option_->capture_default_str();
+  return *this;
+}
+
+Option& Option::range(int low, int high) {
+  option_->check(CLI::Range(low, high));
+  return *this;
+}
+
+Option& Option::range(long long low, long long high) {
+  option_->check(CLI::Range(low, high));
+  return *this;
+}
+
+Option& Option::range(double low, double high) {
+  option_->check(CLI::Range(low, high));
+  return *this;
+}
+
+Option& Option::one_of(const std::vector<std::string>& words) {
+  option_->check(CLI::IsMember(words));
+  return *this;
+}
+
+Option& Option::values(int least, int most) {
+  option_->expected(least, most);
+  return *this;
+}
+
+Option& Option::repeatable() {
+  option_->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  return *this;
+}
+
+Option& Option::shown_as(const std::string& text) {
+  option_->option_text(text);
+  return *this;
+}
+
+Option& Option::rewritten(const std::function<std::string(std::string&)>& rewrite, const std::string& type) {
+  option_->transform(CLI::Validator(rewrite, type));
+  return *this;
+}
+
+Option& Option::excludes(const Option& other) {
+  option_->excludes(other.option_);
+  return *this;
+}
+
+Command Command::add_subcommand(const std::string& name, const std::string& description) const {
+  return Command(app_->add_subcommand(name, description));
+}
+
+void Command::require_subcommand() const {
+  app_->require_subcommand(1);
+}
+
+template <class T>
+Option Command::add_option(const std::string& names, T& value, const std::string& description) const {
+  return Option(app_->add_option(names, value, description));
+}
+template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
+template Option Command::add_option(const std::string&, int&, const std::string&) const;
+template Option Command::add_option(const std::string&, long long&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::uint64_t&, const std::string&) const;
+template Option Command::add_option(const std::string&, double&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::optional<std::string>&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::optional<int>&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::optional<double>&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::vector<std::string>&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::vector<double>&, const std::string&) const;
+
+Option Command::add_flag(const std::string& names, bool& value, const std::string& description) const {
+  return Option(app_->add_flag(names, value, description));
+}
+
+void Command::footer(const std::string& text) const {
+  app_->footer(text);
+}
+
+void Command::callback(std::function<void()> work) const {
+  app_->callback(std::move(work));
+}
+
+std::size_t Command::count(const std::string& option) const {
+  return app_->count(option);
+}
+
+Program::Program(const std::string& name, const std::string& description, const std::string& version)
+    : app_(std::make_unique<CLI::App>(description)) {
+  app_->name(name);
+  app_->set_version_flag("--version", version);
+}
+
+Program::~Program() = default;
+
+Command Program::top() const {
+  return Command(app_.get());
+}
+
+void Program::parse(int argc, char** argv) const {
+  try {
+    app_->parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) {  // --help, --version
+      app_->exit(error);
+      return;
+    }
+    const std::vector<CLI::App*> commands = app_->get_subcommands();
+    throw UsageError{error.what(), commands.empty() ? std::string() : commands.back()->get_name()};
+  }
+}
+
+}  // namespace decid::tools
