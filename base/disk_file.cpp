@@ -1,5 +1,5 @@
 // Reading and writing at positions: see disk_file.hpp.
-// Short counts and interruptions by signals are the system's right; every loop here goes on after them.
+// The system may return short counts and be interrupted by signals; every loop here goes on after either.
 #include "base/disk_file.hpp"
 
 #include <fcntl.h>

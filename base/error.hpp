@@ -11,7 +11,7 @@ namespace decid {
 class Error : public std::runtime_error {
  public:
   /// `where` names the file, option or function; `problem` says what is wrong with it, figures included;
-  /// `remedy` tells the reader what to do.
+  /// `remedy` says what to do.
   Error(std::string where, std::string problem, std::string remedy);
 
   const std::string& where() const noexcept { return where_; }

@@ -1,5 +1,5 @@
 // Which instruction set runs: the fastest that this program was built with and that the processor and the operating
-// system support, or the one that the environment variable DECID_ISA names. The results have the same bits with all.
+// system support, or the one that the environment variable DECID_ISA names. The bits of results do not depend on it.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ const char* name(Isa isa) noexcept;
 std::vector<Isa> available_isas();
 /// The one that is used; looked up once. Throws Error if DECID_ISA names none that can run here.
 Isa chosen_isa();
-/// Throws Error, which says `where`, if there is no such instruction set or it cannot run here.
+/// Throws Error, naming `where`, if there is no such instruction set or it cannot run here.
 Isa isa_from_name(const std::string& where, const std::string& name);
 
 }  // namespace decid

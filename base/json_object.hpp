@@ -1,5 +1,5 @@
 // JSON objects read key by key, so that every defect of a file is an Error that names the file and the key.
-// Not installed: for dataset and tools. The only header of dataset that shows nlohmann's library.
+// Not installed. The only header of base that shows nlohmann's library.
 // Format: RFC 8259.
 #pragma once
 
@@ -18,14 +18,14 @@ using Json = nlohmann::ordered_json;
 inline constexpr int deepest_json = 32;
 
 /// Throws Error with line and column if `text` is not JSON or nested deeper than deepest_json, and for a key that
-/// stands twice in one object (the last would win without a word). `where` names the source.
+/// stands twice in one object (the last would win silently). `where` names the source.
 Json parse_json(const std::string& text, const std::string& where);
 
 /// Two spaces of indentation; doubles read back to the same bits; text that is not UTF-8 is replaced, not refused.
 std::string print_json(const Json& json);
 
 /// One object of a JSON file. Each read() takes the value of a key if the key is there and leaves `value` alone if
-/// not; whatever has not been asked for when finish() is called is an unknown key.
+/// not; finish() takes every key that was not asked for as unknown.
 class JsonObject {
  public:
   /// `path` is where in the file the object is ("sequence"), empty for the outermost. Throws Error if `json` is not

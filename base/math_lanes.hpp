@@ -56,7 +56,7 @@ template <class V, class D = typename V::D>
   const D lost = y < V::set(1.0) ? y - (u - 1.0) : 1.0 - (u - y);
   const D value = log_lanes<V>(big ? a : u) + (big ? V::set(ln2_hi + ln2_lo) : lost / u);
   const D result = x < V::set(0.0) ? -value : value;
-  return a <= V::set(largest) ? result : x;  // infinities and NaN are their own
+  return a <= V::set(largest) ? result : x;  // asinh of an infinity or NaN is itself
 }
 
 template <class V, class D = typename V::D>
@@ -158,8 +158,8 @@ constexpr Octic far_denominator{1.0,
                                 1.42151175831644588870e-7,
                                 2.04426310338993978564e-15};
 
-/// The inverse normal distribution: in its middle, |p - 1/2| <= central_half, and in its tails. Outside of its own part
-/// each returns a number that means nothing.
+/// The inverse normal distribution: in its middle, |p - 1/2| <= central_half, and in its tails. Each function's result
+/// is meaningless outside of its own part.
 constexpr double central_half = 0.425;
 template <class V, class D = typename V::D>
 [[gnu::always_inline]] inline D central_normal_lanes(D p) {

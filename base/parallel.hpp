@@ -1,5 +1,5 @@
-// Work shared among threads without a say in the result: each index is computed on its own, and nothing is
-// reduced here.
+// Work shared among threads, whose number does not change the result: each index is computed on its own, and nothing
+// is reduced here.
 #pragma once
 
 #include <omp.h>
@@ -9,7 +9,7 @@
 
 namespace decid {
 
-/// The threads that parallel_for has: OMP_NUM_THREADS, or what omp_set_num_threads said.
+/// How many threads parallel_for has: OMP_NUM_THREADS, or what omp_set_num_threads set.
 inline int thread_count() {
   return omp_get_max_threads();
 }

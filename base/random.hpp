@@ -32,8 +32,7 @@ std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
 /// The inverse of the standard normal distribution function for 0 < p < 1, relative error below 1e-15.
 double inverse_normal(double p) noexcept;
 
-/// The random numbers of one (seed, stream, item), addressed by index below 2^57. Copies are cheap and independent of
-/// order.
+/// The random numbers of one (seed, stream, item), addressed by index below 2^57. Copies are cheap.
 class Random {
  public:
   Random(std::uint64_t seed, Stream stream, std::uint64_t item) noexcept;

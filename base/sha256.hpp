@@ -13,7 +13,7 @@ class Sha256 {
  public:
   Sha256() noexcept;
   void update(const void* data, std::size_t bytes) noexcept;
-  /// 64 hexadecimal digits. The object is used up afterwards.
+  /// 64 hexadecimal digits. The object cannot be fed afterwards.
   std::string hex() noexcept;
 
  private:

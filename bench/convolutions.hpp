@@ -20,30 +20,18 @@ inline constexpr int group = 16;  // channels a call, as in nn/sharing.hpp
 /// A batch in memory of its own, values away from zero and from subnormals.
 struct Batch {
   AlignedBuffer<float> memory;
-  Tensor<float> tensor;
+  TensorView<float> tensor;
   Batch(Shape shape, int halo) {
-    const std::size_t count = Tensor<float>::required(shape, blocks * lanes, halo);
+    const std::size_t count = TensorView<float>::required(shape, blocks * lanes, halo);
     memory.reserve(count);
-    tensor = Tensor<float>(memory.data(), shape, blocks * lanes, halo);
+    tensor = TensorView<float>(memory.data(), shape, blocks * lanes, halo);
     for (std::size_t i = 0; i < count; ++i) memory.data()[i] = static_cast<float>(i * 7919 % 1000) * 0.001F - 0.45F;
     tensor.clear_halo();
   }
-  View<float> block(int b) const {
-    View<float> v = tensor.view();
-    v.data += b * v.block;
-    return v;
-  }
-  View<const float> const_block(int b) const {
-    const View<float> v = block(b);
-    return {v.data, v.block, v.channel, v.row};
-  }
-  Plane<float> plane(int b, int channel) const {
-    return {tensor.row(b, channel, 0), tensor.view().row, tensor.shape().rows, tensor.shape().columns};
-  }
-  Plane<const float> const_plane(int b, int channel) const {
-    const Plane<float> p = plane(b, channel);
-    return {p.data, p.row, p.rows, p.columns};
-  }
+  BlockView<float> block(int b) const { return tensor.block(b); }
+  BlockView<const float> const_block(int b) const { return tensor.block(b); }
+  Plane<float> plane(int b, int channel) const { return tensor.plane(b, channel); }
+  Plane<const float> const_plane(int b, int channel) const { return tensor.plane(b, channel); }
 };
 
 /// CPU time of this thread.

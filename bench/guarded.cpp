@@ -16,9 +16,9 @@
 #include "bench/recorded_file.hpp"
 #include "bench/trials.hpp"
 #include "dataset/image/image.hpp"
-#include "identify/identify.hpp"
+#include "identify/recordings.hpp"
 #include "identify/training/presets.hpp"
-#include "nn/single.hpp"
+#include "nn/predictor.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/fft.hpp"
 #include "sim/noise.hpp"
@@ -82,22 +82,21 @@ void add_networks(Guarded& all) {
     return [training] { training->step(); };
   };
   all["network/inference"] = []() -> Work {
-    const auto network = std::make_shared<nn::Network<float>>(small.input, small.architecture);
-    network->initialise(1);
-    network->plan(32, nn::Mode::inference);
-    load_some(network->input());
-    return [network] { network->forward(); };
+    const auto predictor = std::make_shared<nn::Predictor>(initialised(small), 32);
+    const auto images =
+        std::make_shared<std::vector<float>>(some_values(static_cast<std::size_t>(32 * small.input.size())));
+    return [predictor, images] {
+      std::vector<float> outputs(static_cast<std::size_t>(32 * predictor->inference().output_shape().size()));
+      predictor->run(*images, outputs);
+    };
   };
   all["network/single"] = []() -> Work {
-    nn::Network<float> network(best_network.input, best_network.architecture);
-    network.initialise(1);
-    network.plan(1, nn::Mode::inference);
-    const auto single = std::make_shared<nn::SingleNetwork>(network);
+    const auto predictor = std::make_shared<nn::Predictor>(initialised(best_network), 1);
     const auto image =
         std::make_shared<std::vector<float>>(some_values(static_cast<std::size_t>(best_network.input.size())));
-    return [single, image] {
-      std::vector<float> output(static_cast<std::size_t>(single->output_shape().size()));
-      single->run(*image, output);
+    return [predictor, image] {
+      std::vector<float> output(static_cast<std::size_t>(predictor->inference().output_shape().size()));
+      predictor->run(*image, output);
     };
   };
 }
@@ -167,7 +166,7 @@ void add_files(Guarded& all) {
   all["file/identify"] = []() -> Work {
     const auto file = std::make_shared<RecordedFile>();
     const auto model = std::make_shared<Model>(built_in_model());
-    return [file, model] { identify(*model, {file->path()}, {}); };
+    return [file, model] { identify_files(*model, {file->path()}, {}); };
   };
 }
 

@@ -2,8 +2,6 @@
 // It reads the file, makes the image, runs the built-in network, re-simulates the result and warns of what is
 // unusual; the program's start and its output are not in it. The operations that count are those of the network and of
 // the six trials simulated, at the peak of floats.
-#include "identify/identify.hpp"
-
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
@@ -13,30 +11,32 @@
 #include "bench/networks.hpp"
 #include "bench/recorded_file.hpp"
 #include "bench/trials.hpp"
+#include "identify/recordings.hpp"
 
 namespace {
 
 using namespace decid;
 
 void identify_file(benchmark::State& state) {
-  constexpr int simulated_trials = 6;
+  constexpr int simulated_trials = 33;
   omp_set_num_threads(1);
   const bench::RecordedFile file;
-  Model model = built_in_model();
+  const Model model = built_in_model();
   bench::FmaPeak peak(name(chosen_isa()));
   std::vector<double> times;
   for (auto _ : state) {
     peak.measure();
     const double start = bench::cpu_seconds();
-    benchmark::DoNotOptimize(identify(model, {file.path()}, {}));
+    benchmark::DoNotOptimize(identify_files(model, {file.path()}, {}));
     times.push_back(bench::cpu_seconds() - start);
     state.SetIterationTime(times.back());
   }
   const double seconds = bench::best_of(times);
   state.counters["ms"] = seconds * 1e3;
-  bench::count_flops(
-      state, peak.best(),
-      bench::forward_flops(model.network) + simulated_trials * bench::flops_per_step * model.protocol.steps(), seconds);
+  bench::count_flops(state, peak.best(),
+                     bench::forward_flops(model.network) +
+                         simulated_trials * bench::flops_per_step * model.protocol.experiment.steps(),
+                     seconds);
 }
 BENCHMARK(identify_file)->Name("identify/file/threads:1")->UseManualTime();
 

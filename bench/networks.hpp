@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "nn/loss.hpp"
-#include "nn/network.hpp"
+#include "nn/trainer.hpp"
 
 namespace decid::bench {
 
@@ -37,23 +37,23 @@ inline constexpr NamedNetwork named_networks[] = {
 };
 
 /// A layer of multiply-adds: the others' work is not counted, as it is bound by memory.
-inline bool multiplies(nn::Layer<float>& layer) {
-  for (const nn::Parameter<float>* p : layer.parameters())
-    if (p->name == "weight") return true;
+inline bool multiplies(const nn::Layer<float>& layer) {
+  for (const nn::Parameter<float>& p : layer.parameters())
+    if (p.name == "weight") return true;
   return false;
 }
 
 /// Of one sample, forward.
 inline double forward_flops(const nn::Network<float>& network) {
   double sum = 0;
-  for (const auto& layer : network.layers())
-    if (multiplies(*layer)) sum += static_cast<double>(layer->flops());
+  for (const nn::Layer<float>& layer : network.layers())
+    if (multiplies(layer)) sum += static_cast<double>(layer.flops());
   return sum;
 }
 
-/// Forward and both gradients, without that by the network's input, which no one asks for.
+/// Forward and both gradients, without that by the network's input, which is not computed.
 inline double training_flops(const nn::Network<float>& network) {
-  return 3 * forward_flops(network) - static_cast<double>(network.layers().front()->flops());
+  return 3 * forward_flops(network) - static_cast<double>(network.layers().front().flops());
 }
 
 /// Some numbers away from zero and from subnormals.
@@ -63,30 +63,35 @@ inline std::vector<float> some_values(std::size_t count) {
   return values;
 }
 
-inline void load_some(const nn::Tensor<float>& tensor) {
+inline void load_some(const nn::TensorView<float>& tensor) {
   const std::vector<float> values = some_values(static_cast<std::size_t>(tensor.shape().size()));
   for (int n = 0; n < tensor.batch(); ++n) tensor.load(n, values);
+}
+
+inline nn::Network<float> initialised(const NamedNetwork& named) {
+  nn::Network<float> network(named.input, named.architecture);
+  network.initialise(1);
+  return network;
 }
 
 /// A network in training, with a batch to train on.
 class Training {
  public:
-  Training(const NamedNetwork& named, int batch) : network(named.input, named.architecture) {
-    network.initialise(1);
-    network.plan(batch, nn::Mode::training);
+  Training(const NamedNetwork& named, int batch) : network(initialised(named)), trainer(network, batch) {
     const auto outputs = static_cast<std::size_t>(network.output_shape().size());
     targets_ = some_values(static_cast<std::size_t>(batch) * outputs);
     squares_.resize(outputs);
-    load_some(network.input());
+    load_some(trainer.input());
   }
   void step() {
-    network.forward();
-    nn::mean_squared_error<float>(network.output(), targets_, squares_, &network.output_diff());
-    network.backward();
-    nn::sgd_step(network, 1e-3, {});
+    trainer.forward();
+    nn::mean_squared_error(trainer.output(), targets_, squares_, trainer.output_diff());
+    trainer.backward();
+    trainer.step(1e-3, {});
   }
 
   nn::Network<float> network;
+  nn::Trainer<float> trainer;
 
  private:
   std::vector<float> targets_;

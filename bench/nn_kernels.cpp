@@ -114,7 +114,8 @@ void bench_conv_single(benchmark::State& state, const Conv2dShape& s, Isa isa) {
   const int taps = static_cast<int>(offset.size()), samples = blocks * lanes;
   const std::ptrdiff_t src_size = (s.src_channels + lanes - 1) / lanes * plane;
   const std::ptrdiff_t dst_size = dst_blocks * dst_row * s.dst_rows;
-  const AlignedBuffer<float> src = values(src_size * samples), dst = values(dst_size * samples),
+  AlignedBuffer<float> dst = values(dst_size * samples);
+  const AlignedBuffer<float> src = values(src_size * samples),
                              weight = values(static_cast<std::ptrdiff_t>(dst_blocks) * taps * lanes),
                              bias = values(static_cast<std::ptrdiff_t>(dst_blocks) * lanes);
   const double flops = 2.0 * samples * s.dst_channels * s.dst_rows * s.dst_columns * taps;

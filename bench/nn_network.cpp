@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <new>
 #include <string>
 #include <string_view>
@@ -19,7 +20,9 @@
 
 #include "bench/counters.hpp"
 #include "bench/networks.hpp"
-#include "nn/single.hpp"
+#include "nn/batch.hpp"
+#include "nn/predictor.hpp"
+#include "nn/training_layer.hpp"
 
 // Counts the allocations of a step: there should be none.
 static std::atomic<long> allocations{0};
@@ -73,70 +76,70 @@ void bench_training(benchmark::State& state, const NamedNetwork& named, int batc
   omp_set_num_threads(threads);
   Training training(named, batch);
   measure(state, threads, batch, training_flops(training.network), [&] { training.step(); });
-  state.counters["MB"] = static_cast<double>(training.network.planned_bytes()) * 1e-6;
+  state.counters["MB"] = static_cast<double>(training.trainer.memory_bytes()) * 1e-6;
 }
 
+/// The batch's images lie in the executor's layout, as do its outputs; a predictor's batches are of a block for each
+/// thread at most.
 void bench_inference(benchmark::State& state, const NamedNetwork& named, int batch, int threads) {
   omp_set_num_threads(threads);
-  Network<float> network(named.input, named.architecture);
-  network.initialise(1);
-  network.plan(batch, Mode::inference);
-  load_some(network.input());
-  measure(state, threads, batch, forward_flops(network), [&] { network.forward(); });
-  state.counters["MB"] = static_cast<double>(network.planned_bytes()) * 1e-6;
+  const Network<float> network = initialised(named);
+  const Inference<float> inference(network);
+  const int at_once = std::min(batch, lanes * threads);
+  BatchExecutor<float> executor(inference, at_once);
+  load_some(executor.input());
+  measure(state, threads, batch, forward_flops(network), [&] {
+    for (int done = 0; done < batch; done += at_once) executor.forward();
+  });
+  state.counters["MB"] = static_cast<double>(inference.bytes() + executor.memory_bytes()) * 1e-6;
 }
 
-/// One sample with channels in the lanes (nn/single.hpp).
-void bench_single(benchmark::State& state, const NamedNetwork& named, int threads) {
+/// Images to outputs, `batch` in a call; one has channels in the lanes (nn/single.hpp).
+void bench_predictor(benchmark::State& state, const NamedNetwork& named, int batch, int threads) {
   omp_set_num_threads(threads);
-  Network<float> network(named.input, named.architecture);
-  network.initialise(1);
-  network.plan(1, Mode::inference);
-  SingleNetwork single(network);
-  const std::vector<float> image = some_values(static_cast<std::size_t>(named.input.size()));
-  std::vector<float> output(static_cast<std::size_t>(network.output_shape().size()));
-  measure(state, threads, 1, forward_flops(network), [&] { single.run(image, output); });
-  state.counters["MB"] = static_cast<double>(single.weight_bytes() + single.activation_bytes()) * 1e-6;
+  const Network<float> network = initialised(named);
+  Predictor predictor(network, batch);
+  const std::vector<float> images = some_values(static_cast<std::size_t>(batch * named.input.size()));
+  std::vector<float> outputs(static_cast<std::size_t>(batch * network.output_shape().size()));
+  measure(state, threads, batch, forward_flops(network), [&] { predictor.run(images, outputs); });
+  state.counters["MB"] = static_cast<double>(predictor.inference().bytes() + predictor.memory_bytes()) * 1e-6;
 }
 
-/// Best times of each layer in training steps, every tensor where Network would have it: a derivative takes the place
+/// Best times of each layer in training steps, every tensor where a Trainer would have it: a derivative takes the place
 /// of the activation if the layer allows it.
 class LayerTimes {
  public:
-  LayerTimes(const NamedNetwork& named, int batch) : network_(named.input, named.architecture), batch_(batch) {
-    network_.initialise(1);
-    const auto& layers = network_.layers();
-    for (const auto& layer : layers) layer->plan(batch, Mode::training);
-    join(layers);
-    for (std::size_t i = 0; i <= layers.size(); ++i) {
-      const Shape shape = i > 0 ? layers[i - 1]->dst_shape() : named.input;
-      const int halo = i > 0 ? layers[i - 1]->diff_dst_halo() : 0;
-      const int src_halo = i < layers.size() ? layers[i]->src_halo() : 0;
+  LayerTimes(const NamedNetwork& named, int batch) : network_(initialised(named)), batch_(batch) {
+    for (Layer<float>& layer : network_.layers())
+      layers_.push_back(make_training_layer(layer, batch, layers_.empty() ? nullptr : layers_.back().get()));
+    for (std::size_t i = 0; i <= layers_.size(); ++i) {
+      const Shape shape = i > 0 ? layers_[i - 1]->layer().dst_shape() : named.input;
+      const int halo = i > 0 ? layers_[i - 1]->diff_dst_halo() : 0;
+      const int src_halo = i < layers_.size() ? layers_[i]->src_halo() : 0;
       const bool shared =
-          i > 0 && i < layers.size() && layers[i]->diff_may_replace_src() && !layers[i - 1]->backward_reads_dst();
+          i > 0 && i < layers_.size() && layers_[i]->diff_may_replace_src() && !layers_[i - 1]->backward_reads_dst();
       activations_.push_back(tensor(shape, shared ? std::max(halo, src_halo) : src_halo));
       differences_.push_back(shared ? activations_.back() : tensor(shape, halo));
     }
     load_some(activations_.front());
-    forward_.resize(layers.size(), std::numeric_limits<double>::max());
+    forward_.resize(layers_.size(), std::numeric_limits<double>::max());
     backward_ = forward_;
   }
 
   void step() {
-    const auto& layers = network_.layers();
     const auto keep_best = [](double& best, const std::function<void()>& run) {
       const double start = cpu_seconds();
       run();
       best = std::min(best, cpu_seconds() - start);
     };
-    for (std::size_t i = 0; i < layers.size(); ++i)
-      keep_best(forward_[i], [&] { layers[i]->forward(activations_[i], activations_[i + 1], Mode::training); });
+    for (std::size_t i = 0; i < layers_.size(); ++i)
+      keep_best(forward_[i], [&] { layers_[i]->forward(activations_[i], activations_[i + 1]); });
     load_some(differences_.back());
-    for (std::size_t i = layers.size(); i-- > 0;)
+    for (std::size_t i = layers_.size(); i-- > 0;)
       keep_best(backward_[i], [&] {
-        const Tensor<float>* const diff_src = gives_diff_src(layers, i) ? &differences_[i] : nullptr;
+        const TensorView<float>* const diff_src = i > 0 ? &differences_[i] : nullptr;
         if (diff_src != nullptr) diff_src->clear_halo();
-        layers[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
+        layers_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
       });
   }
 
@@ -147,7 +150,7 @@ class LayerTimes {
                 total * 1e3, batch_ / total, training_flops(network_) * batch_ / total * 1e-9 / peak * 100, peak);
     std::printf("%-36s %21s %21s %7s\n", "layer", "forward ms  % of peak", "backward ms % of peak", "share");
     for (std::size_t i = 0; i < forward_.size(); ++i) {
-      Layer<float>& layer = *network_.layers()[i];
+      const Layer<float>& layer = layers_[i]->layer();
       std::string text = layer.text();
       for (char& c : text)
         if (c == '\n') c = ' ';
@@ -160,15 +163,16 @@ class LayerTimes {
 
  private:
   static std::string percent(double value) { return value > 0 ? std::to_string(std::lround(value)) : "-"; }
-  Tensor<float> tensor(Shape shape, int halo) {
-    memory_.emplace_back().reserve(Tensor<float>::required(shape, batch_, halo));
+  TensorView<float> tensor(Shape shape, int halo) {
+    memory_.emplace_back().reserve(TensorView<float>::required(shape, batch_, halo));
     return {memory_.back().data(), shape, batch_, halo};
   }
 
   Network<float> network_;
   int batch_;
+  std::vector<std::unique_ptr<TrainingLayer<float>>> layers_;
   std::vector<AlignedBuffer<float>> memory_;
-  std::vector<Tensor<float>> activations_, differences_;
+  std::vector<TensorView<float>> activations_, differences_;
   std::vector<double> forward_, backward_;
 };
 
@@ -202,7 +206,8 @@ int main(int argc, char** argv) {
       };
       add("training/batch:64", bench_training, 64);
       for (const int batch : inference_batches) add("inference/batch:" + std::to_string(batch), bench_inference, batch);
-      add("inference/single", bench_single);
+      add("inference/single", bench_predictor, 1);
+      add("inference/images:64", bench_predictor, 64);
     }
   benchmark::AddCustomContext("kernels", kernels<float>().name);
   benchmark::Initialize(&argc, argv);

@@ -15,7 +15,7 @@ namespace decid::bench {
 inline double plain_trial(const sim::Simulator& simulator, const sim::Parameters& parameters,
                           const std::vector<double>& noise_rate, std::vector<double>& sway_rad) {
   constexpr double step_s = 0.001;
-  const sim::Body& body = simulator.protocol().body;
+  const sim::Body& body = simulator.protocol().experiment.body;
   const double mgh = body.mgh(), kp = parameters[sim::Kp], kd = parameters[sim::Kd];
   const double kp_pass = parameters[sim::Kp_pass], kd_pass = parameters[sim::Kd_pass], theta = parameters[sim::Theta];
   const double lag = parameters[sim::Delay] / step_s;
@@ -23,7 +23,7 @@ inline double plain_trial(const sim::Simulator& simulator, const sim::Parameters
   const double fraction = lag - whole;
   std::array<double, 1024> ring{};
   double sway = 0.0, rate = 0.0, estimate = 0.0, largest = 0.0;
-  const int steps_per_sample = simulator.protocol().steps_per_sample();
+  const int steps_per_sample = simulator.protocol().experiment.steps_per_sample();
   unsigned step = 0;
   for (std::size_t sample = 0; sample < sway_rad.size(); ++sample) {
     sway_rad[sample] = sway;

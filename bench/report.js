@@ -44,7 +44,7 @@ function figuresTable() {
       had(percent, newest) ? `${fixed(percent[newest], 1)} % of ${of}` : "n/a");
   });
   return table(`Run ${runs[newest].name}. Ratio: time over that of the last run before on the same machine; runs of ` +
-    "different days differ by more than their code, tools/bench-compare tells what the code did.",
+    "different days differ by more than their code, tools/bench-compare shows what the code did.",
     heads("Benchmark", "Time", "Ratio", "Of the machine"), rows);
 }
 

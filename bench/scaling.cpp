@@ -31,8 +31,8 @@ double status_megabytes(const std::string& key) {
   throw Error("/proc/self/status", "has no " + key, "memory is measured on Linux only");
 }
 
-/// The peak of memory beyond `before`. The kernel's own count (getrusage) would begin with the peak of whoever started
-/// this program; writing 5 resets it (man 5 proc).
+/// The peak of memory beyond `before`. The kernel's own count (getrusage) would begin with the peak of the process that
+/// started this program; writing 5 resets it (man 5 proc).
 class PeakMemory {
  public:
   PeakMemory() {

@@ -32,7 +32,7 @@ void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, con
   constexpr int batch = 64, steps_a_block = 8, steps = 6 * steps_a_block;
   omp_set_num_threads(threads);
   sim::Protocol protocol = sim::default_protocol();
-  protocol.sensor_noise = noise;
+  protocol.noise.sensor = noise;
   const auto source = dataset::stream_source(protocol, 1, 1 << 20, 1);
   const dataset::ImageMaker images(image, protocol.samples());
   const dataset::Scaling scaling = dataset::measure_scaling(*source, images, 256);
@@ -47,15 +47,16 @@ void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, con
     dataset::encode_all(
         encoding,
         [&](const dataset::TakeSway& take) {
-          source->training(0, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
-            take(place, sway_rad);
-          });
+          source->take(dataset::Part::training, 0, indices,
+                       [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
+                         take(place, sway_rad);
+                       });
         },
         made);
   };
   const auto load = [&](std::span<const float> from) {
     for (int i = 0; i < batch; ++i)
-      training.network.input().load(i, from.subspan(static_cast<std::size_t>(i) * values, values));
+      training.trainer.input().load(i, from.subspan(static_cast<std::size_t>(i) * values, values));
   };
   const auto step = [&] {
     for (int i = 0; i < steps; ++i) {

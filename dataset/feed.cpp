@@ -116,7 +116,7 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
   const ImageShape shape = images.shape();
   const bool standardize = images.settings().standardize_rows;
   const auto values = static_cast<std::size_t>(shape.size());
-  trials = std::min(trials, source.training_trials());
+  trials = std::min(trials, source.trials(Part::training));
   RowStatistics rows(shape);
   std::vector<sim::Parameters> parameters(static_cast<std::size_t>(trials));
   std::vector<float> drawn;
@@ -125,10 +125,11 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
     std::vector<int> indices(static_cast<std::size_t>(std::min(source.trials_at_once(), trials - first)));
     std::iota(indices.begin(), indices.end(), first);
     const auto hand_over = [&](const TakeSway& take) {
-      source.training(0, indices, [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
-        parameters[static_cast<std::size_t>(first) + place] = truth;
-        take(place, sway);
-      });
+      source.take(Part::training, 0, indices,
+                  [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
+                    parameters[static_cast<std::size_t>(first) + place] = truth;
+                    take(place, sway);
+                  });
     };
     if (standardize) {
       drawn.resize(indices.size() * values);
@@ -144,7 +145,7 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
 
 namespace {
 
-/// The trials of a block: whole batches, as many as the source likes to give and memory allows.
+/// The trials of a block: whole batches, as many as the source gives at once and memory allows.
 int block_trials(const TrialSource& source, const ImageMaker& images, int batch) {
   if (batch < 1) throw Error("feed", "batches of " + std::to_string(batch) + " trials", "ask for 1 or more");
   const std::size_t image_bytes = static_cast<std::size_t>(images.shape().size()) * sizeof(float);
@@ -174,7 +175,7 @@ Feed::~Feed() {
 Feed::Batch Feed::next() {
   if (taken_ == current_.trials) {
     if (!making_.valid()) throw Error("feed", "has no batch left", "ask for those of its epochs only");
-    making_.get();  // throws what it ended with, however often it is asked
+    making_.get();  // throws again on every call if it ended with an exception
     making_ = {};
     std::swap(current_, coming_);
     taken_ = 0;
@@ -190,10 +191,10 @@ Feed::Batch Feed::next() {
 
 void Feed::start() {
   if (epoch_ >= last_epoch_) return;
-  if (first_ == 0) order_ = shuffled(source_.training_trials(), seed_, epoch_);
+  if (first_ == 0) order_ = shuffled(source_.trials(Part::training), seed_, epoch_);
   const int count = std::min(block_trials_, static_cast<int>(order_.size()) - first_);
   std::vector<int> indices(order_.begin() + first_, order_.begin() + first_ + count);
-  // A thread of its own has OpenMP's threads of its own, as many as the caller's.
+  // A new thread has an OpenMP team of its own: it gets as many threads as the caller's.
   making_ = std::async(std::launch::async,
                        [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
                          omp_set_num_threads(threads);
@@ -214,13 +215,13 @@ void Feed::fill(Block& block, int epoch, std::vector<int> indices) const {
   encode_all(
       encoding_,
       [&](const TakeSway& take) {
-        source_.training(
-            epoch, indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad) {
-              const auto target = targets_.scale(parameters);
-              std::ranges::copy(target,
-                                block.targets.begin() + static_cast<std::ptrdiff_t>(place * sim::parameter_count));
-              take(place, sway_rad);
-            });
+        source_.take(Part::training, epoch, indices,
+                     [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad) {
+                       const auto target = targets_.scale(parameters);
+                       std::ranges::copy(
+                           target, block.targets.begin() + static_cast<std::ptrdiff_t>(place * sim::parameter_count));
+                       take(place, sway_rad);
+                     });
       },
       block.images);
 }

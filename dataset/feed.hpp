@@ -27,9 +27,9 @@ struct Encoding {
 };
 
 /// Encodes the trials that `hand_over` gives to the function it is called with, take(place, sway_rad): in any order and
-/// from many threads; sway_rad may be void afterwards. inputs: of place 0, of place 1, ... Trials whose images share
-/// lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are encode()'s. Throws Error for a
-/// place without room, and what hand_over throws.
+/// from many threads; sway_rad is valid only within that call. inputs: of place 0, of place 1, ... Trials whose images
+/// share lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are encode()'s. Throws Error
+/// for a place without room, and what hand_over throws.
 using TakeSway = std::function<void(std::size_t place, std::span<const float> sway_rad)>;
 void encode_all(const Encoding& encoding, const std::function<void(const TakeSway& take)>& hand_over,
                 std::span<float> inputs);
@@ -67,7 +67,7 @@ class Feed {
     int trials = 0;
     std::vector<float> images, targets;
   };
-  /// The block that begins with trial `first_` of epoch `epoch_`, and moves on.
+  /// Starts the block that begins with trial `first_` of epoch `epoch_`, and moves on.
   void start();
   void fill(Block& block, int epoch, std::vector<int> indices) const;
 

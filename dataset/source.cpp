@@ -27,41 +27,24 @@ class StoredSource final : public TrialSource {
   }
 
   const sim::Protocol& protocol() const override { return about().protocol; }
-  std::string identity() const override {
-    Sha256 hash;
-    hash.update(about().parameters.data(), about().parameters.size() * sizeof(sim::Parameters));
-    hash.update(about().split.data(), about().split.size());
-    std::vector<float> sway(static_cast<std::size_t>(about().samples));
-    std::size_t left = std::size_t{1} << 20;  // values of sway: no need to read all
-    for (int i = 0; i < stored_.trials() && left > 0; ++i) {
-      stored_.read(i, sway);
-      const std::size_t taken = std::min(left, sway.size());
-      hash.update(sway.data(), taken * sizeof(float));
-      left -= taken;
-    }
-    return "data set " + hash.hex();
-  }
-  int training_trials() const override { return static_cast<int>(training_.size()); }
-  int validation_trials() const override { return static_cast<int>(validation_.size()); }
+  TrialIdentity identity() const override { return identity_of(stored_); }
+  int trials(Part part) const override { return static_cast<int>(half(part).size()); }
   int trials_at_once() const override { return 64; }
-  void training(int, std::span<const int> indices, const Take& take) const override { read(training_, indices, take); }
-  void validation(std::span<const int> indices, const Take& take) const override { read(validation_, indices, take); }
-  int unseen_trials() const override { return validation_trials(); }
-  void unseen(int, std::span<const int> indices, const Take& take) const override { validation(indices, take); }
-
- private:
-  const Dataset& about() const { return stored_.about(); }
-  void read(const std::vector<int>& half, std::span<const int> indices, const Take& take) const {
-    check_indices(indices, static_cast<int>(half.size()));
+  void take(Part part, int, std::span<const int> indices, const Take& take) const override {
+    check_indices(indices, trials(part));
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       thread_local std::vector<float> sway;
       sway.resize(static_cast<std::size_t>(about().samples));
       const auto place = static_cast<std::size_t>(i);
-      const int trial = half[static_cast<std::size_t>(indices[place])];
+      const int trial = half(part)[static_cast<std::size_t>(indices[place])];
       stored_.read(trial, sway);
       take(place, about().parameters[static_cast<std::size_t>(trial)], sway);
     });
   }
+
+ private:
+  const Dataset& about() const { return stored_.about(); }
+  const std::vector<int>& half(Part part) const { return part == Part::training ? training_ : validation_; }
 
   StoredDataset stored_;
   std::vector<int> training_, validation_;
@@ -78,50 +61,63 @@ class StreamSource final : public TrialSource {
   }
 
   const sim::Protocol& protocol() const override { return simulator_.protocol(); }
-  std::string identity() const override { return "simulated for each epoch from seed " + std::to_string(seed_); }
-  int training_trials() const override { return training_; }
-  int validation_trials() const override { return validation_; }
+  TrialIdentity identity() const override { return {TrialIdentity::Kind::stream, seed_, {}}; }
+  int trials(Part part) const override { return part == Part::validation ? validation_ : training_; }
   int trials_at_once() const override { return 512; }
-  void training(int epoch, std::span<const int> indices, const Take& take) const override {
-    check_indices(indices, training_);
-    simulate(static_cast<std::uint64_t>(validation_) +
-                 static_cast<std::uint64_t>(epoch) * static_cast<std::uint64_t>(training_),
-             indices, take);
-  }
-  void validation(std::span<const int> indices, const Take& take) const override {
-    check_indices(indices, validation_);
-    simulate(0, indices, take);
-  }
-  int unseen_trials() const override { return training_; }
-  void unseen(int next_epoch, std::span<const int> indices, const Take& take) const override {
-    training(next_epoch, indices, take);
-  }
-
- private:
-  static constexpr int attempts = 1024;
-
-  void simulate(std::uint64_t first, std::span<const int> indices, const Take& take) const {
-    const auto number = [&](int i) { return first + static_cast<std::uint64_t>(indices[static_cast<std::size_t>(i)]); };
-    simulator_.run_until_valid(
-        static_cast<int>(indices.size()), attempts,
-        [&](int i, int attempt) {
-          return base_trial(seed_, number(i) * attempts + static_cast<std::uint64_t>(attempt));
-        },
-        [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
+  void take(Part part, int epoch, std::span<const int> indices, const Take& take) const override {
+    check_indices(indices, trials(part));
+    std::uint64_t first = 0;
+    if (part != Part::validation)
+      first = static_cast<std::uint64_t>(validation_) +
+              static_cast<std::uint64_t>(epoch) * static_cast<std::uint64_t>(training_);
+    std::vector<std::uint64_t> numbers;
+    for (const int index : indices) numbers.push_back(first + static_cast<std::uint64_t>(index));
+    simulate_stream(
+        simulator_, seed_, numbers, [&](std::size_t place, const sim::Parameters& parameters, std::span<double> sway) {
           thread_local std::vector<float> stored;
-          sim::add_sensor_noise(protocol().sensor_noise, seed_, number(i), sway);
+          sim::add_sensor_noise(protocol().noise.sensor, seed_, numbers[place], sway);
           stored.resize(sway.size());
           std::ranges::transform(sway, stored.begin(), [](double value) { return static_cast<float>(value); });
-          take(static_cast<std::size_t>(i), parameters, stored);
+          take(place, parameters, stored);
         });
   }
 
+ private:
   sim::Simulator simulator_;
   std::uint64_t seed_;
   int training_, validation_;
 };
 
 }  // namespace
+
+TrialIdentity identity_of(const StoredDataset& data) {
+  const Dataset& about = data.about();
+  Sha256 hash;
+  hash.update(about.parameters.data(), about.parameters.size() * sizeof(sim::Parameters));
+  hash.update(about.split.data(), about.split.size());
+  std::vector<float> sway(static_cast<std::size_t>(about.samples));
+  std::size_t left = std::size_t{1} << 20;  // values of sway: no need to read all
+  for (int i = 0; i < data.trials() && left > 0; ++i) {
+    data.read(i, sway);
+    const std::size_t taken = std::min(left, sway.size());
+    hash.update(sway.data(), taken * sizeof(float));
+    left -= taken;
+  }
+  return {TrialIdentity::Kind::stored, about.seed, hash.hex()};
+}
+
+void simulate_stream(const sim::Simulator& simulator, std::uint64_t seed, std::span<const std::uint64_t> numbers,
+                     const TakeExact& take) {
+  constexpr int attempts = 1024;
+  simulator.run_until_valid(
+      static_cast<int>(numbers.size()), attempts,
+      [&](int i, int attempt) {
+        return base_trial(seed, numbers[static_cast<std::size_t>(i)] * attempts + static_cast<std::uint64_t>(attempt));
+      },
+      [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
+        take(static_cast<std::size_t>(i), parameters, sway);
+      });
+}
 
 std::unique_ptr<TrialSource> stored_source(StoredDataset data) {
   return std::make_unique<StoredSource>(std::move(data));

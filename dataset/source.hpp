@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -12,35 +13,51 @@
 
 namespace decid::dataset {
 
+/// Names trials: those of equal identity and protocol are equal.
+struct TrialIdentity {
+  enum class Kind { unknown, stream, stored } kind = Kind::unknown;
+  std::optional<std::uint64_t> seed = {};  ///< that they were drawn from
+  std::string sha256 = {};  ///< of a data set: over its parameters, its split and the first million values of sway
+
+  bool operator==(const TrialIdentity&) const = default;
+};
+TrialIdentity identity_of(const StoredDataset& data);
+
+enum class Part {
+  training,    ///< an epoch's; they may change from epoch to epoch
+  validation,  ///< the same in every epoch
+  unseen       ///< not trained on in any epoch before the one asked for: that epoch's of a stream, else validation
+};
+
 class TrialSource {
  public:
   virtual ~TrialSource() = default;
   virtual const sim::Protocol& protocol() const = 0;
-  /// Names these very trials: sources of equal identity and protocol give equal trials.
-  virtual std::string identity() const = 0;
-  /// Trials of an epoch. Those of one epoch may be others than those of the next.
-  virtual int training_trials() const = 0;
-  virtual int validation_trials() const = 0;
-  /// How many trials are best asked for at once, 1 or more; more cost memory, fewer time.
+  virtual TrialIdentity identity() const = 0;
+  virtual int trials(Part part) const = 0;
+  /// How many trials to ask for at once, 1 or more: asking for more costs memory, asking for fewer costs time.
   virtual int trials_at_once() const = 0;
 
-  /// take(place, parameters, sway_rad) for the trial at indices[place], in any order and from many threads; sway_rad is
-  /// void afterwards. Throws Error for an index that is not from 0 to below the number of trials.
+  /// take(place, parameters, sway_rad) for the part's trial at indices[place], in any order and from many threads;
+  /// sway_rad is valid only within that call. Throws Error for an index that is not from 0 to below trials(part).
   using Take =
       std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad)>;
-  virtual void training(int epoch, std::span<const int> indices, const Take& take) const = 0;
-  virtual void validation(std::span<const int> indices, const Take& take) const = 0;
-  /// Trials that no epoch before `next_epoch` has trained on: the next one's of a stream, else those for validation.
-  virtual int unseen_trials() const = 0;
-  virtual void unseen(int next_epoch, std::span<const int> indices, const Take& take) const = 0;
+  virtual void take(Part part, int epoch, std::span<const int> indices, const Take& take) const = 0;
 };
 
 /// The halves of a data set. Throws Error if one of them is empty.
 std::unique_ptr<TrialSource> stored_source(StoredDataset data);
 
-/// Trials simulated when they are asked for, each used in one epoch only. A trial depends on (seed, its number) alone:
-/// number n is the first valid one of attempts 1024 n, 1024 n + 1, ... Validation trials are the first numbers. Throws
-/// Error for a protocol that is not valid, or less than one trial of either.
+/// Trial `number` of a stream is the first valid one of attempts 1024 number, 1024 number + 1, ... of base_trial(): it
+/// depends on (seed, number) alone. Simulates those at `numbers`, without sensor noise; take(place, parameters,
+/// sway_rad) is called for numbers[place], in any order and from many threads, and may change sway_rad.
+using TakeExact = std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<double> sway_rad)>;
+void simulate_stream(const sim::Simulator& simulator, std::uint64_t seed, std::span<const std::uint64_t> numbers,
+                     const TakeExact& take);
+
+/// Trials simulated when they are asked for, each used in one epoch only; sensor noise is that of item `number`.
+/// Validation trials are the first numbers. Throws Error for a protocol that is not valid, or fewer than one trial of
+/// either.
 std::unique_ptr<TrialSource> stream_source(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch,
                                            int validation_trials);
 

@@ -21,7 +21,7 @@ struct MethodFigures {
   double simulations = 0.0;         ///< a trial, on average
   double seconds = 0.0;             ///< a trial, wall time
   /// Root mean square of error / standard error, over trials and parameters: 1 if standard errors are right, above it
-  /// if they promise too much. Of fits' means only.
+  /// if they promise too much. Only for the means of fits.
   std::optional<double> error_per_standard_error;
 };
 

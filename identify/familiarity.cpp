@@ -3,70 +3,42 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numeric>
+#include <variant>
 
 #include "base/parallel.hpp"
 #include "identify/model.hpp"
+#include "nn/predictor.hpp"
 
 namespace decid {
 namespace {
 
 constexpr int batch = 64;
-/// Trials that are learned from, and those that show what is usual.
+/// How many trials are learned from, and how many show what is usual.
 constexpr int most_learned = 6144, most_shown = 4096;
 constexpr double usual_part = 0.97;
-/// Of the mean variance: what is added to each, so that features that are always the same can be divided by.
+/// The part of the mean variance that is added to each, so that constant features can be divided by.
 constexpr double ridge = 1e-3;
 
-/// The network without its last layer, or null if its features are none that are kept.
-std::unique_ptr<nn::Network<float>> feature_network(const nn::Network<float>& network) {
-  const std::string text = network.architecture();
-  const std::size_t last_line = text.rfind('\n');
-  if (last_line == std::string::npos || !text.substr(last_line + 1).starts_with("fc ")) return nullptr;
-  auto features = std::make_unique<nn::Network<float>>(network.input_shape(), text.substr(0, last_line));
-  if (features->output_shape().size() > most_features) return nullptr;
-  for (std::size_t i = 0; i < features->parameters().size(); ++i) {
-    features->parameters()[i]->value = network.parameters()[i]->value;
-  }
-  for (std::size_t i = 0; i < features->layers().size(); ++i) {
-    const auto from = network.layers()[i]->statistics(), to = features->layers()[i]->statistics();
-    for (std::size_t k = 0; k < to.size(); ++k) to[k]->value = from[k]->value;
-  }
+/// Features of `trials` images, one row each.
+std::vector<float> features_of(nn::Predictor& predictor, int trials, std::span<const float> images) {
+  const auto count = static_cast<std::size_t>(trials);
+  std::vector<float> outputs(count * static_cast<std::size_t>(predictor.inference().output_shape().size()));
+  std::vector<float> features(count * static_cast<std::size_t>(predictor.feature_count()));
+  predictor.run(images, outputs, features);
   return features;
 }
 
-/// Features of `trials` images, one row each.
-std::vector<double> features_of(nn::Network<float>& network, int trials, std::span<const float> images) {
-  const auto count = static_cast<std::size_t>(network.output_shape().size());
-  const auto values = static_cast<std::size_t>(network.input_shape().size());
-  std::vector<double> rows;
-  std::vector<float> row(count);
-  network.plan(std::min(trials, batch), nn::Mode::inference);
-  for (int first = 0; first < trials; first += batch) {
-    const int here = std::min(batch, trials - first);
-    network.set_batch(here);
-    for (int i = 0; i < here; ++i) {
-      network.input().load(i, images.subspan(static_cast<std::size_t>(first + i) * values, values));
-    }
-    network.forward();
-    for (int i = 0; i < here; ++i) {
-      network.output().store(i, row);
-      rows.insert(rows.end(), row.begin(), row.end());
-    }
-  }
-  return rows;
-}
-
 /// The inverse of the Cholesky factor of the rows' covariance: a lower triangle, row by row.
-std::vector<double> whitening_of(const std::vector<double>& rows, const std::vector<double>& mean) {
+std::vector<double> whitening_of(const std::vector<float>& rows, const std::vector<double>& mean) {
   const std::size_t n = mean.size(), count = rows.size() / n;
   std::vector<double> covariance(n * n, 0.0);
   parallel_for(static_cast<int>(n), [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     for (std::size_t r = 0; r < count; ++r) {
-      const double* row = rows.data() + r * n;
-      for (std::size_t j = 0; j <= i; ++j) covariance[i * n + j] += (row[i] - mean[i]) * (row[j] - mean[j]);
+      const float* row = rows.data() + r * n;
+      for (std::size_t j = 0; j <= i; ++j)
+        covariance[i * n + j] += (static_cast<double>(row[i]) - mean[i]) * (static_cast<double>(row[j]) - mean[j]);
     }
     for (std::size_t j = 0; j <= i; ++j) covariance[i * n + j] /= static_cast<double>(count);
   });
@@ -95,18 +67,6 @@ std::vector<double> whitening_of(const std::vector<double>& rows, const std::vec
   return inverse;
 }
 
-double distance(const Familiarity& known, const double* features) {
-  const std::size_t n = known.mean.size();
-  double squares = 0.0;
-  const float* weight = known.whitening.data();
-  for (std::size_t i = 0; i < n; ++i) {
-    double sum = 0.0;
-    for (std::size_t j = 0; j <= i; ++j) sum += static_cast<double>(*weight++) * (features[j] - known.mean[j]);
-    squares += sum * sum;
-  }
-  return std::sqrt(squares / static_cast<double>(n));
-}
-
 /// Images of trials first .. first + count - 1.
 std::vector<float> images_of(const Model& model, const dataset::TrialSource& source, int epoch, int first, int count) {
   const auto values = static_cast<std::size_t>(model.images().shape().size());
@@ -116,21 +76,21 @@ std::vector<float> images_of(const Model& model, const dataset::TrialSource& sou
   dataset::encode_all(
       model.encoding(),
       [&](const dataset::TakeSway& take) {
-        source.unseen(epoch, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
-          take(place, sway_rad);
-        });
+        source.take(
+            dataset::Part::unseen, epoch, indices,
+            [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) { take(place, sway_rad); });
       },
       images);
   return images;
 }
 
 /// Features of trials first .. first + count - 1, images for a few at a time in memory.
-std::vector<double> features_of_trials(const Model& model, nn::Network<float>& network,
-                                       const dataset::TrialSource& source, int epoch, int first, int count) {
-  std::vector<double> rows;
+std::vector<float> features_of_trials(const Model& model, nn::Predictor& predictor, const dataset::TrialSource& source,
+                                      int epoch, int first, int count) {
+  std::vector<float> rows;
   for (int done = 0; done < count; done += source.trials_at_once()) {
     const int here = std::min(source.trials_at_once(), count - done);
-    const std::vector<double> more = features_of(network, here, images_of(model, source, epoch, first + done, here));
+    const std::vector<float> more = features_of(predictor, here, images_of(model, source, epoch, first + done, here));
     rows.insert(rows.end(), more.begin(), more.end());
   }
   return rows;
@@ -139,41 +99,48 @@ std::vector<double> features_of_trials(const Model& model, nn::Network<float>& n
 }  // namespace
 
 int feature_count(const nn::Network<float>& network) {
-  const auto features = feature_network(network);
-  return features == nullptr ? 0 : features->output_shape().size();
+  const auto layers = network.layers();
+  if (layers.size() < 2 || !std::holds_alternative<nn::FullyConnected>(layers.back().kind())) return 0;
+  const int count = layers.back().src_shape().size();
+  return count <= most_features ? count : 0;
 }
 
 Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch) {
   Familiarity familiarity;
-  const auto network = feature_network(model.network);
-  if (network == nullptr) return familiarity;
-  const auto n = static_cast<std::size_t>(network->output_shape().size());
-  const int trials = std::min(source.unseen_trials(), most_learned + most_shown);
+  const auto n = static_cast<std::size_t>(feature_count(model.network));
+  if (n == 0) return familiarity;
+  const int trials = std::min(source.trials(dataset::Part::unseen), most_learned + most_shown);
   const int learned = static_cast<int>(0.6 * trials);
   if (learned < 8 * static_cast<int>(n)) return familiarity;
 
-  const std::vector<double> rows = features_of_trials(model, *network, source, next_epoch, 0, learned);
+  nn::Predictor predictor(model.network, batch);
+  const std::vector<float> rows = features_of_trials(model, predictor, source, next_epoch, 0, learned);
   std::vector<double> mean(n, 0.0);
-  for (std::size_t i = 0; i < rows.size(); ++i) mean[i % n] += rows[i] / static_cast<double>(learned);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    mean[i % n] += static_cast<double>(rows[i]) / static_cast<double>(learned);
   const std::vector<double> whitening = whitening_of(rows, mean);
   familiarity.mean.assign(mean.begin(), mean.end());
   familiarity.whitening.assign(whitening.begin(), whitening.end());
 
-  const std::vector<double> shown = features_of_trials(model, *network, source, next_epoch, learned, trials - learned);
+  const std::vector<float> shown = features_of_trials(model, predictor, source, next_epoch, learned, trials - learned);
   std::vector<double> all;
-  for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(distance(familiarity, shown.data() + i));
+  for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(familiarity.distance(std::span(shown).subspan(i, n)));
   std::ranges::sort(all);
   familiarity.usual = all[static_cast<std::size_t>(usual_part * static_cast<double>(all.size()))];
   return familiarity;
 }
 
-std::vector<double> distances(const Model& model, int trials, std::span<const float> images) {
-  const auto network = feature_network(model.network);
-  const auto n = model.familiarity.mean.size();
-  const std::vector<double> rows = features_of(*network, trials, images);
-  std::vector<double> all;
-  for (std::size_t i = 0; i < rows.size(); i += n) all.push_back(distance(model.familiarity, rows.data() + i));
-  return all;
+double Familiarity::distance(std::span<const float> features) const {
+  const std::size_t n = mean.size();
+  double squares = 0.0;
+  const float* weight = whitening.data();
+  for (std::size_t i = 0; i < n; ++i) {
+    double sum = 0.0;
+    for (std::size_t j = 0; j <= i; ++j)
+      sum += static_cast<double>(*weight++) * (static_cast<double>(features[j]) - static_cast<double>(mean[j]));
+    squares += sum * sum;
+  }
+  return std::sqrt(squares / static_cast<double>(n));
 }
 
 }  // namespace decid

@@ -1,6 +1,6 @@
 // How much a recording looks like what a model was trained on: the Mahalanobis distance of the network's last features
 // (what its last layer reads) from those of simulated trials. A recording of another stimulus, start, sign or rate
-// still gives seven numbers; this tells that they mean nothing. Method: Lee et al., "A simple unified framework for
+// still gives seven numbers; this shows that they mean nothing. Method: Lee et al., "A simple unified framework for
 // detecting out-of-distribution samples", NeurIPS 2018, for one class.
 #pragma once
 
@@ -14,28 +14,26 @@ namespace decid {
 
 struct Model;
 
-/// What is kept of the features of simulated trials. Empty where a model has none.
+/// What is kept of the features of simulated trials. Empty if a model has none.
 struct Familiarity {
   std::vector<float> mean;       ///< of each feature
   std::vector<float> whitening;  ///< lower triangle, row by row: times (features - mean) has variance 1 in each value
   double usual = 0.0;            ///< 97 of 100 simulated trials that were not used for it are nearer than this
 
   bool known() const noexcept { return !mean.empty(); }
+  /// Root mean square of the whitened features of a trial: 1 is usual. features: mean.size() values.
+  double distance(std::span<const float> features) const;
 };
 
-/// More features than this are not kept: the whitening grows with their square.
+/// The most features that are kept: the whitening grows with their square.
 inline constexpr int most_features = 512;
 
-/// Features that are kept of a network; 0: none, as its last layer is not fully connected or reads too many.
+/// How many features of a network are kept; 0 if its last layer is not fully connected or reads too many.
 int feature_count(const nn::Network<float>& network);
 
-/// Learns it from trials that the network was not trained on: the next epoch's of a stream, the validation half of a
+/// Learned from trials that the network was not trained on: the next epoch's of a stream, the validation half of a
 /// data set. Empty if the network's last layer is not fully connected, reads more than most_features, or there are
 /// fewer than eight trials for each.
 Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch);
-
-/// Root mean square of the whitened features of trials, as the network sees them: 1 is usual. images: one after
-/// another, model.make_input() of each. The model must know it.
-std::vector<double> distances(const Model& model, int trials, std::span<const float> images);
 
 }  // namespace decid

@@ -4,19 +4,21 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 namespace decid {
 namespace {
 
-constexpr int trials = 32, fewest_trials = 8;
+constexpr int fewest_trials = 8;
 constexpr double highest_hz = 2.5;
-/// Lines on either side over which the noise's power is averaged.
+/// How many lines on either side the noise's power is averaged over.
 constexpr std::size_t smoothing = 4;
 
-/// The sensor's noise is what a recording has between these parts of its rate: sway has little there, and resampling
-/// leaves it alone.
+/// The sensor's noise is read between these parts of the rate: sway has little there, and resampling leaves them alone.
 constexpr double sensor_from = 0.25, sensor_to = 0.4;
+
+constexpr auto lanes = static_cast<std::size_t>(sim::fft_lanes);
+constexpr int groups = Following::trials / sim::fft_lanes;
+static_assert(groups * sim::fft_lanes == Following::trials);
 
 }  // namespace
 
@@ -26,48 +28,61 @@ sim::Parameters simulable(sim::Parameters parameters) {
   return parameters;
 }
 
-Following::Following(const sim::Simulator& simulator)
-    : simulator_(simulator),
-      fft_(simulator.samples()),
-      lines_(std::min(
-          static_cast<std::size_t>(fft_.bins()),
-          1 + static_cast<std::size_t>(highest_hz * simulator.samples() / simulator.protocol().sample_rate_hz))) {}
+Following::Simulated::Simulated(int samples)
+    : samples_(samples),
+      lanes_(static_cast<std::size_t>(trials) * static_cast<std::size_t>(samples)),
+      stands_(trials) {}
 
-std::vector<sim::Complex> Following::spectrum(std::span<const double> sway_rad) const {
-  std::vector<sim::Complex> lines(static_cast<std::size_t>(fft_.bins()));
-  std::vector<sim::Complex> work(static_cast<std::size_t>(fft_.work_length()));
-  fft_.forward(sway_rad, lines, work);
-  return lines;
+void Following::Simulated::put(int trial, std::span<const double> sway_rad) {
+  const auto place = static_cast<std::size_t>(trial);
+  double* const first = lanes_.data() + place / lanes * lanes * static_cast<std::size_t>(samples_) + place % lanes;
+  for (std::size_t k = 0; k < sway_rad.size(); ++k) first[k * lanes] = sway_rad[k];
+  stands_[place] = 1;
 }
 
-double Following::measure(const sim::Parameters& parameters, std::span<const float> sway_rad) const {
-  const std::vector<sim::Complex> recorded = spectrum(std::vector<double>(sway_rad.begin(), sway_rad.end()));
+Following::Following(const sim::Protocol& protocol)
+    : fft_(protocol.samples()),
+      lines_(std::min(
+          static_cast<std::size_t>(fft_.bins()),
+          1 + static_cast<std::size_t>(highest_hz * protocol.samples() / protocol.experiment.sample_rate_hz))) {}
 
-  const sim::Parameters simulated = simulable(parameters);
-  std::vector<std::vector<sim::Complex>> spectra(trials);
-  simulator_.run_all(
-      trials,
-      [&](int i) {
-        return sim::Trial{simulated, Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(i))};
-      },
-      [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
-        if (outcome.valid) spectra[static_cast<std::size_t>(i)] = spectrum(sway);
-      });
-  std::erase_if(spectra, [](const auto& s) { return s.empty(); });
-  if (spectra.size() < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
+double Following::measure(const Simulated& simulated, std::span<const float> sway_rad) const {
+  const auto standing = std::ranges::count(simulated.stands_, 1);
+  if (standing < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
 
-  // Mean and variance of each line over the trials.
-  const auto count = static_cast<double>(spectra.size());
+  const auto bins = static_cast<std::size_t>(fft_.bins()), work_length = static_cast<std::size_t>(fft_.work_length());
+  std::vector<sim::Complex> recorded(bins);
+  {
+    std::vector<sim::Complex> work(work_length);
+    fft_.forward(std::vector<double>(sway_rad.begin(), sway_rad.end()), recorded, work);
+  }
+  std::vector<sim::Complex> spectra(static_cast<std::size_t>(trials) * lines_);  // [line][trial]
+  {
+    std::vector<double> out(2 * lanes * bins), work(2 * lanes * work_length);
+    const std::size_t group_values = lanes * static_cast<std::size_t>(fft_.length());
+    for (std::size_t g = 0; g < groups; ++g) {
+      fft_.forward_lanes(std::span(simulated.lanes_).subspan(g * group_values, group_values), out, work);
+      for (std::size_t k = 0; k < lines_; ++k)
+        for (std::size_t l = 0; l < lanes; ++l)
+          spectra[k * trials + g * lanes + l] = {out[2 * k * lanes + l], out[(2 * k + 1) * lanes + l]};
+    }
+  }
+
+  // Mean and variance of each line over the trials that stand.
+  const auto count = static_cast<double>(standing);
   std::vector<sim::Complex> response(lines_);
   std::vector<double> power(lines_, 0.0);
   for (std::size_t k = 1; k < lines_; ++k) {
-    for (const auto& s : spectra) response[k] += s[k];
+    const auto each = [&](const auto& body) {
+      for (std::size_t i = 0; i < trials; ++i)
+        if (simulated.stands_[i] != 0) body(spectra[k * trials + i]);
+    };
+    each([&](const sim::Complex& s) { response[k] += s; });
     response[k] = response[k] * (1 / count);
-    for (const auto& s : spectra) power[k] += std::norm(s[k] - response[k]) / (count - 1);
+    each([&](const sim::Complex& s) { power[k] += std::norm(s - response[k]) / (count - 1); });
   }
-  const auto bins = static_cast<double>(recorded.size());
-  const auto from = static_cast<std::size_t>(2 * sensor_from * bins),
-             to = static_cast<std::size_t>(2 * sensor_to * bins);
+  const auto from = static_cast<std::size_t>(2 * sensor_from * static_cast<double>(bins)),
+             to = static_cast<std::size_t>(2 * sensor_to * static_cast<double>(bins));
   double sensor = 0;
   for (std::size_t k = from; k < to; ++k) sensor += std::norm(recorded[k]) / static_cast<double>(to - from);
 

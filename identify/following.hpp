@@ -5,39 +5,55 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "sim/fft.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid {
 
-/// `parameters`, which a network may put a little outside of what can be simulated, at the nearest that can.
+/// The nearest parameters that can be simulated: a network may put them a little outside.
 sim::Parameters simulable(sim::Parameters parameters);
 
+/// The plan for one protocol: immutable, so one serves all threads.
 class Following {
  public:
-  /// The simulator must outlive it. Throws Error if the trial's length has a prime factor above largest_fft_prime.
-  explicit Following(const sim::Simulator& simulator);
+  /// How many trials are simulated for a measurement: number i has the noise Random(0, Stream::vestibular_noise, i).
+  static constexpr int trials = 32;
+
+  /// Throws Error if the trial's length has a prime factor above largest_fft_prime.
+  explicit Following(const sim::Protocol& protocol);
+
+  /// The sways of those trials, in the lanes in which they are transformed.
+  class Simulated {
+   public:
+    explicit Simulated(int samples);
+    /// A valid trial's sway; different trials may come from different threads. Trials that fell are left out.
+    void put(int trial, std::span<const double> sway_rad);
+
+   private:
+    friend class Following;
+    int samples_;
+    std::vector<double> lanes_;
+    std::vector<char> stands_;  // of each trial; bytes, which threads may write side by side
+  };
 
   /// With Y the recording's spectrum, S the response's and N the noise's power at each line up to 2.5 Hz:
   ///   sum Re(Y conj S) / N  over  sum |S|^2 / N.
   /// 1: the response is there as expected; 0: it is not; below: it is reversed. Of 900 valid trials of the default
   /// protocol with 0.02 degrees of sensor noise, identified by the built-in model, 8% are below 0.3, as
-  /// vestibular noise drowns the response; of the same started two or ten seconds late, 95%. NaN if the controller
+  /// vestibular noise drowns the response; of the same ones started two or ten seconds late, 95%. NaN if the controller
   /// falls in most of its trials. sway_rad: the protocol's samples.
-  double measure(const sim::Parameters& parameters, std::span<const float> sway_rad) const;
+  double measure(const Simulated& simulated, std::span<const float> sway_rad) const;
 
  private:
-  std::vector<sim::Complex> spectrum(std::span<const double> sway_rad) const;
-
-  const sim::Simulator& simulator_;
   sim::RealFft fft_;
   std::size_t lines_;
 };
 
-/// How little a recording is like what a model was trained on; above 1 its parameters are not to be trusted. Of the
-/// distance of its features (familiarity.hpp) over what is usual, and of how little it follows the tilt: either alone
-/// misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
+/// How little a recording is like what a model was trained on; above 1 its parameters are not to be trusted. It
+/// combines the distance of its features (familiarity.hpp) over what is usual with how little it follows the tilt:
+/// either alone misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
 double unfamiliarity(double distance, double usual, double following);
 
 }  // namespace decid

@@ -1,90 +1,128 @@
-// Identification of recordings: see identify.hpp.
+// Identification: see identify.hpp.
 #include "identify/identify.hpp"
 
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
-#include "identify/following.hpp"
-#include "sim/simulate.hpp"
 
 namespace decid {
 namespace {
 
-void warn(Identification& id) {
+/// How many images go through the network together.
+constexpr std::size_t at_once = 64;
+
+void warn_of_ranges(Estimate& estimate) {
   for (std::size_t p = 0; p < sim::parameter_count; ++p) {
     const sim::ParameterInfo& info = sim::parameter_info[p];
     const double margin = 0.05 * (info.high - info.low);
-    if (id.parameters[p] < info.low - margin || id.parameters[p] > info.high + margin)
-      id.warnings.push_back(format("%s = %.4g lies outside the range the model was trained on (%g to %g%s)", info.name,
-                                   id.parameters[p], info.low, info.high, unit_after(info).c_str()));
+    if (estimate.parameters[p] < info.low - margin || estimate.parameters[p] > info.high + margin)
+      estimate.warnings.push_back(format("%s = %.4g lies outside the range the model was trained on (%g to %g%s)",
+                                         info.name, estimate.parameters[p], info.low, info.high,
+                                         sim::unit_after(info).c_str()));
   }
+}
+
+void warn_of_sway(Estimate& estimate) {
+  const std::vector<float>& sway_rad = estimate.trial.sway_rad();
   // Simulated trials swing about upright: of 2,000 none has a mean beyond this.
   constexpr double largest_mean_deg = 0.8;
-  const double mean_deg = mean(id.sway_rad) / sim::rad_per_deg;
+  double sum = 0;
+  for (const float value : sway_rad) sum += static_cast<double>(value);
+  const double mean_deg = sum / static_cast<double>(sway_rad.size()) / sim::rad_per_deg;
   if (std::abs(mean_deg) > largest_mean_deg)
-    id.warnings.push_back(
+    estimate.warnings.push_back(
         format("the sway's mean is %.2f degrees, where 0 should be upright: an offset of the sensor "
                "shifts the result, take it off with --detrend offset",
                mean_deg));
-  const auto [low, high] = std::ranges::minmax(id.sway_rad);
+  const auto [low, high] = std::ranges::minmax(sway_rad);
   const double largest = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
   if (largest > sim::sway_limit_rad)
-    id.warnings.push_back(
+    estimate.warnings.push_back(
         format("sway reaches %.1f degrees; trials beyond 5 degrees were never trained on", largest / sim::rad_per_deg));
 }
 
-/// Tells recordings that look unlike anything the network was trained on.
-void compare_with_training(const Model& model, const std::vector<Identification*>& all) {
+/// Warns of recordings that look unlike anything the network was trained on.
+void judge(const Model& model, const Estimate& estimate, Explanation& explanation) {
   if (!model.familiarity.known()) {
-    for (Identification* id : all) warn_unless_following(*id);
+    warn_unless_following(explanation);
     return;
   }
-  const auto values = static_cast<std::size_t>(model.images().shape().size());
-  std::vector<float> images(all.size() * values);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    model.make_input(all[i]->sway_rad, std::span(images).subspan(i * values, values));
-  }
-  const std::vector<double> distance = distances(model, static_cast<int>(all.size()), images);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    Identification& id = *all[i];
-    id.unfamiliarity = unfamiliarity(distance[i], model.familiarity.usual, id.following);
-    if (id.unfamiliarity <= 1.0) continue;  // false for NaN
-    id.warnings.push_back(
-        format("looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; it "
-               "has %.2f of the response to the tilt that the identified controller would have): its parameters mean "
-               "little; check that the platform played the protocol's stimulus from the first sample on, the sign of "
-               "the sway, the rate and the unit",
-               id.unfamiliarity, id.following));
-  }
+  explanation.unfamiliarity = unfamiliarity(estimate.distance, model.familiarity.usual, explanation.following);
+  if (explanation.unfamiliarity <= 1.0) return;  // false for NaN
+  explanation.warnings.push_back(
+      format("looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; it "
+             "has %.2f of the response to the tilt that the identified controller would have): its parameters mean "
+             "little; check that the platform played the protocol's stimulus from the first sample on, the sign of "
+             "the sway, the rate and the unit",
+             explanation.unfamiliarity, explanation.following));
 }
 
 }  // namespace
 
-std::vector<Identification> identify(Model& model, const std::vector<std::filesystem::path>& files,
-                                     const ReadOptions& options) {
-  const sim::Simulator simulator(model.protocol);
-  std::vector<Identification> all = read_recordings(simulator, files, options);
-  std::vector<std::size_t> usable;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (!all[i].error) usable.push_back(i);
-  const auto sway = [&](int k) { return std::span<const float>(all[usable[static_cast<std::size_t>(k)]].sway_rad); };
-  if (usable.empty()) return all;
-  const std::vector<float> outputs = predict(model, static_cast<int>(usable.size()), 64, sways_in_memory(sway));
-  for (std::size_t k = 0; k < usable.size(); ++k) {
-    Identification& id = all[usable[k]];
-    id.parameters = model.targets.unscale(std::span(outputs).subspan(k * sim::parameter_count, sim::parameter_count));
-    id.image_settings = model.image;
-    id.image_shape = model.images().shape();
-    id.image.resize(static_cast<std::size_t>(id.image_shape.size()));
-    model.images().make(id.sway_rad, id.image);
-    warn(id);
-    explain(simulator, id);
+Identifier::Identifier(const Model& model)
+    : model_(model),
+      explainer_(std::make_shared<const Explainer>(sim::Simulator(model.protocol))),
+      predictor_(model.network, at_once) {}
+
+Identifier::Identifier(const Identifier& other)
+    : model_(other.model_), explainer_(other.explainer_), predictor_(other.predictor_.shared_inference(), at_once) {}
+
+std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
+  const dataset::ImageMaker& maker = model_.images();
+  const auto values = static_cast<std::size_t>(maker.shape().size());
+  const auto outputs = static_cast<std::size_t>(model_.network.output_shape().size());
+  const auto features = model_.familiarity.known() ? static_cast<std::size_t>(predictor_.feature_count()) : 0;
+  std::vector<Estimate> all(trials.size());
+  for (std::size_t first = 0; first < trials.size(); first += at_once) {
+    const std::size_t count = std::min(at_once, trials.size() - first);
+    std::vector<std::span<const float>> sways;
+    for (std::size_t i = 0; i < count; ++i) {
+      all[first + i].trial = std::move(trials[first + i]);
+      sways.emplace_back(all[first + i].trial.sway_rad());
+    }
+    std::vector<float> images(count * values), output(count * outputs), feature(count * features);
+    maker.make_all(sways, images);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto image = std::span(images).subspan(i * values, values);
+      all[first + i].image.assign(image.begin(), image.end());
+      model_.scale(image);
+    }
+    predictor_.run(images, output, feature);
+    for (std::size_t i = 0; i < count; ++i) {
+      Estimate& estimate = all[first + i];
+      estimate.parameters = model_.targets.unscale(std::span(output).subspan(i * outputs, outputs));
+      if (features > 0)
+        estimate.distance = model_.familiarity.distance(std::span(feature).subspan(i * features, features));
+      warn_of_ranges(estimate);
+      warn_of_sway(estimate);
+    }
   }
-  std::vector<Identification*> used;
-  for (const std::size_t i : usable) used.push_back(&all[i]);
-  compare_with_training(model, used);
   return all;
+}
+
+std::vector<Explanation> Identifier::explain(std::span<const Estimate> estimates) const {
+  std::vector<Answer> answers;
+  for (const Estimate& estimate : estimates) answers.push_back({estimate.parameters, estimate.trial});
+  std::vector<Explanation> all = explainer_->explain(answers);
+  for (std::size_t i = 0; i < all.size(); ++i) judge(model_, estimates[i], all[i]);
+  return all;
+}
+
+Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
+                  const IdentifyOptions& options) {
+  dataset::Recording recording = dataset::recording_of(sway_rad, rate_hz);
+  dataset::Trial trial = dataset::fit_to_protocol(recording, model.protocol, options);
+  std::vector<dataset::Trial> trials;
+  trials.push_back(std::move(trial));
+  Estimate estimate = std::move(Identifier(model).estimate(std::move(trials)).front());
+  estimate.warnings.insert(estimate.warnings.begin(), recording.warnings.begin(), recording.warnings.end());
+  return estimate;
+}
+
+Explanation explain(const Model& model, const Estimate& estimate) {
+  return std::move(Identifier(model).explain(std::span(&estimate, 1)).front());
 }
 
 }  // namespace decid

@@ -1,17 +1,56 @@
-// Identification of recordings: from files to parameters, and how well these explain what was recorded.
+// Identification: from samples of sway to the parameters of the controller behind them.
+//
+//   const decid::Model model = decid::built_in_model();
+//   const decid::Estimate estimate = decid::identify(model, sway_rad, 100.0);
+//   const decid::Explanation explanation = decid::explain(model, estimate);
 #pragma once
 
-#include <filesystem>
+#include <memory>
+#include <span>
 #include <vector>
 
+#include "identify/estimate.hpp"
+#include "identify/explanation.hpp"
 #include "identify/model.hpp"
-#include "identify/recordings.hpp"
+#include "nn/predictor.hpp"
 
 namespace decid {
 
-/// Reads, identifies and re-simulates each recording. One that cannot be used has an `error` and costs the others
-/// nothing.
-std::vector<Identification> identify(Model& model, const std::vector<std::filesystem::path>& files,
-                                     const ReadOptions& options);
+/// Where in the samples the protocol starts, and what is subtracted from them.
+using IdentifyOptions = dataset::TrialOptions;
+
+/// The estimate from a recording of the model's protocol. sway_rad: sway of the body's centre of mass, rad, 0 upright,
+/// positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate and length
+/// (dataset::fit_to_protocol). Throws Error for samples that are too short, not finite, or constant. Safe to call from
+/// many threads at once.
+Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
+                  const IdentifyOptions& options = {});
+
+/// How well the estimate explains the recording, and how familiar that looks to the model: trials are simulated from
+/// its parameters and compared with it.
+Explanation explain(const Model& model, const Estimate& estimate);
+
+/// For many recordings: makes once what the two functions above make at every call. One thread's plan: a copy shares
+/// the network's weights and the simulator, so make one for each thread. The model must outlive it.
+class Identifier {
+ public:
+  explicit Identifier(const Model& model);
+  Identifier(const Identifier& other);
+  Identifier& operator=(const Identifier&) = delete;
+
+  const Model& model() const noexcept { return model_; }
+  const Explainer& explainer() const noexcept { return *explainer_; }
+
+  /// The network's estimates, in the order of the trials: each image is drawn once, the network run once.
+  /// A trial's estimate does not depend on the others. Throws Error for a trial of another length than the protocol's.
+  std::vector<Estimate> estimate(std::vector<dataset::Trial> trials);
+  /// explain(), for several at once.
+  std::vector<Explanation> explain(std::span<const Estimate> estimates) const;
+
+ private:
+  const Model& model_;
+  std::shared_ptr<const Explainer> explainer_;
+  nn::Predictor predictor_;
+};
 
 }  // namespace decid

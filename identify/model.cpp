@@ -1,20 +1,16 @@
-// Model files and prediction: see model.hpp.
+// Model files: see model.hpp.
 #include "identify/model.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <nlohmann/json.hpp>
-#include <numeric>
-#include <optional>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "embedded/built_in_model.hpp"
+#include "nn/predictor.hpp"
 #include "nn/safetensors.hpp"
-#include "nn/single.hpp"
 #include "sim/protocol_json.hpp"
 
 namespace decid {
@@ -22,9 +18,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr const char* format_name = "decid model 1";
-constexpr int predict_batch = 64;
-constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
-constexpr int few_trials = 8;  // up to half a block of lanes, one after the other is faster
 
 nn::Shape network_input(const dataset::ImageMaker& images) {
   const dataset::ImageShape s = images.shape();
@@ -36,9 +29,9 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
   image.validate();
   if (image.fold == 1) return protocol;
   const int columns = std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
-  const double cycle_samples = protocol.cycle_s() * protocol.sample_rate_hz;
-  const double lead_in_samples = protocol.lead_in_s() * protocol.sample_rate_hz;
-  if (image.fold == protocol.cycles() && columns * image.window == std::lround(cycle_samples) &&
+  const double cycle_samples = protocol.experiment.cycle_s() * protocol.experiment.sample_rate_hz;
+  const double lead_in_samples = protocol.experiment.lead_in_s() * protocol.experiment.sample_rate_hz;
+  if (image.fold == protocol.experiment.cycles() && columns * image.window == std::lround(cycle_samples) &&
       image.first_sample == std::lround(lead_in_samples))
     return protocol;
   throw Error(
@@ -46,7 +39,7 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
       format(
           "fold %d times %d windows of %d samples from sample %d on, but protocol '%s' plays %d cycles of %g samples "
           "after %g",
-          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.cycles(),
+          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.experiment.cycles(),
           cycle_samples, lead_in_samples),
       "choose a preset made for this protocol, or one that does not fold");
 }
@@ -63,7 +56,7 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
     throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
 }
 
-std::string to_bytes(const Model& model, const std::string& progress) {
+std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
   nn::TensorFile file;
   file.metadata = {
       {"format", format_name},
@@ -71,9 +64,9 @@ std::string to_bytes(const Model& model, const std::string& progress) {
       {"protocol", sim::to_json(model.protocol)},
       {"image", dataset::to_json(model.image)},
       {"targets", Json{{"mean", model.targets.mean}, {"deviation", model.targets.deviation}}.dump()},
-      {"origin", model.origin},
+      {"origin", to_json(model.origin)},
   };
-  if (!progress.empty()) file.metadata["progress"] = progress;
+  if (checkpoint != nullptr) file.metadata["progress"] = checkpoint->progress;
   if (model.image.standardize_rows) {
     const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
     file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
@@ -85,24 +78,24 @@ std::string to_bytes(const Model& model, const std::string& progress) {
     file.tensors.push_back({"familiarity.mean", {n}, model.familiarity.mean});
     file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
   }
-  nn::save_network(model.network, file, !progress.empty());
+  nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
   return nn::to_safetensors(file);
 }
 
-Model model_from_bytes(std::string_view bytes, const std::string& where, std::string* progress) {
+Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint) {
   const nn::TensorFile file = nn::from_safetensors(bytes, where);
   const std::string remedy = "give a model file written by decid train";
   const auto text = [&](const std::string& key) {
     const auto it = file.metadata.find(key);
-    if (it == file.metadata.end()) throw Error(where, "is no decid model: it says nothing of its " + key, remedy);
+    if (it == file.metadata.end()) throw Error(where, "is not a decid model: it has no " + key, remedy);
     return it->second;
   };
   if (text("format") != format_name)
     throw Error(where, "is of format '" + text("format") + "', not '" + format_name + "'", remedy);
-  if (progress != nullptr) *progress = text("progress");
+  if (checkpoint != nullptr) checkpoint->progress = text("progress");
   Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
               text("architecture"));
-  model.origin = text("origin");
+  model.origin = origin_from_json(text("origin"), where);
   try {
     const Json targets = Json::parse(text("targets"));
     model.targets.mean = targets.at("mean").get<sim::Parameters>();
@@ -132,7 +125,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, std::st
     }
     if (!(model.familiarity.usual > 0)) throw Error(where, "has a familiarity that is not positive", remedy);
   }
-  nn::load_network(model.network, file, where, progress != nullptr);
+  nn::load_network(model.network, file, where, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
   return model;
 }
 
@@ -154,9 +147,9 @@ std::string model_name(const std::string& path) {
 
 void require_same_experiment(const Model& model, const std::string& name, const sim::Protocol& data,
                              const std::string& file) {
-  if (sim::same_experiment(model.protocol, data)) return;
+  if (model.protocol.experiment == data.experiment) return;
   const auto described = [](const sim::Protocol& p) {
-    return format("'%s' (%g s at %g Hz)", p.name.c_str(), p.duration_s(), p.sample_rate_hz);
+    return format("'%s' (%g s at %g Hz)", p.name.c_str(), p.duration_s(), p.experiment.sample_rate_hz);
   };
   throw Error(file,
               "was made with protocol " + described(data) + ", another experiment than " + described(model.protocol) +
@@ -169,52 +162,10 @@ std::string noise_difference(const sim::Protocol& model, const sim::Protocol& da
     return format("%g degrees from %g to %g Hz, exponent %g", noise.scale_deg, noise.low_hz, noise.high_hz,
                   noise.exponent);
   };
-  const std::string ours = described(model.vestibular_noise), theirs = described(data.vestibular_noise);
+  const std::string ours = described(model.noise.vestibular), theirs = described(data.noise.vestibular);
   if (ours == theirs) return {};
   return "its vestibular noise (" + theirs + ") is not that of the model's training (" + ours +
          "), so Nv means something else";
-}
-
-Sways sways_in_memory(std::function<std::span<const float>(int)> sway) {
-  return [sway = std::move(sway)](std::span<const int> indices, const TakeSway& take) {
-    parallel_for(static_cast<int>(indices.size()), [&](int i) {
-      const auto place = static_cast<std::size_t>(i);
-      take(place, sway(indices[place]));
-    });
-  };
-}
-
-std::vector<float> predict(Model& model, int trials, int at_once, const Sways& sways) {
-  nn::Network<float>& network = model.network;
-  network.plan(std::min(trials, predict_batch), nn::Mode::inference);
-  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
-  const auto values = static_cast<std::size_t>(network.input_shape().size());
-  const auto fitting = static_cast<int>(std::min(most_image_bytes / (values * sizeof(float)), std::size_t{1} << 20));
-  at_once = std::clamp(at_once, 1, std::max(fitting, 1));
-  std::vector<float> result(static_cast<std::size_t>(trials) * outputs), images;
-  std::optional<nn::SingleNetwork> single;  // few trials: the same bits, without idle lanes
-  if (trials <= few_trials) single.emplace(network);
-  for (int first = 0; first < trials; first += at_once) {
-    std::vector<int> indices(static_cast<std::size_t>(std::min(at_once, trials - first)));
-    std::iota(indices.begin(), indices.end(), first);
-    images.resize(indices.size() * values);
-    const auto image = [&](int i) { return std::span(images).subspan(static_cast<std::size_t>(i) * values, values); };
-    const auto output = [&](int trial) {
-      return std::span(result).subspan(static_cast<std::size_t>(trial) * outputs, outputs);
-    };
-    dataset::encode_all(
-        model.encoding(), [&](const TakeSway& take) { sways(indices, take); }, images);
-    const int count = static_cast<int>(indices.size());
-    for (int i = 0; single && i < count; ++i) single->run(image(i), output(first + i));
-    for (int begin = 0; !single && begin < count; begin += predict_batch) {
-      const int batch = std::min(predict_batch, count - begin);
-      network.set_batch(batch);
-      parallel_for(batch, [&](int i) { network.input().load(i, image(begin + i)); });
-      network.forward();
-      for (int i = 0; i < batch; ++i) network.output().store(i, output(first + begin + i));
-    }
-  }
-  return result;
 }
 
 }  // namespace decid

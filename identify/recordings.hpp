@@ -1,16 +1,14 @@
-// Recordings on their way, whoever identifies them: read and brought to a protocol, and, once their parameters are
-// known, compared with trials simulated from these.
+// Recordings in files on their way: read and brought to a protocol, identified, explained. One that cannot be
+// used does not stop the others.
 #pragma once
 
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "dataset/recording/trial.hpp"
-#include "identify/identification.hpp"
-#include "sim/simulate.hpp"
+#include "base/error.hpp"
+#include "identify/identify.hpp"
 
 namespace decid {
 
@@ -18,21 +16,40 @@ namespace decid {
 struct ReadOptions {
   dataset::RecordingOptions recording;
   dataset::TrialOptions trial;
-  std::optional<sim::Parameters> truth;
+  std::optional<sim::Parameters> truth;  ///< known parameters, to be shown beside
 };
 
-/// Each file as a trial of the simulator's protocol: everything of an Identification that needs no parameters. One that
-/// cannot be used has an `error` and costs the others nothing.
-std::vector<Identification> read_recordings(const sim::Simulator& simulator,
+/// One recording, identified.
+struct Identification {
+  std::string file;
+  std::optional<Error> error;            ///< why the recording could not be used; if set, nothing below is
+  std::string column, tilt_column;       ///< the columns that were read; tilt_column may be empty
+  std::optional<sim::Parameters> truth;  ///< when known (a simulated recording)
+  Estimate estimate;
+  Explanation explanation;
+
+  double peak_to_peak_deg() const;
+  /// The estimate's and the explanation's, in that order.
+  std::vector<std::string> warnings() const;
+};
+
+/// The recordings of one call, and what they have in common.
+struct Identifications {
+  sim::Protocol protocol;
+  std::vector<float> tilt_rad;  ///< the platform at the trials' samples
+  dataset::ImageSettings image;
+  dataset::ImageShape image_shape{};  ///< of Estimate::image, where that is not empty
+  std::vector<Identification> recordings;
+};
+
+/// Each file as a trial of the protocol: everything of an Identification that needs no parameters. Estimate::warnings
+/// says what was assumed.
+std::vector<Identification> read_recordings(const sim::Protocol& protocol,
                                             const std::vector<std::filesystem::path>& files,
                                             const ReadOptions& options);
 
-/// How well id.parameters explain the recording: the noise-free trial, its residual, the frequency responses, whether
-/// it follows the tilt, and a warning if they explain less than noise accounts for.
-void explain(const sim::Simulator& simulator, Identification& id);
-/// A warning if an explained recording does not follow the tilt, for whoever has nothing better to judge it by.
-void warn_unless_following(Identification& id);
-
-double mean(std::span<const float> values);
+/// Reads, identifies and explains recordings.
+Identifications identify_files(const Model& model, const std::vector<std::filesystem::path>& files,
+                               const ReadOptions& options);
 
 }  // namespace decid

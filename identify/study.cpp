@@ -11,10 +11,15 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/recording/csv.hpp"
+#include "identify/explanation.hpp"
+#include "identify/prediction.hpp"
+#include "nn/predictor.hpp"
 #include "sim/double_pendulum.hpp"
 
 namespace decid {
 namespace {
+
+using dataset::Part;
 
 constexpr auto outputs = sim::parameter_count;
 
@@ -23,26 +28,14 @@ double peak_to_peak(std::span<const float> sway_rad) {
   return static_cast<double>(high) - static_cast<double>(low);
 }
 
-/// What the network says may lie a little outside of what can be simulated.
-std::vector<float> noise_free_trial(const sim::Simulator& simulator, sim::Parameters parameters) {
-  for (double& p : parameters) p = std::max(p, 0.0);
-  parameters[sim::Delay] = std::min(parameters[sim::Delay], sim::longest_delay_s);
-  parameters[sim::Nv] = 0.0;
-  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome = simulator.run(parameters, Random(0, Stream::vestibular_noise, 0), sway);
-  if (!outcome.valid)
-    sway.resize(std::min(sway.size(), static_cast<std::size_t>(outcome.end_s * simulator.protocol().sample_rate_hz)));
-  return {sway.begin(), sway.end()};
-}
-
-KnownTrial known_trial(const Model& model, const sim::Parameters& truth, std::span<const float> output,
-                       std::vector<float> sway_rad) {
+KnownTrial known_trial(const Model& model, const sim::Simulator& simulator, const sim::Parameters& truth,
+                       std::span<const float> output, std::vector<float> sway_rad) {
   KnownTrial trial;
   trial.truth = truth;
   trial.identified = model.targets.unscale(output);
   std::ranges::copy(model.targets.scale(truth), trial.target.begin());
   std::ranges::copy(output, trial.output.begin());
-  trial.fitted_rad = noise_free_trial(sim::Simulator(model.protocol), trial.identified);
+  trial.fitted_rad = noise_free_trial(simulator, trial.identified);
   trial.peak_to_peak_rad = peak_to_peak(sway_rad);
   trial.sway_rad = std::move(sway_rad);
   return trial;
@@ -63,38 +56,18 @@ int typical(const Model& model, const std::vector<float>& predicted, const std::
   return middle->second;
 }
 
-Sample make_sample(Model& model, std::string from, int index, KnownTrial trial) {
+Sample make_sample(const Model& model, std::string from, int index, KnownTrial trial) {
   Sample sample{std::move(from), index, std::move(trial), {}, model.images().shape(), {}, {}, {}};
   sample.image.resize(static_cast<std::size_t>(sample.image_shape.size()));
-  std::vector<float> input(sample.image.size());
   model.images().make(sample.trial.sway_rad, sample.image);
-  model.make_input(sample.trial.sway_rad, input);
-  nn::Network<float>& network = model.network;
-  network.plan(1, nn::Mode::inference);
-  network.input().load(0, input);
-  sample.activation_shape = network.layers().front()->dst_shape();
-  sample.activation_layer = network.layers().front()->text();
+  std::vector<float> input = sample.image;
+  model.scale(input);
+  const nn::Layer<float>& first = model.network.layers().front();
+  sample.activation_shape = first.dst_shape();
+  sample.activation_layer = first.text();
   sample.activation.resize(static_cast<std::size_t>(sample.activation_shape.size()));
-  network.activation(0, 0, sample.activation);
+  nn::Predictor(model.network, 1).activation(0, input, sample.activation);
   return sample;
-}
-
-/// The network's outputs for one half of a data set, and its trials' parameters.
-struct Half {
-  std::vector<float> predicted;
-  std::vector<sim::Parameters> truth;
-};
-template <class Read>
-Half predict_half(Model& model, int trials, int at_once, const Read& read) {
-  Half half;
-  half.truth.resize(static_cast<std::size_t>(trials));
-  half.predicted = predict(model, trials, at_once, [&](std::span<const int> indices, const TakeSway& take) {
-    read(indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway) {
-      half.truth[static_cast<std::size_t>(indices[place])] = parameters;
-      take(place, sway);
-    });
-  });
-  return half;
 }
 
 std::vector<Bin> bins(const std::vector<double>& edges) {
@@ -147,12 +120,12 @@ double mean_of(const Scores& scores) {
   return std::accumulate(scores.begin(), scores.end(), 0.0) / static_cast<double>(scores.size());
 }
 
-void study_dataset(Model& model, const std::string& file, Study& study, const Stage& stage) {
+void study_dataset(const Model& model, const std::string& file, Study& study, const Announce& announce) {
   const dataset::StoredDataset stored{std::filesystem::path(file)};
   const dataset::Dataset& about = stored.about();
   require_same_experiment(model, study.model, about.protocol, file);
   if (about.seed == study.fresh_seed) refuse_seed(study.fresh_seed);
-  stage("sway of " + file);
+  announce("sway of " + file);
   StudyData& data = study.data.emplace();
   data.file = file;
   data.seed = about.seed;
@@ -171,35 +144,30 @@ void study_dataset(Model& model, const std::string& file, Study& study, const St
   }
 
   const auto source = dataset::stored_source(stored);
-  const int at_once = source->trials_at_once();
-  stage(format("identifying %d training trials", source->training_trials()));
-  const Half training = predict_half(
-      model, source->training_trials(), at_once,
-      [&](std::span<const int> i, const dataset::TrialSource::Take& take) { source->training(0, i, take); });
-  data.training = evaluate(model, training.predicted, training.truth);
-  stage(format("identifying %d validation trials", source->validation_trials()));
-  const auto read = [&](std::span<const int> i, const dataset::TrialSource::Take& take) {
-    source->validation(i, take);
-  };
-  const Half validation = predict_half(model, source->validation_trials(), at_once, read);
-  data.validation = evaluate(model, validation.predicted, validation.truth);
+  announce(format("identifying %d training trials", source->trials(Part::training)));
+  const Predicted training = predict(model, *source, Part::training);
+  data.training = evaluate(model, training.outputs, training.truth);
+  announce(format("identifying %d validation trials", source->trials(Part::validation)));
+  const Predicted validation = predict(model, *source, Part::validation);
+  data.validation = evaluate(model, validation.outputs, validation.truth);
 
-  const int index = typical(model, validation.predicted, validation.truth);
+  const int index = typical(model, validation.outputs, validation.truth);
   const auto place = static_cast<std::size_t>(index);
   std::vector<float> sway;
-  read(std::vector<int>{index}, [&](std::size_t, const sim::Parameters&, std::span<const float> sway_rad) {
-    sway.assign(sway_rad.begin(), sway_rad.end());
-  });
+  source->take(Part::validation, 0, std::vector<int>{index},
+               [&](std::size_t, const sim::Parameters&, std::span<const float> sway_rad) {
+                 sway.assign(sway_rad.begin(), sway_rad.end());
+               });
   study.sample = make_sample(model, "validation half", index,
-                             known_trial(model, validation.truth[place],
-                                         std::span(validation.predicted).subspan(place * outputs, outputs), sway));
+                             known_trial(model, sim::Simulator(model.protocol), validation.truth[place],
+                                         std::span(validation.outputs).subspan(place * outputs, outputs), sway));
 }
 
-void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg, Study& study, const Stage& stage) {
-  constexpr int attempts = 1024, chunk = 512;
+void study_fresh(const Model& model, int trials, const std::vector<double>& levels_deg, Study& study,
+                 const Announce& announce) {
+  constexpr int chunk = 512;
   const std::uint64_t seed = study.fresh_seed;
-  if (model.origin.find("simulated for each epoch from seed " + std::to_string(seed) + "\"") != std::string::npos)
-    refuse_seed(seed);
+  require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "--seed");
   const sim::Simulator simulator(model.protocol);
   for (const double level : levels_deg)
     study.levels.push_back(
@@ -210,19 +178,16 @@ void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg
   std::vector<std::vector<double>> sways;
   const auto simulate = [&](int first, int count) {
     sways.assign(static_cast<std::size_t>(count), {});
-    simulator.run_until_valid(
-        count, attempts,
-        [&](int i, int attempt) {
-          return dataset::base_trial(
-              seed, static_cast<std::uint64_t>(first + i) * attempts + static_cast<std::uint64_t>(attempt));
-        },
-        [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
-          const auto at = static_cast<std::size_t>(first + i);
-          const auto [low, high] = std::ranges::minmax(sway);
-          truth[at] = parameters;
-          amplitude_deg[at] = (high - low) / sim::rad_per_deg;
-          sways[static_cast<std::size_t>(i)].assign(sway.begin(), sway.end());
-        });
+    std::vector<std::uint64_t> numbers(sways.size());
+    std::iota(numbers.begin(), numbers.end(), static_cast<std::uint64_t>(first));
+    dataset::simulate_stream(simulator, seed, numbers,
+                             [&](std::size_t place, const sim::Parameters& parameters, std::span<double> sway) {
+                               const std::size_t at = static_cast<std::size_t>(first) + place;
+                               const auto [low, high] = std::ranges::minmax(sway);
+                               truth[at] = parameters;
+                               amplitude_deg[at] = (high - low) / sim::rad_per_deg;
+                               sways[place].assign(sway.begin(), sway.end());
+                             });
   };
   const auto noisy = [&](int first, std::size_t i, double level_deg) {
     std::vector<double> sway = sways[i];
@@ -231,8 +196,8 @@ void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg
   };
   for (int first = 0; first < trials; first += chunk) {
     const int count = std::min(chunk, trials - first);
-    stage(format("fresh trials %d to %d of %d at %zu levels of sensor noise", first + 1, first + count, trials,
-                 levels_deg.size()));
+    announce(format("fresh trials %d to %d of %d at %zu levels of sensor noise", first + 1, first + count, trials,
+                    levels_deg.size()));
     simulate(first, count);
     for (std::size_t l = 0; l < levels_deg.size(); ++l) {
       const auto outputs_of_chunk = predict(model, count, 64, [&](std::span<const int> indices, const TakeSway& take) {
@@ -262,14 +227,14 @@ void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg
   const auto place = static_cast<std::size_t>(index);
   const int first = index / chunk * chunk;
   simulate(first, std::min(chunk, trials - first));
-  study.sample =
-      make_sample(model, format("fresh trials with %g degrees of sensor noise", levels_deg.front()), index,
-                  known_trial(model, truth[place], std::span(predicted.front()).subspan(place * outputs, outputs),
-                              noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
+  study.sample = make_sample(
+      model, format("fresh trials with %g degrees of sensor noise", levels_deg.front()), index,
+      known_trial(model, simulator, truth[place], std::span(predicted.front()).subspan(place * outputs, outputs),
+                  noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
 }
 
-void study_double(Model& model, int realisations, Study& study, const Stage& stage) {
-  stage("leg and trunk");
+void study_double(const Model& model, int realisations, Study& study, const Announce& announce) {
+  announce("leg and trunk");
   std::optional<sim::DoubleSimulator> simulator;
   try {
     simulator.emplace(model.protocol);
@@ -292,10 +257,11 @@ void study_double(Model& model, int realisations, Study& study, const Stage& sta
   const auto predicted =
       predict(model, static_cast<int>(sways.size()), 64,
               sways_in_memory([&](int i) { return std::span<const float>(sways[static_cast<std::size_t>(i)]); }));
+  const sim::Simulator single(model.protocol);
   DoubleCase& dip = study.dip.emplace();
   for (std::size_t i = 0; i < sways.size(); ++i) {
     KnownTrial trial =
-        known_trial(model, parameters.ankle, std::span(predicted).subspan(i * outputs, outputs), sways[i]);
+        known_trial(model, single, parameters.ankle, std::span(predicted).subspan(i * outputs, outputs), sways[i]);
     dip.squared_errors.push_back(trial.squared_error());
     if (i == 0) dip.trial = std::move(trial);
   }

@@ -1,5 +1,6 @@
-// What `decid study` finds out about a model: the figures of the paper's results section, and what its estimates are
-// worth at stated levels of sensor noise. Computed here; study_figures.hpp draws it, study_page.hpp tells it.
+// What `decid study` computes about a model: the figures of the paper's results section, and what its estimates are
+// worth at stated levels of sensor noise. Computed here; tools/report/study_figures.hpp draws it, study_page.hpp
+// reports it.
 #pragma once
 
 #include <array>
@@ -10,8 +11,7 @@
 #include <vector>
 
 #include "dataset/npz/npz.hpp"
-#include "dataset/recording/recording.hpp"
-#include "identify/identification.hpp"
+#include "identify/recordings.hpp"
 #include "identify/training/training.hpp"
 
 namespace decid {
@@ -19,7 +19,7 @@ namespace decid {
 /// The 7 z-scored values of a set of parameters.
 using Scores = std::array<double, sim::parameter_count>;
 
-/// A trial whose true parameters are known, identified, and simulated anew from what was identified.
+/// A trial with known parameters, identified, and simulated anew from its estimate.
 struct KnownTrial {
   sim::Parameters truth{}, identified{};
   Scores target{}, output{};
@@ -30,7 +30,7 @@ struct KnownTrial {
   double squared_error() const;
 };
 
-/// The trial that stands for its kind: of a set, the one with the median squared error, so that it is not a choice.
+/// An example: the trial of a set with the median squared error, so that nobody has chosen it.
 struct Sample {
   std::string from;  ///< "validation half", "fresh trials"
   int index = 0;     ///< among these
@@ -50,7 +50,7 @@ struct StudyData {
   dataset::TrialDistributions before, all;  ///< of enrichment; peak to peak as stored
 };
 
-/// The double inverted pendulum with default parameters: ankle against what a single pendulum's network makes of it.
+/// The double inverted pendulum with default parameters: its ankle's against those that the network identifies.
 struct DoubleCase {
   KnownTrial trial;                    ///< of noise realisation 0; truth: the ankle's parameters
   std::vector<double> squared_errors;  ///< of each realisation that stood
@@ -77,7 +77,8 @@ struct LearningPoint {
 };
 
 struct Study {
-  std::string model, sha256, version, origin;  ///< origin: the model's, JSON
+  std::string model, sha256, version;
+  Origin origin;  ///< the model's
   sim::Protocol protocol;
   dataset::ImageSettings image;
   std::size_t network_parameters = 0;
@@ -92,23 +93,24 @@ struct Study {
   std::uint64_t fresh_seed = 99;  ///< to be set before anything is computed
   std::vector<LearningPoint> learning_curve;
   std::vector<std::string> comparisons;                 ///< JSON texts of network and fits: files of decid compare
-  std::vector<std::pair<std::string, double>> seconds;  ///< what took how long, as told on the command line
+  std::vector<std::pair<std::string, double>> seconds;  ///< what took how long, as given on the command line
   std::vector<std::string> notes;                       ///< what is missing, and why
 };
 
-/// Called with what is done now.
-using Stage = std::function<void(const std::string&)>;
+/// Called with what is done next.
+using Announce = std::function<void(const std::string&)>;
 
 /// `data` and `sample`. Throws Error if the data set is of another experiment than the model, or of the seed
 /// `fresh_seed`.
-void study_dataset(Model& model, const std::string& file, Study& study, const Stage& stage);
+void study_dataset(const Model& model, const std::string& file, Study& study, const Announce& announce);
 
 /// `levels`, on `trials` fresh valid base trials of `fresh_seed`, the same at each level; `sample` unless it is there.
-/// Throws Error if the model was trained on trials of that very seed.
-void study_fresh(Model& model, int trials, const std::vector<double>& levels_deg, Study& study, const Stage& stage);
+/// Throws Error if the model was trained on trials of that seed.
+void study_fresh(const Model& model, int trials, const std::vector<double>& levels_deg, Study& study,
+                 const Announce& announce);
 
 /// `dip`, or a note if the model's body is not made of segments.
-void study_double(Model& model, int realisations, Study& study, const Stage& stage);
+void study_double(const Model& model, int realisations, Study& study, const Announce& announce);
 
 /// A table with columns trials and mse, more trials from row to row.
 std::vector<LearningPoint> read_learning_curve(const std::string& file);

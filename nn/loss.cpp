@@ -8,8 +8,9 @@
 namespace decid::nn {
 
 template <class T>
-void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std::span<double> squares,
-                        const Tensor<T>* diff) {
+void mean_squared_error(const std::type_identity_t<TensorView<const T>>& output,
+                        std::type_identity_t<std::span<const T>> targets, std::span<double> squares,
+                        const TensorView<T>& diff) {
   const int outputs = output.shape().channels, batch = output.batch();
   const T factor = T(2) / static_cast<T>(static_cast<long long>(batch) * outputs);
   for (int o = 0; o < outputs; ++o) {
@@ -26,7 +27,7 @@ void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std
           squared[static_cast<std::size_t>(l)] = static_cast<double>(error) * static_cast<double>(error);
           gradient = factor * error;
         }
-        if (diff != nullptr) diff->row(block, o, 0)[l] = gradient;
+        diff.row(block, o, 0)[l] = gradient;
       }
       tree_sum(squared.data(), lanes, 1, 1);
       sum += squared[0];
@@ -35,8 +36,9 @@ void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std
   }
 }
 
-template void mean_squared_error(const Tensor<float>&, std::span<const float>, std::span<double>, const Tensor<float>*);
-template void mean_squared_error(const Tensor<double>&, std::span<const double>, std::span<double>,
-                                 const Tensor<double>*);
+template void mean_squared_error<float>(const TensorView<const float>&, std::span<const float>, std::span<double>,
+                                        const TensorView<float>&);
+template void mean_squared_error<double>(const TensorView<const double>&, std::span<const double>, std::span<double>,
+                                         const TensorView<double>&);
 
 }  // namespace decid::nn

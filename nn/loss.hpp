@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <type_traits>
 
 #include "nn/tensor.hpp"
 
@@ -9,10 +10,11 @@ namespace decid::nn {
 
 /// Loss of a batch: squares[o] = sum over samples of (output - target)^2 of output o, in double: a lane tree a block,
 /// then the blocks in order, so the bits depend on the batch alone. targets: batch x outputs, row-major. output: a
-/// tensor of shape (outputs, 1, 1). Unless null, diff gets d MSE / d output = 2 (output - target) / (batch * outputs),
-/// with MSE = sum(squares) / (batch * outputs); lanes without a sample get 0.
+/// tensor of shape (outputs, 1, 1). diff, of the same shape, gets d MSE / d output = 2 (output - target) / (batch *
+/// outputs), with MSE = sum(squares) / (batch * outputs); lanes without a sample get 0.
 template <class T>
-void mean_squared_error(const Tensor<T>& output, std::span<const T> targets, std::span<double> squares,
-                        const Tensor<T>* diff);
+void mean_squared_error(const std::type_identity_t<TensorView<const T>>& output,
+                        std::type_identity_t<std::span<const T>> targets, std::span<double> squares,
+                        const TensorView<T>& diff);
 
 }  // namespace decid::nn

@@ -161,49 +161,56 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
   return file;
 }
 
-void save_network(const Network<float>& network, TensorFile& file, bool momentum) {
-  std::size_t line = 0;
-  for (const auto& layer : network.layers()) {
+void save_network(const Network<float>& network, TensorFile& file, const Velocities<float>* velocities) {
+  std::size_t line = 0, parameter = 0;
+  for (const Layer<float>& layer : network.layers()) {
     const std::string index = std::to_string(line) + ".";
-    line += layer->lines();
-    for (const Parameter<float>* p : layer->parameters()) {
-      const std::vector<long long> shape(p->shape.begin(), p->shape.end());
-      file.tensors.push_back({"layers." + index + p->name, shape, p->value});
-      if (momentum) file.tensors.push_back({"momentum." + index + p->name, shape, p->velocity});
+    line += layer.lines();
+    for (const Parameter<float>& p : layer.parameters()) {
+      const std::vector<long long> shape(p.shape.begin(), p.shape.end());
+      file.tensors.push_back({"layers." + index + p.name, shape, p.value});
+      if (velocities != nullptr)
+        file.tensors.push_back({"momentum." + index + p.name, shape, velocities->at(parameter)});
+      ++parameter;
     }
-    for (const Statistic<float>* s : layer->statistics())
-      file.tensors.push_back({"layers." + index + s->name, {static_cast<long long>(s->value.size())}, s->value});
+    for (const Statistic<float>& s : layer.statistics())
+      file.tensors.push_back({"layers." + index + s.name, {static_cast<long long>(s.value.size())}, s.value});
   }
 }
 
-void load_network(const Network<float>& network, const TensorFile& file, const std::string& where, bool momentum) {
+void load_network(Network<float>& network, const TensorFile& file, const std::string& where,
+                  Velocities<float>* velocities) {
   // All is checked before anything is changed.
   std::vector<std::pair<const NamedTensor*, std::vector<float>*>> pairs;
-  const auto pair_up = [&](const std::string& name, const std::vector<int>& shape, std::vector<float>& values) {
-    const NamedTensor& t = file.find(name, values.size(), where);
+  Velocities<float> found;
+  const auto checked = [&](const std::string& name, const std::vector<int>& shape,
+                           std::size_t count) -> const NamedTensor& {
+    const NamedTensor& t = file.find(name, count, where);
     if (!std::equal(t.shape.begin(), t.shape.end(), shape.begin(), shape.end()))
       throw Error(where, "has another shape for '" + name + "' than the architecture",
                   "give a model file that was not edited");
     if (!std::all_of(t.values.begin(), t.values.end(), [](float v) { return std::isfinite(v); }))
       throw Error(where, "has a value in '" + name + "' that is not finite", "train the model again");
-    pairs.emplace_back(&t, &values);
+    return t;
   };
   std::size_t line = 0;
-  for (const auto& layer : network.layers()) {
+  for (Layer<float>& layer : network.layers()) {
     const std::string index = std::to_string(line) + ".";
-    line += layer->lines();
-    for (Parameter<float>* p : layer->parameters()) {
-      pair_up("layers." + index + p->name, p->shape, p->value);
-      if (momentum) pair_up("momentum." + index + p->name, p->shape, p->velocity);
+    line += layer.lines();
+    for (Parameter<float>& p : layer.parameters()) {
+      pairs.emplace_back(&checked("layers." + index + p.name, p.shape, p.value.size()), &p.value);
+      if (velocities != nullptr) found.push_back(checked("momentum." + index + p.name, p.shape, p.value.size()).values);
     }
-    for (Statistic<float>* s : layer->statistics()) {
-      pair_up("layers." + index + s->name, {static_cast<int>(s->value.size())}, s->value);
-      const std::vector<float>& values = pairs.back().first->values;
-      if (s->never_negative && std::any_of(values.begin(), values.end(), [](float v) { return v < 0; }))
-        throw Error(where, "has a negative value in 'layers." + index + s->name + "'", "train the model again");
+    for (Statistic<float>& s : layer.statistics()) {
+      const std::string name = "layers." + index + s.name;
+      const NamedTensor& t = checked(name, {static_cast<int>(s.value.size())}, s.value.size());
+      if (s.never_negative && std::any_of(t.values.begin(), t.values.end(), [](float v) { return v < 0; }))
+        throw Error(where, "has a negative value in '" + name + "'", "train the model again");
+      pairs.emplace_back(&t, &s.value);
     }
   }
   for (const auto& [tensor, values] : pairs) *values = tensor->values;
+  if (velocities != nullptr) *velocities = std::move(found);
 }
 
 }  // namespace decid::nn

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nn/network.hpp"
+#include "nn/sgd.hpp"
 
 namespace decid::nn {
 
@@ -34,11 +35,12 @@ std::string to_safetensors(const TensorFile& file);
 /// overlapping or missing ranges, shapes that do not fit, names given twice, a type other than F32.
 TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 
-/// Adds all parameters and running statistics as "layers.<line>.<name>"; with `momentum` also the velocities, as
-/// "momentum.<line>.<name>".
-void save_network(const Network<float>& network, TensorFile& file, bool momentum = false);
-/// Reads them back; throws Error if one is missing, of another shape, or not finite.
-void load_network(const Network<float>& network, const TensorFile& file, const std::string& where,
-                  bool momentum = false);
+/// Adds all parameters and running statistics as "layers.<line>.<name>"; with a trainer's `velocities`, for a
+/// checkpoint, these as "momentum.<line>.<name>".
+void save_network(const Network<float>& network, TensorFile& file, const Velocities<float>* velocities = nullptr);
+/// Reads them back, and the velocities unless null; throws Error, and changes nothing, if one is missing, of another
+/// shape, or not finite.
+void load_network(Network<float>& network, const TensorFile& file, const std::string& where,
+                  Velocities<float>* velocities = nullptr);
 
 }  // namespace decid::nn

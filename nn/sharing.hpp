@@ -4,11 +4,10 @@
 #include <algorithm>
 
 #include "base/parallel.hpp"
-#include "nn/layer.hpp"
 
 namespace decid::nn {
 
-/// Calls body(block, first, last) for every block and every group of `group` channels. The groups have no say in the
+/// Calls body(block, first, last) for every block and every group of `group` channels. The groups do not affect the
 /// bits; they are small enough to keep two threads busy with a batch of one block, large enough to reuse what a kernel
 /// loads.
 template <class Body>
@@ -22,18 +21,9 @@ void for_each_group(int blocks, int channels, int group, const Body& body) {
 
 /// Values of a parameter that a thread takes at a time: 32 KB of floats.
 inline constexpr int value_group = 8192;
-
-/// A parameter's gradient from the blocks' parts of it, which it uses up.
-template <class T>
-void sum_gradient(const AlignedBuffer<T>& parts, int blocks, Parameter<T>& parameter) {
-  const std::size_t size = parameter.gradient.size();
-  for_each_group(1, static_cast<int>(size), value_group, [&](int, int first, int last) {
-    tree_sum(parts.data() + first, blocks, size, static_cast<std::size_t>(last - first));
-    std::copy_n(parts.data() + first, last - first, parameter.gradient.data() + first);
-  });
-}
-
+/// Channels of a convolution, outputs of a fully connected layer, and channels of layers that work plane by plane.
 inline constexpr int conv_group = 16;
+inline constexpr int output_group = 64;
 inline constexpr int plane_group = 8;
 
 }  // namespace decid::nn

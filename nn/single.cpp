@@ -1,11 +1,10 @@
-// One sample at a time: see single.hpp.
+// One sample at a time through the steps of inference: see single.hpp.
 #include "nn/single.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.hpp"
-#include "nn/sharing.hpp"
+#include "nn/forward.hpp"
 
 namespace decid::nn {
 namespace {
@@ -13,37 +12,29 @@ namespace {
 /// Blocks of channels that one thread computes at a time: a tile's two.
 constexpr int block_group = 2;
 
+/// body(value's place in its map from row 0, column 0 on, number of the value) for each value, channel-major.
+template <class M, class Body>
+void for_each_place(const M& map, const Body& body) {
+  std::size_t k = 0;
+  for (int c = 0; c < map.shape.channels; ++c)
+    for (int i = 0; i < map.shape.rows; ++i)
+      for (int j = 0; j < map.shape.columns; ++j)
+        body(c / lanes * map.block() + i * map.row() + j * lanes + c % lanes, k++);
+}
+
 }  // namespace
 
-SingleNetwork::SingleNetwork(const Network<float>& network)
-    : input_shape_(network.input_shape()), output_shape_(network.output_shape()) {
-  if (network.mode() != Mode::inference || network.planned_batch() == 0)
-    throw Error("single-sample network", "is made from one that is not planned for inference", "plan() that one first");
-  std::vector<Stage<float>> stages;
-  std::size_t current = add_map(input_shape_);
-  for (const auto& layer : network.layers()) {
-    const Stage<float> stage = layer->stage();
-    if (stage.conv != nullptr || stage.fully_connected) {
-      Map& src = maps_[current];
-      src.halo = std::max(src.halo, layer->src_halo());
-      Step step;
-      step.src = current;
-      step.dst = current = add_map(layer->dst_shape());
-      steps_.push_back(std::move(step));
-      stages.push_back(stage);
+SingleExecutor::SingleExecutor(const Inference<float>& inference) : inference_(inference) {
+  maps_.push_back({inference.input_shape()});
+  for (const Step<float>& step : inference.steps()) {
+    Way way{.src = maps_.size() - 1, .dst = maps_.size() - 1, .offset = {}};
+    if (step.kind != Step<float>::Kind::activation)
+      maps_.back().halo = std::max(maps_.back().halo, src_halo(step.conv));
+    if (!step.in_place()) {
+      way.dst = maps_.size();
+      maps_.push_back({step.dst});
     }
-    if (stage.conv == nullptr && !stage.fully_connected) {
-      Step step;
-      step.src = step.dst = current;
-      step.affine = stage.affine;
-      step.relu = stage.relu;
-      if (stage.pool != nullptr) {
-        step.pool = *stage.pool;
-        step.dst = current = add_map(layer->dst_shape());
-      }
-      steps_.push_back(std::move(step));
-      stages.push_back(stage);
-    }
+    ways_.push_back(std::move(way));
   }
   std::size_t values = 0;
   for (Map& map : maps_) {
@@ -51,88 +42,74 @@ SingleNetwork::SingleNetwork(const Network<float>& network)
     values += map.values();
   }
   memory_.reserve(values);
-  for (std::size_t i = 0; i < steps_.size(); ++i)
-    if (stages[i].weight != nullptr) pack(stages[i], steps_[i]);
-}
-
-std::size_t SingleNetwork::add_map(Shape shape) {
-  maps_.push_back({shape, 0, 0});
-  return maps_.size() - 1;
-}
-
-// Taps in the order of the batch kernels' chains: channel, row, column.
-void SingleNetwork::pack(const Stage<float>& stage, Step& step) const {
-  const Map &src = maps_[step.src], &dst = maps_[step.dst];
-  Conv2dShape shape{};
-  if (stage.conv != nullptr) {
-    shape = *stage.conv;
-  } else {
-    shape.kernel_rows = src.shape.rows;
-    shape.kernel_columns = src.shape.columns;
-    shape.stride_rows = shape.stride_columns = 1;
+  // Taps in the order of the batch kernels' chains: channel, row, column.
+  for (std::size_t i = 0; i < ways_.size(); ++i) {
+    const Step<float>& step = inference.steps()[i];
+    if (step.kind == Step<float>::Kind::activation) continue;
+    const Map& src = maps_[ways_[i].src];
+    for (int c = 0; c < step.conv.src_channels; ++c)
+      for (int ky = 0; ky < step.conv.kernel_rows; ++ky)
+        for (int kx = 0; kx < step.conv.kernel_columns; ++kx)
+          ways_[i].offset.push_back(c / lanes * src.block() + (ky - step.conv.pad_rows) * src.row() +
+                                    (kx - step.conv.pad_columns) * lanes + c % lanes);
   }
-  for (int c = 0; c < src.shape.channels; ++c)
-    for (int ky = 0; ky < shape.kernel_rows; ++ky)
-      for (int kx = 0; kx < shape.kernel_columns; ++kx)
-        step.offset.push_back(c / lanes * src.block() + (ky - shape.pad_rows) * src.row() +
-                              (kx - shape.pad_columns) * lanes + c % lanes);
-  const std::size_t taps = step.offset.size();
-  step.weight.assign(static_cast<std::size_t>(dst.blocks()) * taps * lanes, 0.0F);
-  step.bias.assign(static_cast<std::size_t>(dst.blocks()) * lanes, 0.0F);
-  for (std::size_t o = 0; o < static_cast<std::size_t>(dst.shape.channels); ++o) {
-    step.bias[o] = stage.bias[o];
-    for (std::size_t t = 0; t < taps; ++t)
-      step.weight[(o / lanes * taps + t) * lanes + o % lanes] = stage.weight[o * taps + t];
-  }
-  step.conv = {dst.shape.rows,
-               dst.shape.columns,
-               at(src),
-               shape.stride_rows * src.row(),
-               static_cast<std::ptrdiff_t>(shape.stride_columns) * lanes,
-               step.offset.data(),
-               static_cast<int>(taps),
-               step.weight.data(),
-               step.bias.data(),
-               at(dst),
-               dst.block(),
-               dst.row()};
 }
 
-void SingleNetwork::run(std::span<const float> image, std::span<float> output) {
-  if (image.size() != static_cast<std::size_t>(input_shape_.size()) ||
-      output.size() != static_cast<std::size_t>(output_shape_.size()))
-    throw Error("single-sample network",
-                "got an image of " + std::to_string(image.size()) + " and room for " + std::to_string(output.size()) +
-                    " outputs where it has " + std::to_string(input_shape_.size()) + " and " +
-                    std::to_string(output_shape_.size()),
-                "give spans of those sizes");
-  const auto each = [&](const Map& map, const auto& body) {
-    std::size_t k = 0;
-    for (int c = 0; c < map.shape.channels; ++c)
-      for (int i = 0; i < map.shape.rows; ++i)
-        for (int j = 0; j < map.shape.columns; ++j)
-          body(at(map)[c / lanes * map.block() + i * map.row() + j * lanes + c % lanes], k++);
-  };
-  each(maps_.front(), [&](float& value, std::size_t k) { value = image[k]; });
-  for (const Step& step : steps_) {
-    if (step.conv.taps > 0)
-      for_each_group(1, maps_[step.dst].blocks(), block_group,
-                     [&](int, int first, int last) { kernels<float>().conv2d_single(step.conv, first, last); });
-    else
-      activate(step);
-  }
-  each(maps_.back(), [&](float& value, std::size_t k) { output[k] = value; });
+void SingleExecutor::load(std::span<const float> image) {
+  float* const to = at(maps_.front());
+  for_each_place(maps_.front(), [&](std::ptrdiff_t place, std::size_t k) { to[place] = image[k]; });
 }
 
-void SingleNetwork::activate(const Step& step) const {
-  const Map &src = maps_[step.src], &dst = maps_[step.dst];
+void SingleExecutor::store(const Map& map, std::span<float> values) {
+  const float* const from = at(map);
+  for_each_place(map, [&](std::ptrdiff_t place, std::size_t k) { values[k] = from[place]; });
+}
+
+void SingleExecutor::run_steps(std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const Step<float>& step = inference_.steps()[i];
+    step.kind == Step<float>::Kind::activation ? activate(step, ways_[i]) : convolve(step, ways_[i]);
+  }
+}
+
+void SingleExecutor::run(std::span<const float> image, std::span<float> output, std::span<float> features) {
+  load(image);
+  run_steps(ways_.size());
+  store(maps_.back(), output);
+  if (!features.empty()) store(maps_[ways_.back().src], features);
+}
+
+void SingleExecutor::activation(std::size_t step, std::span<const float> image, std::span<float> values) {
+  load(image);
+  run_steps(step + 1);
+  store(maps_[ways_[step].dst], values);
+}
+
+void SingleExecutor::convolve(const Step<float>& step, const Way& way) {
+  const Map &src = maps_[way.src], &dst = maps_[way.dst];
+  const SingleConv<float> conv{dst.shape.rows,
+                               dst.shape.columns,
+                               at(src),
+                               step.conv.stride_rows * src.row(),
+                               static_cast<std::ptrdiff_t>(step.conv.stride_columns) * lanes,
+                               way.offset.data(),
+                               static_cast<int>(way.offset.size()),
+                               step.lane_weight.data(),
+                               step.lane_bias.data(),
+                               at(dst),
+                               dst.block(),
+                               dst.row()};
+  for_each_group(1, dst.blocks(), block_group,
+                 [&](int, int first, int last) { kernels<float>().conv2d_single(conv, first, last); });
+}
+
+void SingleExecutor::activate(const Step<float>& step, const Way& way) {
+  const Map &src = maps_[way.src], &dst = maps_[way.dst];
+  const Kernels<float>& k = kernels<float>();
   for (int b = 0; b < src.blocks(); ++b) {
-    float* const values = at(src) + b * src.block();
-    const Plane<float> plane{values, src.row(), src.shape.rows, src.shape.columns};
-    const Plane<const float> constant{values, src.row(), src.shape.rows, src.shape.columns};
+    const Plane<float> plane{at(src) + b * src.block(), src.row(), src.shape.rows, src.shape.columns};
     if (step.affine.scale.empty()) {
-      // What Network does with a folded BatchNorm: fma(x, 1, 0), which makes -0 a 0.
-      kernels<float>().activation_forward({1.0F, 0.0F, false, Pooling::none}, {}, constant, plane);
+      k.activation_forward({1.0F, 0.0F, step.relu, Pooling::none}, {}, plane, plane);
     } else {
       for (int l = 0; l < lanes && b * lanes + l < src.shape.channels; ++l) {
         const auto c = static_cast<std::size_t>(b * lanes + l);
@@ -142,24 +119,14 @@ void SingleNetwork::activate(const Step& step) const {
             x = std::fma(x, step.affine.scale[c], step.affine.shift[c]);
           }
       }
+      if (step.relu) k.relu_forward(plane);
     }
-    if (step.relu) kernels<float>().relu_forward(plane);
     if (!step.pool) continue;
     PoolShape shape = step.pool->shape;
     shape.channels = 1;
-    pool_forward(step.pool->kind, shape, View<const float>{values, 0, 0, src.row()},
-                 View<float>{at(dst) + b * dst.block(), 0, 0, dst.row()});
+    pool_block_forward<float>(step.pool->kind, shape, {plane.data, 0, plane.row},
+                              {at(dst) + b * dst.block(), 0, dst.row()});
   }
-}
-
-std::size_t SingleNetwork::weight_bytes() const {
-  std::size_t values = 0;
-  for (const Step& step : steps_) values += step.weight.size() + step.bias.size();
-  return values * sizeof(float);
-}
-
-std::size_t SingleNetwork::activation_bytes() const {
-  return memory_.size() * sizeof(float);
 }
 
 }  // namespace decid::nn

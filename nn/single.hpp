@@ -1,31 +1,27 @@
-// One sample at a time, for identification and firmware: channels instead of samples in the lanes, so that no lane is
-// idle. Every output is the chain that Network computes in inference, so the bits are the same.
+// One sample at a time through the steps of inference: channels instead of samples in the lanes, so that no lane is
+// idle. Every output is the chain that it is in a batch, so the bits are the same.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
-#include "nn/network.hpp"
-#include "nn/pooling.hpp"
+#include "nn/inference.hpp"
+#include "nn/tensor.hpp"
 
 namespace decid::nn {
 
-class SingleNetwork {
+/// Takes its memory when it is made. Calls of run() and activation() must come one after the other.
+class SingleExecutor {
  public:
-  /// Packs the weights of `network`, which must be planned for inference and is not needed afterwards. All memory is
-  /// taken here.
-  explicit SingleNetwork(const Network<float>& network);
+  /// `inference` must outlive it.
+  explicit SingleExecutor(const Inference<float>& inference);
 
-  /// image: one sample, channel-major, input_shape().size() values. output: output_shape().size() values. Throws Error
-  /// for spans of another size.
-  void run(std::span<const float> image, std::span<float> output);
-
-  const Shape& input_shape() const { return input_shape_; }
-  const Shape& output_shape() const { return output_shape_; }
-  /// Bytes of weights and of activations.
-  std::size_t weight_bytes() const;
-  std::size_t activation_bytes() const;
+  /// image: one sample, channel-major, input_shape().size() values. output: output_shape().size() values. features:
+  /// feature_count() values that the last layer reads, or none.
+  void run(std::span<const float> image, std::span<float> output, std::span<float> features = {});
+  /// What step `step` makes of an image: steps()[step].dst.size() values, channel-major.
+  void activation(std::size_t step, std::span<const float> image, std::span<float> values);
+  std::size_t memory_bytes() const { return memory_.size() * sizeof(float); }
 
  private:
   /// Blocks of 16 channels, [block][row][column][lane], zeros around each plane.
@@ -39,26 +35,23 @@ class SingleNetwork {
     std::ptrdiff_t block() const { return row() * (shape.rows + 2 * halo); }
     std::size_t values() const { return static_cast<std::size_t>(blocks() * block()); }
   };
-  /// From one map to another, or in place.
-  struct Step {
-    std::size_t src = 0, dst = 0;  // in maps_
-    SingleConv<float> conv{};      // a convolution, if taps > 0; otherwise what follows:
-    Affine<float> affine;
-    bool relu = false;
-    std::optional<Pool> pool;
-    std::vector<float> weight, bias;
-    std::vector<std::ptrdiff_t> offset;
+  /// A step of inference from one map to another, or in place.
+  struct Way {
+    std::size_t src = 0, dst = 0;        // in maps_
+    std::vector<std::ptrdiff_t> offset;  // of each tap
   };
 
-  float* at(const Map& map) const { return memory_.data() + map.offset + map.halo * (map.row() + lanes); }
-  std::size_t add_map(Shape shape);
-  void pack(const Stage<float>& stage, Step& step) const;
-  void activate(const Step& step) const;
+  float* at(const Map& map) { return memory_.data() + map.offset + map.halo * (map.row() + lanes); }
+  void load(std::span<const float> image);
+  void store(const Map& map, std::span<float> values);
+  void run_steps(std::size_t count);
+  void convolve(const Step<float>& step, const Way& way);
+  void activate(const Step<float>& step, const Way& way);
 
+  const Inference<float>& inference_;
   std::vector<Map> maps_;
-  std::vector<Step> steps_;
+  std::vector<Way> ways_;  // of each step
   AlignedBuffer<float> memory_;
-  Shape input_shape_, output_shape_;
 };
 
 }  // namespace decid::nn

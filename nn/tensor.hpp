@@ -7,6 +7,7 @@
 #include <memory>
 #include <new>
 #include <span>
+#include <type_traits>
 
 namespace decid::nn {
 
@@ -20,19 +21,37 @@ struct Shape {
   bool operator==(const Shape&) const = default;
 };
 
-/// Where the values of a tensor are; strides in values. `data` is row 0, column 0 of channel 0 of block 0; the
-/// columns' stride is `lanes`. Plain data, because kernels compiled for different instruction sets share it.
+// Plain data, because kernels compiled for different instruction sets share them; the conversions are inlined so that
+// no copy compiled for one set can be linked into code for another.
+
+/// One channel's plane of a block of 16 samples; columns are `lanes` values apart.
 template <class T>
-struct View {
-  T* data;
-  std::ptrdiff_t block, channel, row;
+struct Plane {
+  T* data;             ///< row 0, column 0
+  std::ptrdiff_t row;  ///< stride of rows in values
+  int rows, columns;
+
+  [[gnu::always_inline]] operator Plane<const T>() const requires(!std::is_const_v<T>) {
+    return {data, row, rows, columns};
+  }
+};
+
+/// The planes of a block of 16 samples; strides in values.
+template <class T>
+struct BlockView {
+  T* data;  ///< row 0, column 0 of channel 0
+  std::ptrdiff_t channel, row;
+
+  [[gnu::always_inline]] operator BlockView<const T>() const requires(!std::is_const_v<T>) {
+    return {data, channel, row};
+  }
 };
 
 /// Asks the system for large pages for `bytes` bytes at `memory`. A hint: only the speed depends on it.
 void advise_large_pages(void* memory, std::size_t bytes);
 
-/// Memory aligned to a cache line, zeroed; if large, on large pages where the system has them, for a layer reads
-/// hundreds of planes at once, and with pages of 4 KB waits for the page table. Grows, never shrinks.
+/// Memory aligned to a cache line, zeroed; large buffers lie on large pages where the system has them, because a layer
+/// reads hundreds of planes at once, and with pages of 4 KB waits for the page table. Grows, never shrinks.
 template <class T>
 class AlignedBuffer {
  public:
@@ -45,7 +64,8 @@ class AlignedBuffer {
     for (std::size_t i = 0; i < count; ++i) data_[i] = T(0);
     count_ = count;
   }
-  T* data() const { return data_.get(); }
+  T* data() { return data_.get(); }
+  const T* data() const { return data_.get(); }
   std::size_t size() const { return count_; }
 
  private:
@@ -58,14 +78,19 @@ class AlignedBuffer {
   std::size_t count_ = 0;
 };
 
-/// A batch of samples in memory owned by someone else (an AlignedBuffer). Around each plane lies a halo of zeros, so
-/// that a convolution reads its padding like any other value.
+/// A batch of samples in memory that someone else owns (an AlignedBuffer). As with std::span, `T` says what may be
+/// changed: TensorView<const T> reads, TensorView<T> reads and writes and converts to it. Around each plane lies a halo
+/// of zeros, so that a convolution reads its padding like any other value.
 template <class T>
-class Tensor {
+class TensorView {
  public:
-  Tensor() = default;
+  using Value = std::remove_const_t<T>;
+
+  TensorView() = default;
   /// `memory` holds at least required(shape, batch, halo) values.
-  Tensor(T* memory, Shape shape, int batch, int halo) : memory_(memory), shape_(shape), batch_(batch), halo_(halo) {}
+  TensorView(T* memory, Shape shape, int batch, int halo)
+      : memory_(memory), shape_(shape), batch_(batch), halo_(halo) {}
+  operator TensorView<const T>() const requires(!std::is_const_v<T>) { return {memory_, shape_, batch_, halo_}; }
 
   static std::size_t required(Shape shape, int batch, int halo) {
     const auto plane =
@@ -80,55 +105,61 @@ class Tensor {
   int blocks() const { return static_cast<int>(blocks_of(batch_)); }
   /// Lanes of a block that hold samples; the others hold values that no reduction reads.
   int valid_lanes(int block) const { return batch_ - block * lanes < lanes ? batch_ - block * lanes : lanes; }
-  /// `count` samples from the first of a block on.
-  Tensor part(int block, int count) const { return {memory_ + block * view().block, shape_, count, halo_}; }
   /// Fewer samples in the same memory.
   void set_batch(int batch) { batch_ = batch; }
 
-  View<T> view() const {
-    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(shape_.columns + 2 * halo_) * lanes;
-    const std::ptrdiff_t channel = row * (shape_.rows + 2 * halo_);
-    return {memory_ + halo_ * row + halo_ * lanes, channel * shape_.channels, channel, row};
+  BlockView<T> block(int block) const {
+    return {memory_ + block * channel_stride() * shape_.channels + halo_ * row_stride() + halo_ * lanes,
+            channel_stride(), row_stride()};
+  }
+  Plane<T> plane(int block, int channel) const {
+    return {row(block, channel, 0), row_stride(), shape_.rows, shape_.columns};
   }
   T* row(int block, int channel, int row) const {
-    const View<T> v = view();
-    return v.data + block * v.block + channel * v.channel + row * v.row;
+    const BlockView<T> v = this->block(block);
+    return v.data + channel * v.channel + row * v.row;
   }
   T& at(int sample, int channel, int row_index, int column) const {
     return row(sample / lanes, channel, row_index)[column * lanes + sample % lanes];
   }
 
   /// values: shape().size() of one sample, channel-major.
-  void load(int sample, std::span<const T> values) const {
+  void load(int sample, std::span<const Value> values) const requires(!std::is_const_v<T>) {
     std::size_t i = 0;
-    for (int c = 0; c < shape_.channels; ++c)
-      for (int r = 0; r < shape_.rows; ++r)
-        for (int j = 0; j < shape_.columns; ++j) at(sample, c, r, j) = values[i++];
+    for_each_value(sample, [&](T& value) { value = values[i++]; });
   }
-  void store(int sample, std::span<T> values) const {
+  void store(int sample, std::span<Value> values) const {
     std::size_t i = 0;
-    for (int c = 0; c < shape_.channels; ++c)
-      for (int r = 0; r < shape_.rows; ++r)
-        for (int j = 0; j < shape_.columns; ++j) values[i++] = at(sample, c, r, j);
+    for_each_value(sample, [&](const T& value) { values[i++] = value; });
   }
   /// Zeroes the halo, needed when the memory served another tensor before.
-  void clear_halo() const {
+  void clear_halo() const requires(!std::is_const_v<T>) {
     if (halo_ == 0) return;
-    const View<T> v = view();
     const std::ptrdiff_t side = static_cast<std::ptrdiff_t>(halo_) * lanes;
     const std::ptrdiff_t width = static_cast<std::ptrdiff_t>(shape_.columns) * lanes;
     for (int b = 0; b < blocks(); ++b)
       for (int c = 0; c < shape_.channels; ++c)
         for (int r = -halo_; r < shape_.rows + halo_; ++r) {
-          T* begin = v.data + b * v.block + c * v.channel + r * v.row - side;
+          T* begin = row(b, c, r) - side;
           const bool inside = r >= 0 && r < shape_.rows;
-          for (std::ptrdiff_t i = 0; i < (inside ? side : v.row); ++i) begin[i] = T(0);
+          for (std::ptrdiff_t i = 0; i < (inside ? side : row_stride()); ++i) begin[i] = T(0);
           if (inside)
             for (std::ptrdiff_t i = 0; i < side; ++i) begin[side + width + i] = T(0);
         }
   }
 
  private:
+  std::ptrdiff_t row_stride() const { return static_cast<std::ptrdiff_t>(shape_.columns + 2 * halo_) * lanes; }
+  std::ptrdiff_t channel_stride() const { return row_stride() * (shape_.rows + 2 * halo_); }
+  template <class Body>
+  void for_each_value(int sample, const Body& body) const {
+    for (int c = 0; c < shape_.channels; ++c)
+      for (int r = 0; r < shape_.rows; ++r) {
+        T* const values = row(sample / lanes, c, r) + sample % lanes;
+        for (int j = 0; j < shape_.columns; ++j) body(values[j * lanes]);
+      }
+  }
+
   T* memory_ = nullptr;
   Shape shape_;
   int batch_ = 0;

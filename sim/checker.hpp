@@ -6,11 +6,11 @@
 
 namespace decid::sim {
 
-struct Protocol;
+struct Experiment;
 
-/// Ten significant digits, of what was computed: "0.25", "121.0000001".
+/// Ten significant digits, for computed values: "0.25", "121.0000001".
 std::string setting_text(double value);
-/// As many digits as bring back the value, of what was given: "1.00000000001".
+/// As many digits as give the value back, for values that were given: "1.00000000001".
 std::string given_text(double value);
 
 /// The whole milliseconds nearest to a time.
@@ -21,7 +21,7 @@ class Checker {
   explicit Checker(const std::string& protocol) : prefix_("protocol " + protocol + ", ") {}
 
   [[noreturn]] void fail(const std::string& setting, const std::string& problem, const std::string& remedy) const;
-  // NaN fails all of them.
+  // NaN fails each of these.
   void within(const std::string& setting, double value, double low, double high) const;
   void positive(const std::string& setting, double value, double high) const;
   void whole_milliseconds(const std::string& setting, double seconds) const;
@@ -31,7 +31,7 @@ class Checker {
 };
 
 /// The stimulus alone; the sample rate is valid. Lengths are held to the bound of a trial, so that all of them fit int.
-void check_stimulus(const Checker& check, const Protocol& protocol);
+void check_stimulus(const Checker& check, const Experiment& experiment);
 
 inline constexpr double longest_trial_s = 3600.0;
 

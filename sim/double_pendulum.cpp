@@ -16,8 +16,8 @@ namespace {
 
 constexpr double step_s = 1.0 / steps_per_second;
 
-// One DEC module with its delay: what stands on what. The body and its support are those the servo controls; the
-// passive part acts on the joint, whose angle may be another.
+// One DEC module with its delay. The body and its support are those of the servo; the passive part acts on the joint,
+// whose angle may differ from theirs.
 class Module {
  public:
   explicit Module(const Parameters& parameters) : p_(parameters), delay_line_(parameters[Delay]) {}
@@ -101,8 +101,8 @@ DoubleParameters default_double_parameters(const Segments& segments) {
 
 DoubleSimulator::DoubleSimulator(Protocol protocol)
     : protocol_(checked(std::move(protocol))),
-      segments_(segments_of(subject_of(protocol_.body))),
-      stimulus_(make_stimulus(protocol_)),
+      segments_(segments_of(subject_of(protocol_.experiment.body))),
+      stimulus_(make_stimulus(protocol_.experiment)),
       noise_maker_(protocol_),
       samples_(protocol_.samples()) {}
 
@@ -123,7 +123,7 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
   Module ankle(parameters.ankle), hip(parameters.hip);
   DoubleState state;
   double largest_sway = 0.0;
-  const int steps_per_sample = protocol_.steps_per_sample();
+  const int steps_per_sample = protocol_.experiment.steps_per_sample();
   int step = 0;
   for (std::size_t sample = 0; sample < samples; ++sample) {
     sway.com_rad[sample] = body.centre_of_mass(state.leg_rad, state.trunk_rad);

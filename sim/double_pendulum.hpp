@@ -57,9 +57,9 @@ class DoubleBody {
 struct DoubleParameters {
   Parameters ankle, hip;
 };
-/// Gains in parts of the stiffness of gravity, m g h of the whole body at the ankle and m_T g h_T at the hip. Ankle: Kp
+/// Gains as parts of the stiffness of gravity, m g h of the whole body at the ankle and m_T g h_T at the hip. Ankle: Kp
 /// .9, Kd .275, Kp_pass .15, Kd_pass .15, Nv .5, theta .0026, delay .16 s; hip: Kp .8, Kd .175, Kp_pass .5, Kd_pass
-/// .15, Nv 0, theta .0026, delay .07 s. Ours, near what the DEC literature uses.
+/// .15, Nv 0, theta .0026, delay .07 s. Ours, near those of the DEC literature.
 DoubleParameters default_double_parameters(const Segments& segments);
 
 /// Where the samples of a trial go; samples() values each.
@@ -81,7 +81,7 @@ class DoubleSimulator {
 
   /// One trial from rest, upright, as Simulator::run; largest_sway_rad is the centre of mass's. If a bound is left,
   /// end_s is the end of that step, not of its sample period. The hip's vestibular noise is the ankle's realisation
-  /// with its own Nv: there is one head. Throws Error for a non-finite or negative parameter, a delay above
+  /// with its own Nv, as one head senses both. Throws Error for a non-finite or negative parameter, a delay above
   /// longest_delay_s, or spans of another length.
   Outcome run(const DoubleParameters& parameters, const Random& noise, const DoubleSway& sway) const;
 

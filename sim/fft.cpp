@@ -74,37 +74,37 @@ Fft::Fft(int length) : length_(length) {
   for (const int radix : fft_radices(length)) {
     const int points = groups;  // of the transforms that this pass divides
     groups /= radix;
-    Stage stage{radix, groups, stride, twiddles_.size(), 0};
+    Pass pass{radix, groups, stride, twiddles_.size(), 0};
     for (int group = 0; group < groups; ++group) {
       for (int r = 1; r < radix; ++r) twiddles_.push_back(root_of_unity(static_cast<long long>(group) * r, points));
     }
     if (radix > 5) {
-      stage.roots = twiddles_.size();
+      pass.roots = twiddles_.size();
       for (int j = 0; j < radix; ++j) twiddles_.push_back(root_of_unity(j, radix));
       fold_length_ = std::max(fold_length_, radix - 1);
     }
-    stages_.push_back(stage);
+    passes_.push_back(pass);
     stride *= radix;
   }
 }
 
 void Fft::run(const FftKernels& kernels, int lanes, const double* in, double* out, double* work) const {
   const std::ptrdiff_t values = std::ptrdiff_t{2} * length_ * lanes;
-  if (stages_.empty()) {
+  if (passes_.empty()) {
     std::copy_n(in, values, out);
     return;
   }
   // The passes alternate between work and out so that the last one ends in out. An odd number of them would start by
   // overwriting an input that is out itself: it starts from a copy in work.
   const double* source = in;
-  if (stages_.size() % 2 == 1 && in == out) {
+  if (passes_.size() % 2 == 1 && in == out) {
     std::copy_n(in, values, work);
     source = work;
   }
-  double* target = stages_.size() % 2 == 1 ? out : work;
-  for (const Stage& stage : stages_) {
-    const FftPass pass{stage.radix, stage.groups, stage.stride, parts(twiddles_.data() + stage.twiddles),
-                       parts(twiddles_.data() + stage.roots)};
+  double* target = passes_.size() % 2 == 1 ? out : work;
+  for (const Pass& planned : passes_) {
+    const FftPass pass{planned.radix, planned.groups, planned.stride, parts(twiddles_.data() + planned.twiddles),
+                       parts(twiddles_.data() + planned.roots)};
     kernels.pass(pass, source, target, work + values);
     source = target;
     target = target == out ? work : out;
@@ -138,7 +138,7 @@ void RealFft::run_forward(const FftKernels& kernels, int lanes, const double* in
     std::copy_n(work, 2 * bins() * lanes, out);
     return;
   }
-  // Even samples as real, odd ones as imaginary parts: that is how they lie.
+  // Even samples are the real parts, odd ones the imaginary parts, as they lie in memory.
   fft_.run(kernels, lanes, in, out, work);
   kernels.join_halves(length_ / 2, parts(roots_.data()), out);
 }

@@ -47,7 +47,7 @@ class Fft {
 
  private:
   friend class RealFft;
-  struct Stage {
+  struct Pass {
     int radix, groups, stride;    // as in FftPass
     std::size_t twiddles, roots;  // where they begin in twiddles_
   };
@@ -56,7 +56,7 @@ class Fft {
 
   int length_;
   int fold_length_ = 0;  // room for one butterfly of the largest general radix
-  std::vector<Stage> stages_;
+  std::vector<Pass> passes_;
   std::vector<Complex> twiddles_;
 };
 

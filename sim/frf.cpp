@@ -24,8 +24,8 @@ double quantile_95(double nu) {
   return 0.5 * nu * (std::pow(0.05, -2.0 / nu) - 1.0);
 }
 
-int whole_samples(const Protocol& protocol, int cycles) {
-  const double samples = cycles * protocol.cycle_s() * protocol.sample_rate_hz;
+int whole_samples(const Experiment& experiment, int cycles) {
+  const double samples = cycles * experiment.cycle_s() * experiment.sample_rate_hz;
   if (cycles < 1) {
     throw Error("frequency response", "no cycle of the stimulus is left", "skip fewer cycles");
   }
@@ -38,18 +38,19 @@ int whole_samples(const Protocol& protocol, int cycles) {
 
 }  // namespace
 
-FrequencyResponse::FrequencyResponse(const Protocol& protocol, int skipped_cycles, double bands_per_decade)
-    : cycles_(protocol.cycles() - skipped_cycles),
-      cycle_s_(protocol.cycle_s()),
+FrequencyResponse::FrequencyResponse(const Experiment& experiment, int skipped_cycles, double bands_per_decade)
+    : cycles_(experiment.cycles() - skipped_cycles),
+      cycle_s_(experiment.cycle_s()),
       first_(static_cast<std::size_t>(
-          std::llround((protocol.lead_in_s() + skipped_cycles * cycle_s_) * protocol.sample_rate_hz))),
-      fft_(whole_samples(protocol, cycles_)) {
-  const Stimulus stimulus = make_stimulus(protocol);
-  const auto step_of = [&](std::size_t k) { return static_cast<int>(k) * protocol.steps_per_sample(); };
+          std::llround((experiment.lead_in_s() + skipped_cycles * cycle_s_) * experiment.sample_rate_hz))),
+      fft_(whole_samples(experiment, cycles_)) {
+  const Stimulus stimulus = make_stimulus(experiment);
+  const auto step_of = [&](std::size_t k) { return static_cast<int>(k) * experiment.steps_per_sample(); };
   const std::size_t end = first_ + static_cast<std::size_t>(fft_.length());
   std::vector<float> tilt;
   for (std::size_t k = 0; k < end; ++k) tilt.push_back(static_cast<float>(stimulus.tilt_at(step_of(k))));
-  const double opened = stimulus.tilt_at(std::min(step_of(end), protocol.steps())) - stimulus.tilt_at(step_of(first_));
+  const double opened =
+      stimulus.tilt_at(std::min(step_of(end), experiment.steps())) - stimulus.tilt_at(step_of(first_));
   if (std::abs(opened) > 0.01 * stimulus.peak_to_peak_rad()) {
     throw Error("frequency response", "the stimulus does not end a cycle where it started it",
                 "use a protocol whose tilt returns");
@@ -60,7 +61,7 @@ FrequencyResponse::FrequencyResponse(const Protocol& protocol, int skipped_cycle
   double largest = 0.0;
   for (int line = 1; line <= lines; ++line) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(line)]));
   const auto amplitude = [&](int line) { return std::abs(x[static_cast<std::size_t>(line)]); };
-  // Between harmonics there is nothing but what rounding to float leaves.
+  // Between harmonics there is only what rounding to float leaves.
   const auto is_noise = [&](int line) {
     return line >= 1 && line <= lines && (line % cycles_ != 0 || amplitude(line) <= most_amplitude * largest);
   };

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "sim/experiment.hpp"
 #include "sim/fft.hpp"
 #include "sim/parameters.hpp"
-#include "sim/protocol.hpp"
 
 namespace decid::sim {
 
@@ -22,33 +22,33 @@ struct FrfPoint {
   double coherence = 0.0;  ///< 0..1; NaN: unknown
 };
 
-/// What of a protocol's trials is analysed, and how: immutable, one serves all threads.
+/// What of an experiment's trials is analysed, and how: immutable, one serves all threads.
 ///
 /// The P cycles are transformed as one, so that harmonic k of the stimulus is line kP and all lines that the stimulus
-/// leaves out hold noise alone. Excited are harmonics with 0.3% of the largest's amplitude, up to 0.4 of the sample
-/// rate. Y, X: lines of sway and tilt; sums over the harmonics of a band, s2 the mean of |Y|^2 over up to three such
-/// lines on either side of each harmonic.
+/// leaves out hold noise alone. Harmonics up to 0.4 of the sample rate with 0.3% of the largest's amplitude
+/// count as excited. Y, X: lines of sway and tilt; sums over the harmonics of a band, s2 the mean of |Y|^2 over up to
+/// three such lines on either side of each harmonic.
 ///   response  = sum Y conj(X) / sum |X|^2
 ///   variance  = sum s2 |X|^2 / (sum |X|^2)^2
 ///   radius    = sqrt(variance F),   F the 95% quantile of F(2, nu), nu twice the number of noise lines
 ///   coherence = S / (S + P sum s2),   S = max(0, |response|^2 sum |X|^2 - variance sum |X|^2)
-/// The coherence is that of a single cycle, freed of its bias by the noise: 0 on average for noise alone, but that it
-/// is never below 0. With one cycle the noise lines are harmonics that are not excited (a sequence whose second half is
+/// The coherence is that of a single cycle, corrected for its bias by the noise: near 0 on average for noise alone, and
+/// never below 0. With one cycle the noise lines are harmonics that are not excited (a sequence whose second half is
 /// the first negated has no even ones); where there are none, radius and coherence are unknown.
 class FrequencyResponse {
  public:
-  /// Bands are `bands_per_decade` at most in a decade; a harmonic alone wherever they lie farther apart than that.
+  /// At most `bands_per_decade` bands in a decade; harmonics farther apart than that have a band each.
   /// The first `skipped_cycles` of a trial, with its transient from rest, are left out.
-  /// Throws Error if the stimulus does not end a cycle where it started it, if its cycles are no whole number of
+  /// Throws Error if the stimulus does not end a cycle where it started it, if its cycles are not a whole number of
   /// samples, if no cycle is left, or if their length has a prime factor above largest_fft_prime.
-  explicit FrequencyResponse(const Protocol& protocol, int skipped_cycles = 0, double bands_per_decade = 10.0);
+  explicit FrequencyResponse(const Experiment& experiment, int skipped_cycles = 0, double bands_per_decade = 10.0);
 
   int cycles() const noexcept { return cycles_; }
   double cycle_s() const noexcept { return cycle_s_; }
   std::size_t bands() const noexcept { return bands_.size(); }
 
   /// sway_rad, tilt_rad: the protocol's samples, at least up to the end of its cycles. Throws Error if there are fewer.
-  /// A tilt that was measured takes the place of the prescribed one, which decides on harmonics and bands.
+  /// A measured tilt takes the place of the prescribed one, which still decides on harmonics and bands.
   std::vector<FrfPoint> measure(std::span<const float> sway_rad, std::span<const float> tilt_rad) const;
   /// closed_loop() averaged over each band as a measured response is: for theta = 0.
   std::vector<Complex> linear(const Parameters& parameters, const Body& body) const;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double step_s = 1.0 / steps_per_second;
 
-// (sin a - a) / a^3 for |a| <= 5 degrees as a polynomial in a^2: the best one of its degree for the relative error of
+// (sin a - a) / a^3 for |a| <= 5 degrees as a polynomial in a^2: the one of its degree with the least relative error of
 // the sine, 8.5e-17 (Remez exchange in 50 digits). Rounding adds at most half a unit in the last place of a; beyond the
 // bound, where a trial is over, the error grows slowly.
 constexpr double sine_coefficients[] = {-0.16666666666644338547, 0.0083333331554029862068, -0.00019837239079875674672};
@@ -23,25 +23,25 @@ static_assert(longest_delay_s * steps_per_second <= Pendulums::longest_lag);
 
 }  // namespace
 
-Course course_of(const Protocol& protocol, const Stimulus& stimulus) {
+Course course_of(const Experiment& experiment, const Stimulus& stimulus) {
   Course course{};
-  const double mgh = protocol.body.mgh();
+  const double mgh = experiment.body.mgh();
   course.step_s = step_s;
   for (std::size_t i = 0; i < std::size(sine_coefficients); ++i) {
-    course.sine[i] = step_s / protocol.body.inertia_kgm2 * mgh * sine_coefficients[i];
+    course.sine[i] = step_s / experiment.body.inertia_kgm2 * mgh * sine_coefficients[i];
   }
-  course.steps_per_sample = protocol.steps_per_sample();
+  course.steps_per_sample = experiment.steps_per_sample();
   course.per_step = 1.0 / course.steps_per_sample;
-  const std::size_t intervals = stimulus.rate_rad_s.size() / static_cast<std::size_t>(protocol.samples());
+  const std::size_t intervals = stimulus.rate_rad_s.size() / static_cast<std::size_t>(experiment.samples());
   course.interval_steps = course.steps_per_sample / static_cast<int>(intervals);
   course.sway_limit_rad = sway_limit_rad;
   return course;
 }
 
-Experiment::Experiment(Protocol valid_protocol, Isa isa_used)
+Setup::Setup(Protocol valid_protocol, Isa isa_used)
     : protocol(std::move(valid_protocol)),
       isa(isa_used),
-      stimulus(make_stimulus(protocol)),
+      stimulus(make_stimulus(protocol.experiment)),
       noise_maker(protocol),
       samples(protocol.samples()) {
   for (std::size_t i = 0; i < stimulus.rate_rad_s.size(); ++i) {
@@ -50,16 +50,16 @@ Experiment::Experiment(Protocol valid_protocol, Isa isa_used)
   }
 }
 
-Lanes::Lanes(const Experiment& experiment)
-    : experiment_(experiment),
-      advance_(simulator_kernels(experiment.isa).advance_pendulums),
-      samples_(static_cast<std::size_t>(experiment.samples)),
-      step_over_inertia_(step_s / experiment.protocol.body.inertia_kgm2),
+Lanes::Lanes(const Setup& setup)
+    : setup_(setup),
+      advance_(simulator_kernels(setup.isa).advance_pendulums),
+      samples_(static_cast<std::size_t>(setup.samples)),
+      step_over_inertia_(step_s / setup.protocol.experiment.body.inertia_kgm2),
       lanes_(std::make_unique<Pendulums>()),
       silence_((samples_ + 1) * fft_lanes, 0.0),
       sways_(std::make_unique_for_overwrite<double[]>((Pendulums::count + 1) * samples_)) {
-  course_ = course_of(experiment.protocol, experiment.stimulus);
-  intervals_ = experiment.stimulus.rate_rad_s.size() / samples_;
+  course_ = course_of(setup.protocol.experiment, setup.stimulus);
+  intervals_ = setup.stimulus.rate_rad_s.size() / samples_;
   lanes_->row = Pendulums::longest_lag;
   for (int lane = 0; lane < Pendulums::count; ++lane) rest(lane);
 }
@@ -67,7 +67,7 @@ Lanes::Lanes(const Experiment& experiment)
 void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& trial_of,
                 const Simulator::Finished& finished) {
   for (;;) {
-    int busy = 0, samples = experiment_.samples;
+    int busy = 0, samples = setup_.samples;
     for (int lane = 0; lane < Pendulums::count; ++lane) {
       Work& work = works_[static_cast<std::size_t>(lane)];
       if (work.index < 0) {
@@ -90,7 +90,7 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
   constexpr std::size_t most = fft_lanes;
   std::vector<double> nv;
   std::vector<Random> random;
-  Noise* noise = nullptr;
+  NoiseBlock* noise = nullptr;
   while (waiting_.size() < most) {
     const int index = next();
     if (index < 0) break;
@@ -106,15 +106,15 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     waiting_.back().noise = noise;
     waiting_.back().noise_rate = noise->rate.data() + column;
   }
-  if (noise != nullptr) experiment_.noise_maker.velocity_lanes(nv, random, noise->rate, experiment_.isa);
+  if (noise != nullptr) setup_.noise_maker.velocity_lanes(nv, random, noise->rate, setup_.isa);
   std::reverse(waiting_.begin(), waiting_.end());  // they are taken from its end
 }
 
-Lanes::Noise* Lanes::free_noise() {
+Lanes::NoiseBlock* Lanes::free_noise() {
   for (const auto& noise : noises_) {
     if (noise->users == 0) return noise.get();
   }
-  noises_.push_back(std::make_unique<Noise>());
+  noises_.push_back(std::make_unique<NoiseBlock>());
   noises_.back()->rate.resize((samples_ + 1) * fft_lanes);
   return noises_.back().get();
 }
@@ -132,7 +132,7 @@ void Lanes::begin(int lane, const Prepared& trial, double* sway) {
   p.kd[lane] = 2.0 * c * parameters[Kd];
   p.passive[lane] = c * parameters[Kp_pass];
   p.damping[lane] = c * parameters[Kd_pass];
-  p.k1[lane] = c * (experiment_.protocol.body.mgh() - parameters[Kp_pass]);
+  p.k1[lane] = c * (setup_.protocol.experiment.body.mgh() - parameters[Kp_pass]);
   p.k2[lane] = 1.0 - p.damping[lane];
   p.theta[lane] = 0.5 * parameters[Theta];
   p.minus_theta[lane] = -p.theta[lane];
@@ -141,12 +141,12 @@ void Lanes::begin(int lane, const Prepared& trial, double* sway) {
   for (double* state : {p.sway, p.sway_rate, p.error, p.newer, p.largest}) state[lane] = 0.0;
   p.noise[lane] = 0.5 * trial.noise_rate[0];
   p.noise_rate[lane] = trial.noise_rate;
-  p.stimulus[lane] = experiment_.tilt_and_rate.data();
+  p.stimulus[lane] = setup_.tilt_and_rate.data();
   p.samples[lane] = sway;
   p.delayed[lane] = p.commands + lane - static_cast<std::ptrdiff_t>(lag.whole) * Pendulums::count;
   p.first_row[lane] = p.row + lag.first_step;
   p.last_first_row = std::max(p.last_first_row, p.row + lag.first_step);
-  works_[static_cast<std::size_t>(lane)] = {trial.index, experiment_.samples, lag.whole, trial.noise};
+  works_[static_cast<std::size_t>(lane)] = {trial.index, setup_.samples, lag.whole, trial.noise};
 }
 
 void Lanes::advance(int samples) {
@@ -180,7 +180,7 @@ void Lanes::end_if_over(int lane, const Simulator::Finished& finished) {
   const bool valid = largest <= sway_limit_rad;  // false for NaN
   if (valid && work.samples_left > 0) return;
   const double end_s =
-      static_cast<double>(experiment_.samples - work.samples_left) / experiment_.protocol.sample_rate_hz;
+      static_cast<double>(setup_.samples - work.samples_left) / setup_.protocol.experiment.sample_rate_hz;
   rest(lane);
   if (work.noise != nullptr) --work.noise->users;
   if (work.index < 0) return;

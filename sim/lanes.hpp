@@ -1,4 +1,4 @@
-// One thread's lanes and the trials that are led through them: a trial that ends, or falls, gives its lane to the next.
+// One thread's lanes and the trials that pass through them: a trial that ends, or falls, gives its lane to the next.
 // The steps themselves are kernels (kernels/generic_pendulums.hpp).
 #pragma once
 
@@ -12,9 +12,9 @@
 
 namespace decid::sim {
 
-/// An experiment as the kernels need it.
-struct Experiment {
-  Experiment(Protocol valid_protocol, Isa isa);
+/// A protocol as the kernels need it.
+struct Setup {
+  Setup(Protocol valid_protocol, Isa isa);
 
   Protocol protocol;
   Isa isa;
@@ -25,27 +25,27 @@ struct Experiment {
 };
 
 /// What a step computes with that does not change from trial to trial.
-Course course_of(const Protocol& protocol, const Stimulus& stimulus);
+Course course_of(const Experiment& experiment, const Stimulus& stimulus);
 
 class Lanes {
  public:
-  /// The experiment must outlive the lanes.
-  explicit Lanes(const Experiment& experiment);
+  /// The setup must outlive the lanes.
+  explicit Lanes(const Setup& setup);
 
   /// Runs the trials that `next` names, until it returns a negative index and all lanes are free; it is asked again
-  /// whenever a lane is. After an exception the lanes are of no more use.
+  /// whenever a lane is free. After an exception the lanes cannot be used again.
   void run(const std::function<int()>& next, const Simulator::TrialOf& trial_of, const Simulator::Finished& finished);
 
  private:
   /// The noises of fft_lanes trials, side by side, and how many of those are not over.
-  struct Noise {
+  struct NoiseBlock {
     std::vector<double> rate;
     int users = 0;
   };
   struct Prepared {
     int index;
     Parameters parameters;
-    Noise* noise;  // null: none
+    NoiseBlock* noise;  // null: none
     const double* noise_rate;
   };
   /// The trial in a lane.
@@ -53,22 +53,22 @@ class Lanes {
     int index = -1;  // negative: none
     int samples_left = 0;
     int lag = 0;
-    Noise* noise = nullptr;
+    NoiseBlock* noise = nullptr;
   };
 
   double* sway_of(int lane) { return sways_.get() + static_cast<std::size_t>(lane) * samples_; }
-  /// The next trials, as many as have their noise made at once; none when `next` has no more.
+  /// Fetches as many trials as have their noise made at once; none when `next` has no more.
   void prepare(const std::function<int()>& next, const Simulator::TrialOf& trial_of);
-  Noise* free_noise();
-  /// Nothing to do: a lane that stays at zero.
+  NoiseBlock* free_noise();
+  /// Leaves a lane without a trial: it stays at zero.
   void rest(int lane);
   void begin(int lane, const Prepared& trial, double* sway);
   void advance(int samples);
-  /// The commands that a lane can still ask for go to where there is room behind them.
+  /// Moves the commands that a lane can still ask for to where there is room behind them.
   void move_commands_back();
   void end_if_over(int lane, const Simulator::Finished& finished);
 
-  const Experiment& experiment_;
+  const Setup& setup_;
   AdvancePendulums advance_;
   std::size_t samples_, intervals_;  // intervals: of the stimulus, a sample
   double step_over_inertia_;
@@ -76,8 +76,8 @@ class Lanes {
   std::unique_ptr<Pendulums> lanes_;
   std::array<Work, Pendulums::count> works_{};
   std::vector<double> silence_;
-  std::unique_ptr<double[]> sways_;  // a row a lane, and one for those at rest
-  std::vector<std::unique_ptr<Noise>> noises_;
+  std::unique_ptr<double[]> sways_;  // a row for each lane, and one for those at rest
+  std::vector<std::unique_ptr<NoiseBlock>> noises_;
   std::vector<Prepared> waiting_;
 };
 

@@ -25,7 +25,7 @@ constexpr double slack = 1e-9;  // of a harmonic's number
 }  // namespace
 
 NoiseBand noise_band(const Protocol& protocol) {
-  const VestibularNoise& noise = protocol.vestibular_noise;
+  const VestibularNoise& noise = protocol.noise.vestibular;
   const double duration_s = protocol.duration_s();
   const NoiseBand band{static_cast<int>(std::ceil(noise.low_hz * duration_s - slack)),
                        static_cast<int>(std::floor(noise.high_hz * duration_s + slack))};
@@ -48,7 +48,7 @@ VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
       first_(noise_band(protocol).first),
       fft_(transform_length(samples_, noise_band(protocol).last)),
       phases_(samples_ / fft_.length()) {
-  const VestibularNoise& noise = protocol.vestibular_noise;
+  const VestibularNoise& noise = protocol.noise.vestibular;
   const double duration_s = protocol.duration_s();
   const int last = noise_band(protocol).last;
   if (noise.scale_deg == 0.0) return;
@@ -57,7 +57,7 @@ VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
     const double scale = noise.scale_deg * rad_per_deg;
     const double density = scale * scale / power_of(frequency_hz, noise.exponent);
     const double deviation = std::sqrt(density / duration_s);
-    const double phase = pi * frequency_hz / protocol.sample_rate_hz;  // at most 0.1 pi
+    const double phase = pi * frequency_hz / protocol.experiment.sample_rate_hz;  // at most 0.1 pi
     const double sinc = sin_small(phase) / phase;
     harmonics_.push_back({deviation, deviation * (2.0 * pi * frequency_hz) / (sinc * sinc)});
   }

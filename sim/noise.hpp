@@ -11,7 +11,7 @@
 namespace decid::sim {
 
 /// The harmonics of a trial that carry vestibular noise: k / duration from low_hz to high_hz. An edge that is meant to
-/// be a harmonic, as 1/121 Hz is, belongs to the band whatever its rounding.
+/// be a harmonic, as 1/121 Hz is, belongs to the band however it is rounded.
 struct NoiseBand {
   int first, last;
 };

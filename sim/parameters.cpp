@@ -29,7 +29,7 @@ Parameters parameters_from_text(const std::string& text, const std::string& wher
     std::size_t index = 0;
     while (index < parameter_count && name != parameter_info[index].name && name != parameter_info[index].option)
       ++index;
-    if (index == parameter_count) fail("'" + name + "' is no parameter");
+    if (index == parameter_count) fail("'" + name + "' is not a parameter");
     if (!given.insert(index).second) fail("gives " + name + " twice");
     const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), parameters[index]);
     if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(parameters[index]))

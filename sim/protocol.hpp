@@ -1,30 +1,12 @@
-// A protocol is data: everything about an experiment but the seven parameters. What the platform plays, how the
-// sway is sampled, whose body stands on it, which noise disturbs it.
-// Body: Winter, Biomechanics and Motor Control of Human Movement, table of anthropometric data.
+// A protocol is data: an experiment and the noise that disturbs it; everything about a trial but the parameters of the
+// controller.
 #pragma once
 
 #include <string>
 
-#include "sim/stimulus.hpp"
+#include "sim/experiment.hpp"
 
 namespace decid::sim {
-
-inline constexpr double pi = 3.14159265358979323846;
-inline constexpr double rad_per_deg = pi / 180.0;
-inline constexpr double gravity = 9.81;        ///< m/s^2
-inline constexpr int steps_per_second = 1000;  ///< the fixed integration step is 1 ms
-
-/// The body above the ankle as a single inverted pendulum. Defaults: Winter's segments for 88.86 kg and 1.80 m.
-struct Body {
-  double mass_kg = 86.283;
-  double com_height_m = 0.99119;
-  double inertia_kgm2 = 101.895;  ///< about the ankle
-
-  /// Gravitational stiffness m g h in N m/rad; 838.98 by default.
-  double mgh() const { return mass_kg * gravity * com_height_m; }
-
-  friend bool operator==(const Body&, const Body&) = default;
-};
 
 /// Gaussian noise of the vestibular channel: one-sided PSD(f) = (Nv * scale)^2 / f^exponent between low and high,
 /// zero outside.
@@ -42,53 +24,34 @@ struct SensorNoise {
   double high_deg = 0.0;
 };
 
+struct Noise {
+  VestibularNoise vestibular;
+  SensorNoise sensor;
+};
+
 struct Protocol {
   std::string name = "default";
-  StimulusKind stimulus = Sequence{};
-  double sample_rate_hz = 100.0;  ///< of the sway; divides 1000
-  Body body;
-  VestibularNoise vestibular_noise;
-  SensorNoise sensor_noise;
+  Experiment experiment;
+  Noise noise;
 
-  /// Throws Error naming the setting if any is out of its bounds, if no harmonic of the trial lies in the noise's band,
-  /// or if the number of samples has a prime factor above largest_fft_prime (sim/fft.hpp); all that follows assumes a
-  /// valid protocol.
+  /// Throws Error as Experiment::validate does, and for noise out of its bounds or without a harmonic of the trial in
+  /// its band; all that follows assumes a valid protocol.
   void validate() const;
-  /// Throws Error naming the setting for what can be simulated but is no experiment: control characters in the name, a
-  /// body that has less inertia about the ankles than its mass at its centre (parallel axis theorem; 1e-6 of it are
-  /// rounding), a measured tilt whose cycles do not join. To be asked of what people write: data sets and models may
-  /// carry such protocols from before.
+  /// Throws Error for what can be simulated but is no experiment: control characters in the name, and what
+  /// Experiment::refuse_implausible refuses. To be asked of what people write: data sets and models may carry such
+  /// protocols from before.
   void refuse_implausible() const;
   /// The stimulus if it is a sequence; throws Error if it is of another kind.
   Sequence& sequence();
   const Sequence& sequence() const;
 
-  // What all kinds of stimulus have. Of a sequence the lengths are counted anew at each call: keep them out of inner
-  // loops.
-
-  int cycles() const;
-  double lead_in_s() const;
-  /// Length of one cycle of the stimulus in s.
-  double cycle_s() const;
-  /// Length of a trial in 1 ms steps.
-  int steps() const;
-  int steps_per_sample() const;
-  /// Samples of a trial: sample k at t = k / sample_rate_hz, k = 0 .. samples() - 1.
-  int samples() const;
-  double duration_s() const;
+  int samples() const { return experiment.samples(); }
+  double duration_s() const { return experiment.duration_s(); }
 };
-
-/// Two protocols play the same stimulus to the same body and sample it alike; noise may differ.
-bool same_experiment(const Protocol& a, const Protocol& b);
 
 /// 121 s: 242 states of 0.25 s, twice.
 Protocol default_protocol();
 /// The Freiburg short protocol, 63.7 s: 80 states of 0.25 s, three times, between 1.97 s and 1.73 s of rest.
 Protocol short_protocol();
-
-/// The tilt of a valid protocol. A ternary sequence's is a whole number of states times one factor, so that it does not
-/// drift; its grid is the widest with a point at every change of the velocity. The grid of all other kinds is that of
-/// the samples.
-Stimulus make_stimulus(const Protocol& protocol);
 
 }  // namespace decid::sim

@@ -65,18 +65,18 @@ void read_sensor_noise(const JsonObject& parent, const Json& json, SensorNoise& 
 }  // namespace
 
 std::string to_json(const Protocol& protocol) {
-  const VestibularNoise& noise = protocol.vestibular_noise;
+  const VestibularNoise& noise = protocol.noise.vestibular;
   Json json{{"name", protocol.name}};
-  write_stimulus(protocol.stimulus, json);
-  json["sample_rate_hz"] = protocol.sample_rate_hz;
-  json["body"] = {{"mass_kg", protocol.body.mass_kg},
-                  {"com_height_m", protocol.body.com_height_m},
-                  {"inertia_kgm2", protocol.body.inertia_kgm2}};
+  write_stimulus(protocol.experiment.stimulus, json);
+  json["sample_rate_hz"] = protocol.experiment.sample_rate_hz;
+  json["body"] = {{"mass_kg", protocol.experiment.body.mass_kg},
+                  {"com_height_m", protocol.experiment.body.com_height_m},
+                  {"inertia_kgm2", protocol.experiment.body.inertia_kgm2}};
   json["vestibular_noise"] = {{"scale_deg", noise.scale_deg},
                               {"low_hz", noise.low_hz},
                               {"high_hz", noise.high_hz},
                               {"exponent", noise.exponent}};
-  json["sensor_noise_deg"] = sensor_noise_json(protocol.sensor_noise);
+  json["sensor_noise_deg"] = sensor_noise_json(protocol.noise.sensor);
   return print_json(json);
 }
 
@@ -89,12 +89,12 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   JsonObject object(json, where);
   protocol.name = source.name;
   object.read("name", protocol.name);
-  object.read("sample_rate_hz", protocol.sample_rate_hz);
-  read_stimulus(object, source, protocol.sample_rate_hz, protocol.stimulus);
-  if (const Json* part = object.find("body")) read_body(*part, where, protocol.body);
+  object.read("sample_rate_hz", protocol.experiment.sample_rate_hz);
+  read_stimulus(object, source, protocol.experiment.sample_rate_hz, protocol.experiment.stimulus);
+  if (const Json* part = object.find("body")) read_body(*part, where, protocol.experiment.body);
   if (const Json* part = object.find("vestibular_noise"))
-    read_vestibular_noise(*part, where, protocol.vestibular_noise);
-  if (const Json* part = object.find("sensor_noise_deg")) read_sensor_noise(object, *part, protocol.sensor_noise);
+    read_vestibular_noise(*part, where, protocol.noise.vestibular);
+  if (const Json* part = object.find("sensor_noise_deg")) read_sensor_noise(object, *part, protocol.noise.sensor);
   object.finish();
   try {
     protocol.validate();

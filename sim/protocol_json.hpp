@@ -20,8 +20,8 @@
 
 namespace decid::sim {
 
-/// Complete JSON text, keys in the order above, doubles so that they read back to the same bits. Self-contained: a
-/// measured tilt stands in it with all its samples, a subject as the body it makes.
+/// Complete JSON text: keys in the order above, doubles that read back to the same bits. Self-contained: it has a
+/// measured tilt with all its samples, a subject as the body that it makes.
 std::string to_json(const Protocol& protocol);
 
 /// `where` names the source in errors. Throws Error for bad JSON, unknown keys, wrong types, and values that
@@ -43,10 +43,10 @@ using ReadTilt = std::function<std::vector<double>(const TiltFileReference& file
 /// Where a protocol comes from.
 struct ProtocolText {
   std::string where;             ///< names it in errors
-  std::string name = "default";  ///< of a protocol that says none
+  std::string name = "default";  ///< of a protocol without one
   ReadTilt read_tilt = {};       ///< empty: it may not name any file
 };
-/// protocol_from_json for what people write: files of measured tilt are read, and what is no experiment is refused
+/// protocol_from_json for what people write: it reads files of measured tilt, and refuses what is no experiment
 /// (Protocol::refuse_implausible).
 Protocol protocol_from_text(const std::string& text, const ProtocolText& source);
 

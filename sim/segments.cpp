@@ -57,7 +57,7 @@ Body body_of(const Segments& segments) {
 }
 
 Subject subject_of(const Body& body) {
-  // Both are proportional to what is sought.
+  // Both are proportional to the figures sought.
   const Subject unit{.mass_kg = 1.0, .height_m = 1.0};
   const Body model = body_of(segments_of(unit));
   const Subject subject{.mass_kg = body.mass_kg / model.mass_kg, .height_m = body.com_height_m / model.com_height_m};

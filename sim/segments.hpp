@@ -20,9 +20,9 @@ struct Segments {
   double trunk_mass_kg, trunk_com_m, trunk_inertia_kgm2;
 
   double mass_kg() const { return leg_mass_kg + trunk_mass_kg; }
-  /// Of the centre of mass of both above the ankle, standing straight.
+  /// Height of the common centre of mass above the ankle, standing straight.
   double com_height_m() const;
-  /// Of both about the ankle, standing straight.
+  /// Common inertia about the ankle, standing straight.
   double inertia_kgm2() const;
   /// Gravitational stiffness of the trunk about the hip, N m/rad.
   double trunk_mgh() const { return trunk_mass_kg * gravity * trunk_com_m; }

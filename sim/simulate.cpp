@@ -30,9 +30,9 @@ double dead_band(double x, double theta) {
   return dead_band_of(x, theta);
 }
 
-/// Lanes that wait for their next call: their memory is large and costs more to get than a trial.
+/// Lanes kept for the next call: their memory is large and takes longer to get than a trial.
 struct Simulator::Core {
-  Core(Protocol protocol, Isa isa) : experiment(checked(std::move(protocol)), isa) {}
+  Core(Protocol protocol, Isa isa) : setup(checked(std::move(protocol)), isa) {}
 
   /// Runs on lanes that no other thread has.
   void run(const std::function<int()>& next, const TrialOf& trial_of, const Finished& finished) {
@@ -44,13 +44,13 @@ struct Simulator::Core {
         idle.pop_back();
       }
     }
-    if (lanes == nullptr) lanes = std::make_unique<Lanes>(experiment);
+    if (lanes == nullptr) lanes = std::make_unique<Lanes>(setup);
     lanes->run(next, trial_of, finished);
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(lanes));
   }
 
-  Experiment experiment;
+  Setup setup;
   std::mutex mutex;
   std::vector<std::unique_ptr<Lanes>> idle;
 };
@@ -58,13 +58,13 @@ struct Simulator::Core {
 Simulator::Simulator(Protocol protocol, Isa isa) : core_(std::make_shared<Core>(std::move(protocol), isa)) {}
 
 const Protocol& Simulator::protocol() const noexcept {
-  return core_->experiment.protocol;
+  return core_->setup.protocol;
 }
 const Stimulus& Simulator::stimulus() const noexcept {
-  return core_->experiment.stimulus;
+  return core_->setup.stimulus;
 }
 int Simulator::samples() const noexcept {
-  return core_->experiment.samples;
+  return core_->setup.samples;
 }
 
 Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const {
@@ -82,7 +82,7 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
       },
       [&](int, const Outcome& outcome, std::span<double> sway) {
         result = outcome;
-        const double written = std::floor(outcome.end_s * protocol().sample_rate_hz + 0.5);
+        const double written = std::floor(outcome.end_s * protocol().experiment.sample_rate_hz + 0.5);
         std::copy_n(sway.begin(), static_cast<std::ptrdiff_t>(written), sway_rad.begin());
       });
   return result;
@@ -90,7 +90,7 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
 
 namespace {
 
-/// Indices 0 .. count - 1, handed out to many threads; negative when there are no more.
+/// Hands out indices 0 .. count - 1 to many threads; a negative one when there are no more.
 class Indices {
  public:
   explicit Indices(int count) : count_(count) {}
@@ -99,7 +99,7 @@ class Indices {
     const int index = first_.fetch_add(1);
     return index < count_ ? index : -1;
   }
-  /// A trial goes to whichever thread has a lane free; a thread is worth its while for a few of them.
+  /// A trial goes to any thread that has a free lane; a thread is worth starting for a few of them.
   int threads() const { return std::min(thread_count(), (count_ + 7) / 8); }
 
  private:
@@ -119,7 +119,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
   std::vector<int> attempt(static_cast<std::size_t>(count), 0);
   std::vector<Parameters> parameters(static_cast<std::size_t>(count));
   parallel_for(indices.threads(), [&](int) {
-    std::vector<int> again;  // those that fell in this thread's lanes stay with it
+    std::vector<int> again;  // trials that fell in this thread's lanes stay with it
     const auto next = [&] {
       if (again.empty()) return indices.next();
       const int index = again.back();
@@ -147,7 +147,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
 }
 
 Complex closed_loop(const Parameters& parameters, const Body& body, double frequency_hz) {
-  // exp(-s delay) turns by frequency * delay; whole turns do not count.
+  // exp(-s delay) turns by frequency * delay; whole turns drop out.
   constexpr long long parts = 1LL << 52;
   const double turns = frequency_hz * parameters[Delay];
   const double part = (turns - std::floor(turns)) * static_cast<double>(parts);

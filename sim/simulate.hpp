@@ -60,14 +60,15 @@ class Simulator {
 
   /// Simulates trial_of(0) .. trial_of(count - 1) on OpenMP's threads, with the bits that run() gives each of them.
   /// finished(index, outcome, sway_rad) is called once a trial, in any order and from any thread; sway_rad may be
-  /// changed there and is void afterwards. The more trials a call has, the fuller are its lanes: give it hundreds.
+  /// changed there and is valid only within that call. The more trials a call has, the fuller its lanes: give it
+  /// hundreds.
   /// Throws what run(), trial_of or finished throw.
   using TrialOf = std::function<Trial(int index)>;
   using Finished = std::function<void(int index, const Outcome& outcome, std::span<double> sway_rad)>;
   void run_all(int count, const TrialOf& trial_of, const Finished& finished) const;
 
-  /// The same, each index until it has a valid trial: trial_of(index, attempt) for attempt 0, 1, ...; finished is
-  /// called for the valid one only. Throws Error too if `attempts` in a row are not valid.
+  /// The same, trying each index until its trial is valid: trial_of(index, attempt) for attempt 0, 1, ...; finished is
+  /// called for the valid one only. Also throws Error if `attempts` in a row are not valid.
   using AttemptOf = std::function<Trial(int index, int attempt)>;
   using Valid = std::function<void(int index, const Parameters& parameters, std::span<double> sway_rad)>;
   void run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const;

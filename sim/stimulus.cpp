@@ -1,5 +1,5 @@
-// Kinds of stimulus: their bounds, lengths and tilt; see stimulus.hpp. Whoever adds a kind adds an overload to each
-// family of functions below.
+// Kinds of stimulus: their bounds, lengths and tilt; see stimulus.hpp. A new kind needs an overload in each family
+// of functions below.
 // All times are counted in whole milliseconds; doubles come in only at the end.
 #include "sim/stimulus.hpp"
 
@@ -12,7 +12,7 @@
 #include "base/error.hpp"
 #include "base/math.hpp"
 #include "sim/checker.hpp"
-#include "sim/protocol.hpp"
+#include "sim/experiment.hpp"
 
 namespace decid::sim {
 namespace {
@@ -203,7 +203,7 @@ std::vector<double> cycle_deg(const MeasuredTilt& measured, int) {
   return tilt;
 }
 
-// sin of an angle given in turns: the whole turns do not count, the rest is counted in 2^-52 of a turn.
+// sin of an angle given in turns: whole turns drop out, the rest is counted in 2^-52 of a turn.
 double sin_of_turns(double turns) {
   constexpr long long parts = 1LL << 52;
   return sincos_of_turn(static_cast<long long>((turns - std::floor(turns)) * static_cast<double>(parts)), parts).sin;
@@ -241,7 +241,7 @@ std::vector<double> cycle_deg(const RaisedCosines& cosines, int steps_per_sample
   return tilt;
 }
 
-// ---- the tilt of a trial: play(kind, protocol)
+// ---- the tilt of a trial: play(kind, experiment)
 // -----------------------------------------------------------------------
 
 // Highest minus lowest accumulated value of a sequence that sums to zero.
@@ -255,7 +255,7 @@ int peak_to_peak(const std::vector<int>& values) {
   return highest - lowest;
 }
 
-Stimulus play(const Sequence& sequence, const Protocol& protocol) {
+Stimulus play(const Sequence& sequence, const Experiment& experiment) {
   const std::vector<int> values = ternary_sequence(sequence);
   const int state_ms = milliseconds(sequence.state_s);
   const int cycle_ms = static_cast<int>(values.size()) * state_ms;
@@ -266,10 +266,10 @@ Stimulus play(const Sequence& sequence, const Protocol& protocol) {
 
   Stimulus stimulus;
   // The widest grid with a point at every change of the velocity and at every sample.
-  stimulus.interval_steps = std::gcd(std::gcd(protocol.steps_per_sample(), state_ms), std::gcd(first_ms, offset_ms));
+  stimulus.interval_steps = std::gcd(std::gcd(experiment.steps_per_sample(), state_ms), std::gcd(first_ms, offset_ms));
   const int interval = stimulus.interval_steps;
   int count = 0;  // state values, summed over the milliseconds
-  const int steps = protocol.steps();
+  const int steps = experiment.steps();
   for (int k = 0; k < steps; k += interval) {
     const bool moving = k >= first_ms && k < last_ms;
     const int state = (offset_ms + (k - first_ms)) % cycle_ms / state_ms;
@@ -284,28 +284,28 @@ Stimulus play(const Sequence& sequence, const Protocol& protocol) {
 
 // Any kind that has a cycle_deg.
 template <class Kind>
-Stimulus play(const Kind& kind, const Protocol& protocol) {
-  const int steps_per_sample = protocol.steps_per_sample();
+Stimulus play(const Kind& kind, const Experiment& experiment) {
+  const int steps_per_sample = experiment.steps_per_sample();
   const std::vector<double> cycle = cycle_deg(kind, steps_per_sample);
   Stimulus stimulus;
   stimulus.interval_steps = steps_per_sample;
   std::vector<double>& tilt = stimulus.tilt_rad;
-  tilt.reserve(static_cast<std::size_t>(protocol.samples()) + 1);
+  tilt.reserve(static_cast<std::size_t>(experiment.samples()) + 1);
   tilt.assign(static_cast<std::size_t>(milliseconds(kind.lead_in_s) / steps_per_sample), 0.0);
   for (int i = 0; i < kind.cycles; ++i) tilt.insert(tilt.end(), cycle.begin(), cycle.end() - 1);
-  tilt.resize(static_cast<std::size_t>(protocol.samples()) + 1, cycle.back());
+  tilt.resize(static_cast<std::size_t>(experiment.samples()) + 1, cycle.back());
   for (double& value : tilt) value *= rad_per_deg;
   stimulus.rate_rad_s.reserve(tilt.size() - 1);
   for (std::size_t k = 0; k + 1 < tilt.size(); ++k) {
-    stimulus.rate_rad_s.push_back((tilt[k + 1] - tilt[k]) * protocol.sample_rate_hz);
+    stimulus.rate_rad_s.push_back((tilt[k + 1] - tilt[k]) * experiment.sample_rate_hz);
   }
   return stimulus;
 }
 
 }  // namespace
 
-void check_stimulus(const Checker& check, const Protocol& protocol) {
-  const int steps_per_sample = protocol.steps_per_sample();
+void check_stimulus(const Checker& check, const Experiment& experiment) {
+  const int steps_per_sample = experiment.steps_per_sample();
   std::visit(
       [&](const auto& kind) {
         check_kind(check, kind, steps_per_sample);
@@ -315,7 +315,7 @@ void check_stimulus(const Checker& check, const Protocol& protocol) {
         check.fail("the trial", "lasts " + setting_text(length_s) + " s",
                    "shorten it to at most 3600 s: fewer or shorter cycles");
       },
-      protocol.stimulus);
+      experiment.stimulus);
 }
 
 long long cycle_steps(const StimulusKind& kind, int steps_per_sample) {
@@ -372,8 +372,8 @@ double Stimulus::peak_to_peak_rad() const {
   return high - low;
 }
 
-Stimulus make_stimulus(const Protocol& protocol) {
-  return std::visit([&](const auto& kind) { return play(kind, protocol); }, protocol.stimulus);
+Stimulus make_stimulus(const Experiment& experiment) {
+  return std::visit([&](const auto& kind) { return play(kind, experiment); }, experiment.stimulus);
 }
 
 }  // namespace decid::sim

@@ -1,7 +1,7 @@
 // What the platform plays: kinds of stimulus as data, and the tilt made of them.
 // Every kind describes one cycle, which is played `cycles` times between a lead-in and a lead-out at rest; the tilt at
 // the start of the trial is called 0. A new kind is a struct here, in StimulusKind, with its functions in
-// sim/stimulus.cpp and its keys in dataset/stimulus_json.cpp.
+// sim/stimulus.cpp and its keys in sim/stimulus_json.cpp.
 #pragma once
 
 #include <cstddef>
@@ -110,8 +110,8 @@ std::vector<int> ternary_sequence(const Sequence& sequence);
 /// noise at its ends - or 0.01 degrees, but not more.
 std::string broken_joint(const std::vector<double>& tilt_deg);
 
-/// Length of one cycle in 1 ms steps. It may exceed the bounds of a trial; a stimulus that is not valid yields
-/// anything.
+/// Length of one cycle in 1 ms steps. It may exceed the bounds of a trial; the length of a stimulus that is
+/// not valid means nothing.
 long long cycle_steps(const StimulusKind& kind, int steps_per_sample);
 
 }  // namespace decid::sim

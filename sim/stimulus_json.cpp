@@ -1,4 +1,4 @@
-// Kinds of stimulus as JSON: see stimulus_json.hpp. Whoever adds a kind adds a key, a writer and a reader.
+// Kinds of stimulus as JSON: see stimulus_json.hpp. A new kind needs a key, a writer and a reader.
 #include "sim/stimulus_json.hpp"
 
 #include <utility>
@@ -65,7 +65,7 @@ Json json_of(const Sequence& sequence) {
 void read_kind(JsonObject& object, const Context&, Sequence& sequence) {
   object.read("feedback", sequence.feedback);
   object.read("start", sequence.start);
-  // Another sequence starts at its start: the default's offset says nothing of it.
+  // Another sequence starts at its start: the default's offset is not meant for it.
   if (object.find("feedback") || object.find("start")) sequence.offset_s = 0.0;
   object.read("state_s", sequence.state_s);
   object.read("amplitude_deg", sequence.amplitude_deg);
@@ -116,7 +116,7 @@ void read_kind(JsonObject& object, const Context& context, MeasuredTilt& measure
     tilt.says_unit = true;
     tilt.in_degrees = unit == "deg";
   }
-  // A sample rate out of its bounds is the protocol's error to tell.
+  // Validating the protocol reports a sample rate out of its bounds.
   if (!(context.sample_rate_hz >= 1.0 && context.sample_rate_hz <= steps_per_second)) return;
   tilt.is_cycle = measured.cycles > 1;
   try {

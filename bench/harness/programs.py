@@ -53,7 +53,7 @@ class Programs:
         return [b for b in self.listed if not b.name.startswith(others) and (pattern is None or pattern.search(b.name))]
 
     def measure(self, benchmark, seconds):
-        """What Google Benchmark tells of one benchmark, run for so many seconds, threads kept on their cores: its
+        """What Google Benchmark reports of one benchmark, run for so many seconds, threads kept on their cores: its
         context, and its entry."""
         escaped = re.sub(r"([.+*?^$(){}|\[\]\\])", r"\\\1", benchmark.name)
         told = run([self.folder / benchmark.program, f"--benchmark_filter=^{escaped}$", "--benchmark_format=json",

@@ -1,4 +1,4 @@
-// What the channels of an image show; of its own, as kernels that are compiled for one instruction set need it too.
+// What the channels of an image show. A header of its own, as kernels for one instruction set need it too.
 #pragma once
 
 namespace decid::dataset {

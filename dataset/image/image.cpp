@@ -136,7 +136,7 @@ ImageShape ImageMaker::shape() const noexcept {
           std::max(samples_ - settings_.first_sample, 0) / settings_.window / settings_.fold};
 }
 
-// A single window without seven idle lanes beside it: the same bits from an eighth of the memory.
+// A single window by itself has the same bits, without seven idle lanes, in an eighth of the memory.
 void ImageMaker::transform_alone(std::span<const float> window, std::span<double> spectrum) const {
   thread_local std::vector<double> signal;
   thread_local std::vector<sim::Complex> bins, complex_work;
@@ -180,7 +180,7 @@ void ImageMaker::make_all(std::span<const std::span<const float>> sways_rad, std
   const auto fold = static_cast<std::size_t>(settings_.fold), columns = static_cast<std::size_t>(size.columns);
   const int shown = std::min(fft_.bins(), rows_);
   constexpr std::size_t lanes = image_lanes;
-  // Kept from call to call: of a whole cycle as one window they are 2.5 MB.
+  // Kept from call to call: 2.5 MB if the window is a whole cycle.
   thread_local std::vector<double> signal, spectra, work, mean, residual;
   const auto grow = [](std::vector<double>& buffer, std::size_t count) {
     buffer.resize(std::max(buffer.size(), count));
@@ -266,7 +266,7 @@ RowScaling RowStatistics::finish() const {
   RowScaling scaling;
   for (std::size_t row = 0; row < mean_.size(); ++row) {
     const double deviation = std::sqrt(squares_[row] / count);
-    // Below the resolution of float a deviation is rounding, not signal.
+    // A deviation below the resolution of float is rounding, not signal.
     const bool constant = deviation <= 1e-7 * std::abs(mean_[row]);
     scaling.mean.push_back(static_cast<float>(mean_[row]));
     scaling.deviation.push_back(constant ? 1.0f : static_cast<float>(deviation));

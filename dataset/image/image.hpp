@@ -18,19 +18,19 @@ Channel channel_from_name(const std::string& name);
 
 /// The longest window, samples.
 inline constexpr int largest_window = 1 << 17;
-/// The most cycles that are folded.
+/// The most cycles that can be folded.
 inline constexpr int largest_fold = 1000;
 
 struct ImageSettings {
   int window = 110;            ///< samples a window
   bool half_spectrum = false;  ///< rows 0 .. window / 2 only; the rest mirror them
   std::vector<Channel> channels{Channel::modulus, Channel::phase};
-  bool standardize_rows = false;  ///< (value - mean) / deviation with the training set's figures of each row
+  bool standardize_rows = false;  ///< (value - mean) / deviation, with each row's figures over the training set
   int first_sample = 0;           ///< where the first window starts, to skip a lead-in
   /// The stimulus plays `fold` equal cycles: z is the mean of the bins that see the same tilt, one from each cycle, and
-  /// log_residual shows how they differ. Columns cover one cycle. 1: every window for itself.
+  /// log_residual shows how they differ. Columns cover one cycle. 1: each window by itself.
   int fold = 1;
-  int rows = 0;  ///< so many of the lowest frequencies only, needs half_spectrum; 0: all
+  int rows = 0;  ///< only this many of the lowest frequencies, needs half_spectrum; 0: all
 
   /// Throws Error for a setting out of its bounds; largest_window is one of them.
   void validate() const;
@@ -47,8 +47,8 @@ struct ImageShape {
 /// Makes images of trials of a fixed length; immutable, one serves all threads.
 class ImageMaker {
  public:
-  /// samples: length of a trial; windows that do not fit whole are left out at its end.
-  /// Throws Error if not one window fits.
+  /// samples: length of a trial; what is too short for a window at its end is left out.
+  /// Throws Error if no window fits.
   ImageMaker(ImageSettings settings, int samples);
 
   const ImageSettings& settings() const noexcept { return settings_; }
@@ -57,7 +57,7 @@ class ImageMaker {
   /// isa: tests and benchmarks may ask for another.
   void make(std::span<const float> sway_rad, std::span<float> image, Isa isa = chosen_isa()) const;
   /// The images of several trials, one after another, each with the bits that it has alone. Eight windows are
-  /// transformed side by side: trials that have fewer share them, so give `trials_together` at once, or many.
+  /// transformed side by side: trials that have fewer share the lanes, so give `trials_together` at once, or many.
   void make_all(std::span<const std::span<const float>> sways_rad, std::span<float> images,
                 Isa isa = chosen_isa()) const;
   int trials_together() const noexcept;

@@ -1,7 +1,7 @@
 // The journal of a data set being made: which trials of it are in the unfinished file, with checksums, so that a later
 // run can go on after a kill or a power failure. Private to generate_npz.
-// Form: "decid journal 1\n", length and CRC-32 of the request's text, the text; then an entry a chunk of trials, each
-// with a CRC-32 of its own. Numbers are little endian. What is cut off or damaged counts as not written.
+// Form: "decid journal 1\n", length and CRC-32 of the request's text, the text; then an entry for each chunk of
+// trials, with a CRC-32 of its own. Numbers are little endian. What is cut off or damaged counts as not written.
 #pragma once
 
 #include <cstdint>

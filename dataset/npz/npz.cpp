@@ -1,4 +1,4 @@
-// Reading data sets: see npz.hpp. Whatever a reader would refuse is refused when writing too.
+// Reading data sets: see npz.hpp. Writing refuses what reading would refuse.
 // Formats: numpy.lib.format (npy.hpp), zip by libzip.
 #include "dataset/npz/npz.hpp"
 
@@ -23,7 +23,7 @@ namespace decid::dataset {
 namespace {
 
 constexpr const char* regenerate = "make the data set again with decid dataset";
-/// Deflate cannot expand data by more than this factor (zlib's technical details), so a larger claim is a lie.
+/// Deflate cannot expand data by more than this factor (zlib's technical details), so a larger claim is wrong.
 constexpr std::uint64_t deflate_limit = 1032;
 
 struct Discard {
@@ -174,7 +174,7 @@ class Reader {
 
  private:
   void read_header() {
-    // Format 2.0 can say more than 64 KiB, but only arrays of records need that, and those are refused as cut off.
+    // A header of format 2.0 can be longer than 64 KiB, but only arrays of records need that: refused as cut off.
     std::string front(std::min<std::uint64_t>(size_, 10), '\0');
     read_bytes(front.data(), front.size());
     if (front.size() == 10 && front.starts_with("\x93NUMPY")) {
@@ -200,7 +200,7 @@ class Reader {
 
   void read_rest(void* target, std::size_t bytes) {
     read_bytes(target, bytes);
-    char beyond;  // reading up to the end makes libzip compare the checksum
+    char beyond;  // reading past the end makes libzip compare the checksum
     if (zip_fread(member_.get(), &beyond, 1) != 0) damaged();
   }
 
@@ -227,7 +227,7 @@ void read_description(const std::string& text, const std::string& where, Dataset
   int format = 0;
   object.read("format", format);
   if (format != npz_format_version) {
-    throw Error(where, "is of data set format " + std::to_string(format) + ", this program reads format 1",
+    throw Error(where, "is of data set format " + std::to_string(format) + ", but this program reads format 1",
                 "use the decid that wrote it, or make it again");
   }
   object.require("seed");
@@ -238,7 +238,7 @@ void read_description(const std::string& text, const std::string& where, Dataset
   object.read("parameters", names);
   const auto same = [](const std::string& name, const sim::ParameterInfo& info) { return name == info.name; };
   if (!std::equal(names.begin(), names.end(), sim::parameter_info.begin(), sim::parameter_info.end(), same)) {
-    throw Error(where, "lists other parameters than Kp, Kd, Kp_pass, Kd_pass, Nv, theta, delay", regenerate);
+    throw Error(where, "lists parameters other than Kp, Kd, Kp_pass, Kd_pass, Nv, theta, delay", regenerate);
   }
   object.finish();
 }
@@ -328,7 +328,7 @@ StoredDataset::StoredDataset(const std::filesystem::path& path) {
   std::uint32_t sum = crc32(header);
   const std::size_t trial_bytes = static_cast<std::size_t>(data_.samples) * sizeof(float);
   for (const std::uint32_t part : parts) sum = crc32_joined(sum, part, trial_bytes);
-  if (sum != sway.crc32()) throw Error(source.where + ": sway", "is damaged: its CRC is another", regenerate);
+  if (sum != sway.crc32()) throw Error(source.where + ": sway", "is damaged: its CRC does not match", regenerate);
 }
 
 void StoredDataset::read(int index, std::span<float> sway_rad) const {

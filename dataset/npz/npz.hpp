@@ -25,16 +25,16 @@ void write_npz(const std::filesystem::path& path, const Dataset& data);
 /// Generates a data set straight into a file: the bytes that write_npz(path, generate(request)) writes, in memory that
 /// does not grow with the sway (100 MB, and some 20 bytes a trial).
 ///
-/// The file is made as npz_partial(path) and renamed when it is whole. Whatever interrupts that - progress returning
-/// false (Error), a full disk (Error), a kill, a power failure -, the next call with the same request and program goes
-/// on after the last chunk of trials that is sound, and the finished file has the same bytes. `resumed` is called then,
-/// once, with the number of trials that are there. `program` names what makes the bits ("decid 0.1.0"). Throws Error
+/// The file is made as npz_partial(path) and renamed when it is whole. If that is interrupted - progress returns false
+/// (Error), the disk is full (Error), a kill, a power failure - the next call with the same request and program goes on
+/// after the last sound chunk of trials, and the finished file has the same bytes. `resumed` is then called once, with
+/// the number of trials that are there. `program` names what makes the bits ("decid 0.1.0"). Throws Error
 /// for what generate() refuses, for the unfinished file of another request, if another process is at it, and if `path`
 /// cannot be written or is no regular file.
 DatasetReport generate_npz(const std::filesystem::path& path, const DatasetRequest& request, const std::string& program,
                            const Progress& progress = {}, const std::function<void(int trials)>& resumed = {});
 
-/// What generate_npz writes meanwhile, beside its output: the file's beginning, and a journal of what is in it.
+/// What generate_npz writes beside its output until that is whole: the file's beginning, and a journal of it.
 struct NpzPartial {
   std::filesystem::path file, journal;
 };
@@ -47,13 +47,13 @@ std::uint64_t npz_bytes(int count, const sim::Protocol& protocol);
 /// non-finite values, groups or splits out of range, a protocol that does not fit the number of samples.
 Dataset read_npz(const std::filesystem::path& path);
 
-/// Throws Error for what must not hold of a data set on either side of the disk. `where` names it.
+/// Throws Error for a data set that may be neither written nor read. `where` names it.
 void check_dataset(const Dataset& data, const std::string& where);
 
 /// A data set whose sway is read when it is asked for. Copies share the file.
 class StoredDataset {
  public:
-  /// One in memory.
+  /// A data set in memory.
   StoredDataset(Dataset data);
   /// Throws what read_npz throws; the sway is read once, to check it. A file whose sway is deflated or not its first
   /// member (decid writes none such) is read into memory.

@@ -1,5 +1,5 @@
-// A data set made straight into its file: see npz.hpp, and journal.hpp for how an interrupted one is taken up again.
-// The unfinished file is the finished one's beginning, so going on means to pass over what is there and is sound.
+// A data set made straight into its file: see npz.hpp, and journal.hpp for how an interrupted one is resumed.
+// The unfinished file is the finished one's beginning, so resuming means passing over what is there and sound.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -33,7 +33,7 @@ fs::path target_of(const fs::path& path) {
   return target.empty() ? path : target;
 }
 
-/// All that decides the bits of the file.
+/// Everything that determines the bits of the file.
 std::string request_text(const DatasetRequest& request, const std::string& program) {
   return print_json({{"format", npz_format_version},
                      {"program", program},
@@ -71,7 +71,7 @@ class Partial {
   /// Leaves the journal ready to be read, or begins it; refuses the file of another request.
   void take(const std::string& request) {
     const std::optional<std::string> found = journal_.request();
-    // The journal's beginning is on the disk before anything is in the file: without one the other is worth nothing.
+    // The journal's beginning is on the disk before anything is in the file, which is worthless without it.
     if (file_.size() == 0) return journal_.start(request);
     const std::string remedy = "delete " + paths_.file.string() + " and " + paths_.journal.string() + " to begin anew";
     if (!found) throw Error(paths_.file.string(), "is an unfinished data set whose journal is lost", remedy);
@@ -210,7 +210,7 @@ class Run {
   }
 
  private:
-  /// A request that cannot be met leaves nothing behind.
+  /// Leaves nothing behind if the request cannot be met.
   const Chunk& next_chunk() {
     try {
       return generator_.next();

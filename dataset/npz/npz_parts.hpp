@@ -1,4 +1,4 @@
-// What the two writers of .npz files share: the arrays, one after the other, and the text that describes them.
+// What the two writers of .npz files share: writing the arrays one after the other, and the text that describes them.
 // Private to npz_write.cpp and npz_generate.cpp.
 #pragma once
 

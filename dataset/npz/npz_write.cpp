@@ -51,7 +51,7 @@ void write_npz(const std::filesystem::path& path, const Dataset& data) {
   check_dataset(data, path.string());
   const std::size_t trials = data.parameters.size();
   PendingFile pending(path);
-  // A device would be written to directly, and could not be returned to for the checksums.
+  // A device is written to directly, and the writer could not go back in it for the checksums.
   if (!std::filesystem::is_regular_file(pending.path())) {
     throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "name a file on a disk");
   }

@@ -10,7 +10,7 @@ namespace decid::dataset {
 namespace {
 
 constexpr std::uint64_t alignment = 64;
-/// This value in a field of 32 bits says that the true one is in the ZIP64 extra field.
+/// This value in a field of 32 bits means that the true one is in the ZIP64 extra field.
 constexpr std::uint32_t in_zip64 = 0xffffffff;
 constexpr std::uint16_t plain_version = 20, zip64_version = 45;
 /// 1 January 1980, the format's earliest: equal data sets are equal files.
@@ -22,7 +22,7 @@ class Fields {
   Fields& u16(std::uint64_t value) { return number(value, 2); }
   Fields& u32(std::uint64_t value) { return number(value, 4); }
   Fields& u64(std::uint64_t value) { return number(value, 8); }
-  /// u32, or the mark that the value is elsewhere.
+  /// u32, or the mark if the value is elsewhere.
   Fields& u32_or_mark(std::uint64_t value) { return u32(value < in_zip64 ? value : in_zip64); }
   Fields& text(const std::string& value) {
     bytes_ += value;
@@ -69,7 +69,7 @@ std::uint32_t crc32_joined(std::uint32_t a, std::uint32_t b, std::uint64_t b_byt
 std::uint32_t crc32(std::span<const std::span<const std::byte>> pieces) {
   uLong sum = 0;
   for (const auto& piece : pieces) {
-    // zlib takes a null pointer, which an empty piece may have, for the wish to begin anew.
+    // zlib takes a null pointer, which an empty piece may have, as a request to begin anew.
     if (!piece.empty()) sum = ::crc32_z(sum, reinterpret_cast<const Bytef*>(piece.data()), piece.size());
   }
   return static_cast<std::uint32_t>(sum);

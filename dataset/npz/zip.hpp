@@ -13,11 +13,11 @@
 
 namespace decid::dataset {
 
-/// CRC-32 as zip has it, of bytes.
+/// CRC-32 of bytes, as zip defines it.
 std::uint32_t crc32(std::span<const std::byte> bytes);
-/// That of a and b one after the other, from those of each and b's length.
+/// CRC-32 of a followed by b, from the CRC-32 of each and b's length.
 std::uint32_t crc32_joined(std::uint32_t a, std::uint32_t b, std::uint64_t b_bytes);
-/// That of the pieces one after the other.
+/// CRC-32 of the pieces one after the other.
 std::uint32_t crc32(std::span<const std::span<const std::byte>> pieces);
 
 struct ZipMember {

@@ -13,7 +13,7 @@ namespace decid::dataset {
 
 namespace {
 
-/// In median steps. Steps that differ by more than `gross` from every whole number of them are no clock's.
+/// In median steps. Steps that differ by more than `gross` from every whole number of them come from no clock.
 constexpr double even = 0.01, gross = 0.3;
 /// Neighbours farther apart than this many samples have a gap between them.
 constexpr double gap = 1.5;
@@ -91,7 +91,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   if (places == last) {
     if (const std::optional<double> step = rounded_step(time, unit_s)) {
       clock.rate_hz = near_whole(1.0 / (*step * unit_s));
-      // A grid of a whole number of samples a second is likelier than one a little off; rounding cannot tell.
+      // A grid of a whole number of samples a second is likelier than one a little off; rounded times fit both.
       const double whole = std::round(clock.rate_hz);
       if (std::abs(whole / clock.rate_hz - 1.0) * last < 0.5 * 1e-3 * clock.rate_hz) clock.rate_hz = whole;
       return clock;

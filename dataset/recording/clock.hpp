@@ -1,5 +1,5 @@
 // When samples were taken: even and uneven columns of time, lost samples, and gaps that are filled on request.
-// Private to dataset.
+// Private to recording.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ struct Clock {
 /// Sample rate and places of a column of time, in seconds unless its name says otherwise. Steps within 1% of their
 /// median, and times that are an even grid rounded to 1 ms or 0.1 ms, are even. Else each step may differ by 30% of the
 /// median from a whole multiple of it; multiples beyond 1 are lost samples. Throws Error for the first step that does
-/// not fit; `setting` gives the rate instead: "--rate".
+/// not fit; the error names `setting` ("--rate"), which gives the rate instead.
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting);
 
 /// Values at the clock's places brought to its even grid: by cubic interpolation between four neighbours, linear beside

@@ -1,5 +1,5 @@
-// Columns of a table by what their names say: which is the time, in which unit a column is, which one the user means.
-// Private to dataset.
+// Columns of a table by their names: which is the time, in which unit a column is, which one the user means.
+// Private to recording.
 #pragma once
 
 #include <initializer_list>
@@ -26,7 +26,7 @@ bool one_of(std::string_view word, std::initializer_list<std::string_view> list)
 std::optional<Unit> unit_in(std::string_view name);
 /// "com_x" of "COM_x (deg)".
 std::string name_without_unit(std::string_view name);
-/// The names of a table's columns but for one (-1: of all), to be shown.
+/// The names of a table's columns except one (-1: of all), to be shown.
 std::string list_of(const Table& table, int without);
 
 /// The column that the user named, by its name, its name in other case, or its number. Throws Error if there is none or

@@ -76,6 +76,17 @@ bool commas_are_decimal(std::string_view line) {
   return any && std::all_of(cells.begin(), cells.end(), [](std::string_view cell) { return parse(cell).is_number; });
 }
 
+/// A line without what stands between quotes.
+std::string outside_quotes(std::string_view line) {
+  std::string outside;
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') quoted = !quoted;
+    if (c == '"' || !quoted) outside += c;
+  }
+  return outside;
+}
+
 bool is_missing(std::string_view cell) {
   std::string lower(cell);
   for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -143,16 +154,17 @@ void CsvTable::for_each_line(const Visit& visit) const {
 }
 
 char CsvTable::find_separator() const {
-  // The second line tells better than the first, which may be a header with anything in its names.
-  std::string_view first, line;
+  // The second line is the better witness: the first may be a header with anything in its names.
+  std::string_view first, last;
   int lines = 0;
   for_each_line([&](std::string_view candidate, std::size_t) {
-    first = line;
-    line = candidate;
+    first = last;
+    last = candidate;
     return ++lines < 2;
   });
   first = trim(first);
-  line = trim(line);
+  const std::string unquoted = outside_quotes(last);
+  const std::string_view line = trim(unquoted);
   for (const char separator : {';', '\t'}) {
     if (line.find(separator) != std::string_view::npos) return separator;
   }
@@ -161,7 +173,7 @@ char CsvTable::find_separator() const {
   // One number with a decimal comma below a header of one name, or several of them between blanks.
   const bool one_column = !first.empty() && first.find_first_of(", ") == std::string_view::npos &&
                           !parse(first).is_number && std::count(line.begin(), line.end(), ',') == 1;
-  return (blanks || one_column) && commas_are_decimal(line) ? ' ' : ',';
+  return (blanks || one_column) && commas_are_decimal(trim(last)) ? ' ' : ',';
 }
 
 void CsvTable::read_header(std::string_view line) {

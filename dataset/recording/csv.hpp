@@ -1,6 +1,5 @@
 // Tables of numbers as text: separated by commas, semicolons, tabs or blanks, with or without a header line.
-// Not installed: for dataset and tools. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see
-// CsvTable.
+// Not installed. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see CsvTable.
 #pragma once
 
 #include <string>
@@ -13,7 +12,7 @@ namespace decid::dataset {
 
 /// A table over its text; numbers are parsed only for the columns asked for, so others may hold anything.
 ///
-/// Taken in stride: UTF-8 byte order mark, line ends \n, \r\n and \r, blank lines, comment lines (# or %), blanks
+/// Accepted: UTF-8 byte order mark, line ends \n, \r\n and \r, blank lines, comment lines (# or %), blanks
 /// around cells, quoted cells (on one line), a separator at the end of the lines, a decimal comma where it cannot be a
 /// separator ("1,5;2,7", "1,5 2,7", a single column), and a line of units below the header ("s,deg"), which become part
 /// of the names: "time (s)".

@@ -1,5 +1,5 @@
-// MAT-files: see mat.hpp. matio opens all versions; what it hands over is checked before it is believed, since its
-// header may say anything.
+// MAT-files: see mat.hpp. matio opens all versions; what it returns is checked before it is used, since a file's header
+// may claim anything.
 #include "dataset/recording/mat.hpp"
 
 #include <matio.h>
@@ -99,7 +99,7 @@ bool is_rate(const std::string& name) {
                         "sampling_rate", "sampling_rate_hz", "sf", "freq", "frequency", "sample_frequency"});
 }
 
-/// What is found in a file, before its columns are named.
+/// What a file holds, before its columns are named.
 struct Columns {
   std::vector<std::string> leaf, path;
   std::vector<std::vector<double>> values;
@@ -211,9 +211,9 @@ void check_mat(std::string_view bytes, const std::string& where) {
 MatTable::MatTable(const std::filesystem::path& path) : where_(path.string()) {
   const char* remedy = "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";
   const std::unique_ptr<mat_t, Close> file(Mat_Open(where_.c_str(), MAT_ACC_RDONLY));
-  if (!file) throw Error(where_, "is no MAT-file that can be read, or damaged", remedy);
+  if (!file) throw Error(where_, "is not a MAT-file that can be read, or is damaged", remedy);
   Columns columns;
-  // The sizes are looked at before the values are read: a header may claim anything.
+  // Sizes are checked before the values are read: a header may claim anything.
   while (const std::unique_ptr<matvar_t, Free> variable{Mat_VarReadNextInfo(file.get())}) {
     std::size_t count = 1;
     for (int d = 0; d < variable->rank; ++d) {

@@ -15,10 +15,9 @@ namespace decid::dataset {
 namespace {
 
 constexpr double most_samples = 1e6;  // of a measured tilt, as sim::Protocol has it
-/// A rate given may differ by so much from that of even times: they may have been rounded (60 Hz as steps of 0.0167 s).
+/// How much a given rate may differ from that of even times, which may have been rounded (60 Hz as steps of 0.0167 s).
 constexpr double contradiction = 0.01;
-/// What a cycle may be longer or shorter than a whole number of samples, in samples: each cycle adds as much to its lag
-/// behind the platform.
+/// By how many samples a cycle may miss a whole number of them: each cycle adds as much to its lag behind the platform.
 constexpr double most_drift = 0.05;
 
 int find_tilt(const Table& table, int time, const std::string& where) {
@@ -35,13 +34,13 @@ int find_tilt(const Table& table, int time, const std::string& where) {
               "name one as measured.column");
 }
 
-/// The rate that the file itself tells without doubt.
+/// The rate, if the file itself says it without doubt.
 std::optional<double> stated_rate(const Table& table, int time, const std::string& where) {
   if (time < 0) return table.rate_hz();
   try {
     const Clock clock = read_clock(table, time, where, "measured.rate_hz");
     if (clock.place.empty()) return clock.rate_hz;
-  } catch (const Error&) {  // measured.rate_hz is there for files whose times are of no use
+  } catch (const Error&) {  // measured.rate_hz is there for files whose times are useless
   }
   return {};
 }

@@ -1,5 +1,5 @@
-// A recorded tilt of the platform, from a CSV file. Private to dataset.
-// Columns, units and times are found as in recordings (dataset/recording.hpp).
+// A recorded tilt of the platform, from a CSV file. Private to recording.
+// Columns, units and times are found as in recordings (dataset/recording/recording.hpp).
 #pragma once
 
 #include <filesystem>
@@ -20,10 +20,10 @@ struct TiltFile {
 };
 
 /// The tilt in degrees at sample_rate_hz, resampled if it was recorded at another rate: a cycle as one that goes round,
-/// another tilt with its ends reflected (recording.hpp: Ends). Throws Error for a file that cannot be read, columns,
+/// another tilt with its ends reflected (resample.hpp: Ends). Throws Error for a file that cannot be read, columns,
 /// units or rates that are not clear, a rate given that differs by more than 1% from that of even times, cells that are
-/// no numbers, more samples than a protocol may have, and a cycle whose ends do not join (sim::broken_joint) or that
-/// is, by more than 0.05 of one, no whole number of samples. Errors name the settings as a protocol does
+/// not numbers, more samples than a protocol may have, and a cycle whose ends do not join (sim::broken_joint) or whose
+/// length misses a whole number of samples by more than 0.05. Errors name the settings as a protocol does
 /// ("measured.column").
 std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz);
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double slowest_plausible_hz = 5.0;
 constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
-/// Where degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
+/// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
 
 int find_sway(const Table& table, int time, Recording& recording) {
@@ -90,41 +90,48 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   return values;
 }
 
-/// Brings the sway to radians and holds its size against what a standing body does.
-void convert(Recording& recording, const RecordingOptions& options) {
-  const std::optional<Unit> unit = options.unit ? options.unit : unit_in(recording.column);
-  const std::string last_word = words(recording.column).back();
-  if (!unit && words(recording.column).size() > 1 && one_of(last_word, {"mm", "cm", "m", "meter", "metre"})) {
-    throw Error(recording.file, recording.column + " is a length by its name, not an angle",
-                "divide it by the height of the centre of mass above the ankles, or give --unit if it is an angle");
-  }
-  if (!unit) recording.warnings.push_back("no unit in the name of " + recording.column + ": degrees are assumed");
-  if (unit.value_or(Unit::degree) == Unit::degree) {
-    for (double& value : recording.sway_rad) value *= sim::rad_per_deg;
-  }
-  const auto [least, most] = std::minmax_element(recording.sway_rad.begin(), recording.sway_rad.end());
+/// Checks that the size of sway is a standing body's. `guessed`: its unit was.
+void check_size(const Signal<double>& sway, bool guessed, const char* other, Recording& recording) {
+  const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
   const double peak_deg = std::max(-*least, *most) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
-  const char* other = "if the unit is another, give --unit";
   if (*least == *most) {
-    throw Error(recording.file, recording.column + " is constant, " + six_digits(*most / sim::rad_per_deg) + " degrees",
+    throw Error(recording.file, sway.column + " is constant, " + six_digits(*most / sim::rad_per_deg) + " degrees",
                 "name the column of sway with --column");
   }
   if (peak_deg > largest_deg) {
-    throw Error(recording.file, recording.column + " reaches " + six_digits(peak_deg) + " degrees, beyond lying flat",
+    throw Error(recording.file, sway.column + " reaches " + six_digits(peak_deg) + " degrees, beyond lying flat",
                 other);
   }
   if (peak_deg > largest_plausible_deg) {
     recording.warnings.push_back("sway reaches " + six_digits(peak_deg) + " degrees, more than a standing body does; " +
                                  other);
   }
-  if (peak_to_peak_deg < smallest_plausible_deg || (!unit && peak_to_peak_deg < small_for_a_guess_deg)) {
+  if (peak_to_peak_deg < smallest_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
     recording.warnings.push_back("sway is only " + six_digits(peak_to_peak_deg) + " degrees peak to peak, " +
                                  six_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
   }
 }
 
-/// The tilt's column in radians. Of its size nothing is asked here: it is held against the protocol's.
+/// Brings sway in its column's unit to radians.
+void convert(Signal<double>& sway, const RecordingOptions& options, Recording& recording) {
+  const std::optional<Unit> unit = options.unit ? options.unit : unit_in(sway.column);
+  const std::string last_word = words(sway.column).back();
+  if (!unit && words(sway.column).size() > 1 && one_of(last_word, {"mm", "cm", "m", "meter", "metre"})) {
+    throw Error(recording.file, sway.column + " is a length by its name, not an angle",
+                "divide it by the height of the centre of mass above the ankles, or give --unit if it is an angle");
+  }
+  if (!unit) recording.warnings.push_back("no unit in the name of " + sway.column + ": degrees are assumed");
+  if (unit.value_or(Unit::degree) == Unit::degree) {
+    for (double& value : sway.rad) value *= sim::rad_per_deg;
+  }
+  check_size(sway, !unit, "if the unit is another, give --unit", recording);
+  if (options.invert_sway) {
+    for (double& value : sway.rad) value = -value;
+  }
+}
+
+/// The tilt's column in radians. Its size is compared with the protocol's later.
 void read_tilt(const Table& table, int sway, const Clock& clock, const RecordingOptions& options,
                Recording& recording) {
   const int column = named_column(table, options.tilt_column, recording.file, "--tilt-column");
@@ -138,11 +145,11 @@ void read_tilt(const Table& table, int sway, const Clock& clock, const Recording
   }
   const std::optional<Unit> unit = options.tilt_unit ? options.tilt_unit : unit_in(name);
   if (!unit) recording.warnings.push_back("no unit in the name of " + name + ": degrees are assumed");
-  recording.tilt_column = name;
-  recording.tilt_rad = read_column(table, column, clock, options.fill_gaps_s, recording);
+  Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options.fill_gaps_s, recording)};
   const double factor =
       (unit.value_or(Unit::degree) == Unit::degree ? sim::rad_per_deg : 1.0) * (options.invert_tilt ? -1.0 : 1.0);
-  for (double& value : recording.tilt_rad) value *= factor;
+  for (double& value : tilt.rad) value *= factor;
+  recording.signals.add(std::move(tilt));
 }
 
 }  // namespace
@@ -156,22 +163,36 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   const int sway = options.column.empty() ? find_sway(table, time, recording)
                                           : named_column(table, options.column, recording.file, "--column");
   if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
-  if (sway == time) time = -1;  // the user knows better than its looks
-  recording.column = table.names()[static_cast<std::size_t>(sway)];
+  if (sway == time) time = -1;  // the user has said what it is
+  const std::string& name = table.names()[static_cast<std::size_t>(sway)];
   if (time >= 0 && table.rows(time) != table.rows(sway)) {
     throw Error(recording.file,
-                recording.column + " has " + std::to_string(table.rows(sway)) + " values, its time " +
+                name + " has " + std::to_string(table.rows(sway)) + " values, its time " +
                     table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
                 "name the sway with --column, or give --rate and save it without that time");
   }
   const Clock clock = find_clock(table, time, options, recording);
   recording.rate_hz = clock.rate_hz;
-  recording.sway_rad = read_column(table, sway, clock, options.fill_gaps_s, recording);
-  convert(recording, options);
-  if (options.invert_sway) {
-    for (double& value : recording.sway_rad) value = -value;
-  }
+  Signal<double> signal{com_sway, name, read_column(table, sway, clock, options.fill_gaps_s, recording)};
+  convert(signal, options, recording);
+  recording.signals.add(std::move(signal));
   if (!options.tilt_column.empty()) read_tilt(table, sway, clock, options, recording);
+  return recording;
+}
+
+Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
+  Recording recording;
+  recording.file = "recording";
+  recording.rate_hz = rate_hz;
+  if (!(rate_hz > 0.0 && std::isfinite(rate_hz)))
+    throw Error(recording.file, "a rate of " + six_digits(rate_hz) + " Hz", "give the samples a second");
+  if (sway_rad.size() < 2)
+    throw Error(recording.file, std::to_string(sway_rad.size()) + " samples", "give a whole recording");
+  for (std::size_t k = 0; k < sway_rad.size(); ++k)
+    if (!std::isfinite(sway_rad[k]))
+      throw Error(recording.file, "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
+  const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
+  check_size(sway, false, "give radians", recording);
   return recording;
 }
 

@@ -4,8 +4,11 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
+
+#include "dataset/recording/signals.hpp"
 
 namespace decid::dataset {
 
@@ -18,17 +21,14 @@ struct RecordingOptions {
   double fill_gaps_s = 0.0;            ///< missing values and lost samples up to this long are interpolated
   std::string tilt_column = {};        ///< the platform's tilt, by name or number from 1; empty: not read
   std::optional<Unit> tilt_unit = {};  ///< as `unit`
-  bool invert_sway = false;            ///< it was measured positive against the protocol's direction of tilt
+  bool invert_sway = false;            ///< it is positive against the protocol's direction of tilt
   bool invert_tilt = false;
 };
 
 struct Recording {
   std::string file;
-  std::string column;       ///< what was read: "COM_x", or "column 2"
-  std::string tilt_column;  ///< likewise; empty: none
   double rate_hz = 0.0;
-  std::vector<double> sway_rad;
-  std::vector<double> tilt_rad;       ///< as long as the sway, or empty
+  Signals<double> signals;            ///< com_sway, and platform_tilt if it was asked for
   std::vector<std::string> warnings;  ///< for people: what was assumed, what looks odd
 };
 
@@ -48,5 +48,10 @@ struct Recording {
 /// constant signal, sway beyond 90 degrees. Warns if the unit had to be assumed, if it looks wrong (peak beyond 20
 /// degrees, or peak to peak under 0.001 degrees), and if a rate given contradicts the time.
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options);
+
+/// A recording from samples in memory, rad. Throws Error for fewer than 2 samples, one that is not finite, a constant
+/// signal, sway beyond 90 degrees, and a rate that is not positive. Warns as read_recording does of sizes that no
+/// standing body's sway has.
+Recording recording_of(std::span<const double> sway_rad, double rate_hz);
 
 }  // namespace decid::dataset

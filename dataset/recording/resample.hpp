@@ -15,7 +15,7 @@ enum class Ends {
 
 /// Windowed-sinc resampling: a low-pass of linear phase and no delay, Kaiser window, 52 samples of the lower rate long.
 /// Pass band to 0.40 of the lower rate within 0.1%, -6 dB at 0.45, stop band from 0.50 at -70 dB and below. Any ratio.
-/// Equal rates copy. The result has floor(duration * to) samples, the first at the time of the signal's first.
+/// Equal rates: a copy. The result has floor(duration * to) samples, the first at the time of the signal's first.
 std::vector<double> resample(const std::vector<double>& signal, double from_hz, double to_hz, Ends ends = Ends::held);
 /// The same filter on one cycle of a periodic signal: its first sample follows its last. `count` samples, the first at
 /// the signal's first, divide the cycle evenly.

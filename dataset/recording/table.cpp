@@ -1,4 +1,4 @@
-// Which kind of file a table is in; see table.hpp.
+// Which kind of file a table is read from: see table.hpp.
 #include "dataset/recording/table.hpp"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path) {
   std::string end = path.extension().string();
   std::transform(end.begin(), end.end(), end.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  // Reading it first says why a file cannot be read, and that it is not too large.
+  // Reading it first gives the reason if a file cannot be read or is too large.
   std::string text = read_file(path, file_limit_bytes);
   if (end == ".mat" || text.starts_with("MATLAB ")) {
     check_mat(text, path.string());

@@ -1,5 +1,5 @@
-// A table of recorded signals, whatever kind of file it comes from: named columns of numbers.
-// Private to dataset.
+// A table of recorded signals from any kind of file: named columns of numbers.
+// Private to recording.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace decid::dataset {
 
-/// What to do with cells that say that there is no value: empty, nan, NA, null, -. Those that may be filled are refused
-/// too, with the option that fills them.
+/// What to do with cells that say that there is no value: empty, nan, NA, null, -. `fillable` refuses them too, and
+/// names the option that fills them.
 enum class Missing { refused, fillable, kept };
 /// What to do about a cell that was refused.
 const char* remedy_for(Missing missing);
@@ -27,7 +27,7 @@ class Table {
   int columns() const { return static_cast<int>(names().size()); }
   /// Values in a column; those of a MAT-file need not be equally long.
   virtual std::size_t rows(int column) const = 0;
-  /// Names were given by who made the file, and can be relied on.
+  /// The names are the file's own, and can be relied on.
   virtual bool has_header() const = 0;
   virtual const std::vector<std::string>& names() const = 0;
   /// The numbers of a column. Throws Error with the place of the first cell that is not a finite number; missing ones
@@ -39,7 +39,7 @@ class Table {
   virtual std::optional<double> rate_hz() const { return {}; }
 };
 
-/// Reads a CSV file (dataset/csv.hpp) or a MAT-file (dataset/mat.hpp): by its name's end, .mat, or its first bytes.
+/// Reads a CSV file (csv.hpp) or a MAT-file (mat.hpp): by its name's end, .mat, or its first bytes.
 /// Throws Error if it cannot be read or holds no numbers.
 std::unique_ptr<Table> read_table(const std::filesystem::path& path);
 

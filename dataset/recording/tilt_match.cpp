@@ -8,6 +8,13 @@
 
 namespace decid::dataset {
 
+namespace {
+
+/// Of a constant signal's squares, what may be left by rounding when its mean is taken off: 1e-10 of its size, squared.
+constexpr double still = 1e-20;
+
+}  // namespace
+
 Match match_tilt(std::span<const double> measured, std::span<const double> expected, int overhang) {
   const std::size_t n = expected.size(), over = static_cast<std::size_t>(overhang);
   std::vector<double> held(over, measured.front());
@@ -16,7 +23,7 @@ Match match_tilt(std::span<const double> measured, std::span<const double> expec
   if (n == 0 || held.size() < n) return {};
   const std::size_t delays = held.size() - n + 1;
 
-  // Means are taken off first: the sums of squares below are then differences of numbers of their own size.
+  // Means are subtracted first, so that the sums of squares below are differences of numbers of their own size.
   double held_mean = 0.0, expected_mean = 0.0;
   for (const double value : held) held_mean += value / static_cast<double>(held.size());
   for (const double value : expected) expected_mean += value / static_cast<double>(n);
@@ -24,17 +31,22 @@ Match match_tilt(std::span<const double> measured, std::span<const double> expec
   while (static_cast<std::size_t>(length) < held.size() + n) length *= 2;
   const sim::RealFft fft(length);
   std::vector<double> a(static_cast<std::size_t>(length), 0.0), b(a.size(), 0.0);
-  double energy = 0.0;
-  for (std::size_t k = 0; k < held.size(); ++k) a[k] = held[k] - held_mean;
+  double energy = 0.0, held_size = 0.0, expected_size = 0.0;
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    a[k] = held[k] - held_mean;
+    held_size += held[k] * held[k];
+  }
   for (std::size_t k = 0; k < n; ++k) {
     b[k] = expected[k] - expected_mean;
     energy += b[k] * b[k];
+    expected_size += expected[k] * expected[k];
   }
   std::vector<double> sum(held.size() + 1, 0.0), squares(held.size() + 1, 0.0);
   for (std::size_t k = 0; k < held.size(); ++k) {
     sum[k + 1] = sum[k] + a[k];
     squares[k + 1] = squares[k] + a[k] * a[k];
   }
+  if (energy <= still * expected_size || squares.back() <= still * held_size) return {};
   std::vector<sim::Complex> spectrum_a(static_cast<std::size_t>(fft.bins())), spectrum_b(spectrum_a.size()),
       work(static_cast<std::size_t>(fft.work_length()));
   fft.forward(a, spectrum_a, work);
@@ -60,8 +72,7 @@ Match match_tilt(std::span<const double> measured, std::span<const double> expec
     const double curvature = before - 2.0 * std::abs(correlation[best]) + after;
     if (curvature < 0.0) between = std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5);
   }
-  return {static_cast<double>(best) - static_cast<double>(over) + between, correlation[best],
-          energy > 0.0 ? a[best] / energy : 0.0};
+  return {static_cast<double>(best) - static_cast<double>(over) + between, correlation[best], a[best] / energy};
 }
 
 }  // namespace decid::dataset

@@ -1,4 +1,4 @@
-// Recordings brought to a protocol: where it starts, its rate and length, offset and drift taken off.
+// Recordings brought to a protocol: its start, rate and length; offset and drift subtracted.
 #include "dataset/recording/trial.hpp"
 
 #include <algorithm>
@@ -13,10 +13,10 @@ namespace decid::dataset {
 
 namespace {
 
-/// So much of a trial may be missing at either end.
+/// How much of a trial may be missing at either end.
 constexpr double missing_limit = 0.01;
 constexpr double least_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
-/// Samples by which lengths differ from rounding alone.
+/// Samples by which lengths may differ by rounding alone.
 constexpr double rounding = 1e-6;
 
 std::string count_at(std::size_t samples, double rate_hz) {
@@ -53,13 +53,15 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
 
 [[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
   const auto needed = static_cast<std::size_t>(protocol.samples());
-  const double left_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz - std::max(start_s, 0.0);
-  const int cycles = protocol.cycles();
-  const int whole = std::min(cycles, static_cast<int>((left_s - protocol.lead_in_s()) / protocol.cycle_s() + 1e-9));
-  std::string problem = "recording has " + count_at(recording.sway_rad.size(), recording.rate_hz);
+  const double left_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz - std::max(start_s, 0.0);
+  const int cycles = protocol.experiment.cycles();
+  const int whole = std::min(
+      cycles, static_cast<int>((left_s - protocol.experiment.lead_in_s()) / protocol.experiment.cycle_s() + 1e-9));
+  std::string problem = "recording has " + count_at(recording.signals.samples(), recording.rate_hz);
   if (start_s < 0.0) problem += ", which begin " + six_digits(-start_s) + " s after the protocol";
   if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
-  problem += "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.sample_rate_hz);
+  problem +=
+      "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.experiment.sample_rate_hz);
   std::string remedy;
   if (whole >= 1 && whole < cycles) {
     problem += ", and of its " + std::to_string(cycles) + " cycles only " + std::to_string(whole) +
@@ -75,40 +77,39 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
 }
 
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol);
-  const int samples = protocol.samples(), steps_per_sample = protocol.steps_per_sample();
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
   std::vector<double> tilt;
   for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
   return tilt;
 }
 
 /// Finds the protocol's tilt in the recording's.
-TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double from_hz) {
-  const double rate = protocol.sample_rate_hz;
+TiltMatch find_start(const Signal<double>& tilt, const sim::Protocol& protocol, double from_hz, Recording& recording) {
+  const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<std::size_t>(protocol.samples());
-  // More than may be missing: so that what is missing is told, not overlooked.
+  // More than may be missing, so that what is missing is reported, not overlooked.
   const int overhang = static_cast<int>(needed / 4);
-  const std::vector<double> measured =
-      from_hz == rate ? recording.tilt_rad : resample(recording.tilt_rad, from_hz, rate);
+  const std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
   if (measured.size() + 2 * static_cast<std::size_t>(overhang) < needed) refuse_length(recording, protocol, 0.0);
   const Match match = match_tilt(measured, prescribed_tilt(protocol), overhang);
-  TiltMatch result{match.delay_samples / rate, match.correlation, match.gain, {}};
+  TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (std::abs(match.correlation) < least_correlation) {
-    throw Error(recording.file,
-                "the tilt " + recording.tilt_column + " does not follow the protocol '" + protocol.name + "' (" +
-                    figures + " at best)",
-                "name another --tilt-column, or a model for the protocol that was played");
+    throw Error(
+        recording.file,
+        "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
+        "name another --tilt-column, or a model for the protocol that was played");
   }
   if (match.correlation < 0.0) {
     throw Error(recording.file,
-                "the tilt " + recording.tilt_column + " follows the protocol with the other sign (" + figures + ")",
+                "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
                 "give --invert tilt if only its sensor is mounted the other way round, --invert both if the sway is "
                 "positive in that direction too");
   }
   if (match.correlation < good_correlation) {
-    recording.warnings.push_back("the tilt " + recording.tilt_column + " follows the protocol only roughly (" +
-                                 figures + "): its delay may be wrong, or the platform played something else");
+    recording.warnings.push_back("the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
+                                 "): its delay may be wrong, or the platform played something else");
   }
   if (std::abs(match.gain - 1.0) > good_gain) {
     recording.warnings.push_back("the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
@@ -118,10 +119,10 @@ TiltMatch find_start(Recording& recording, const sim::Protocol& protocol, double
   return result;
 }
 
-/// What of a longer recording is not used, what of a shorter one is made up.
+/// Warns of what is not used of a longer recording and what is made up of a shorter one.
 void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
-  const double recorded_s = static_cast<double>(recording.sway_rad.size()) / recording.rate_hz;
-  const double rate = protocol.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
+  const double rate = protocol.experiment.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
   const double after_s = recorded_s - place.start_s - protocol.duration_s();
   const double sample_s = 1.0 / std::min(rate, recording.rate_hz);
   if (before_s > 0.5 * sample_s || after_s > 0.5 * sample_s) {
@@ -155,8 +156,9 @@ double mean(const std::vector<double>& signal, std::size_t begin, std::size_t en
 
 void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind) {
   if (kind == Detrend::none) return;
-  const double rate = protocol.sample_rate_hz, lead_in_s = protocol.lead_in_s(), cycle_s = protocol.cycle_s();
-  const int cycles = protocol.cycles();
+  const double rate = protocol.experiment.sample_rate_hz, lead_in_s = protocol.experiment.lead_in_s(),
+               cycle_s = protocol.experiment.cycle_s();
+  const int cycles = protocol.experiment.cycles();
   const auto sample_at = [&](int cycle) {
     const double at = std::round((lead_in_s + cycle * cycle_s) * rate);
     return std::min(static_cast<std::size_t>(at), sway.size());
@@ -186,13 +188,14 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
 }  // namespace
 
 Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options) {
-  const double rate = protocol.sample_rate_hz;
+  const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<long long>(protocol.samples());
   const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
   const double from_hz = same_rate ? rate : recording.rate_hz;
-  const double recorded_s = static_cast<double>(recording.sway_rad.size()) / from_hz;
-  if (options.start_s && !recording.tilt_rad.empty()) {
-    throw Error(recording.file, "both a start and a column of tilt tell where the protocol starts",
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
+  const Signal<double>* tilt = recording.signals.find(platform_tilt);
+  if (options.start_s && tilt) {
+    throw Error(recording.file, "both a start and a column of tilt say where the protocol starts",
                 "give --begin or --tilt-column, not both");
   }
   if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {
@@ -203,8 +206,8 @@ Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const
   }
   Trial trial;
   Place place{options.start_s.value_or(0.0), 0, needed - 1};
-  if (!recording.tilt_rad.empty()) {
-    trial.tilt = find_start(recording, protocol, from_hz);
+  if (tilt) {
+    trial.tilt = find_start(*tilt, protocol, from_hz, recording);
     place.start_s = trial.tilt->delay_s;
   }
   if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
@@ -217,16 +220,22 @@ Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const
     refuse_length(recording, protocol, place.start_s);
   }
   const auto samples = static_cast<std::size_t>(needed);
-  std::vector<double> sway = cut(recording.sway_rad, from_hz, rate, place, samples);
-  if (trial.tilt) trial.tilt->tilt_rad = cut(recording.tilt_rad, from_hz, rate, place, samples);
   if (!same_rate) {
     recording.warnings.push_back("resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) +
                                  " Hz");
   }
   tell_length(recording, protocol, place, options.start_s || trial.tilt);
-  detrend(sway, protocol, options.detrend);
-  trial.sway_rad.resize(samples);
-  std::transform(sway.begin(), sway.end(), trial.sway_rad.begin(), [](double v) { return static_cast<float>(v); });
+  for (const Signal<double>& signal : recording.signals) {
+    std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
+    if (&signal != tilt) detrend(values, protocol, options.detrend);
+    trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
+  }
+  return trial;
+}
+
+Trial trial_of(std::vector<float> sway_rad) {
+  Trial trial;
+  trial.signals.add({com_sway, "sway", std::move(sway_rad)});
   return trial;
 }
 

@@ -9,9 +9,9 @@
 
 namespace decid::dataset {
 
-/// What is taken off a trial. `offset`: its mean. `linear`: a straight line too. Both are those of the protocol's whole
-/// cycles, about whose mean simulated trials swing. The line's slope is that of the cycles' means: the response to the
-/// stimulus is the same in each cycle and leaves it alone; with one cycle it is the line of least squares.
+/// What is subtracted from a trial. `offset`: its mean. `linear`: a straight line too. Both are those of the protocol's
+/// whole cycles, about whose mean simulated trials swing. The line's slope is that of the cycles' means: the response
+/// to the stimulus is the same in each cycle and leaves it alone; with one cycle it is the line of least squares.
 enum class Detrend { none, offset, linear };
 
 struct TrialOptions {
@@ -20,19 +20,25 @@ struct TrialOptions {
   Detrend detrend = Detrend::none;
 };
 
-/// How the tilt measured lies over the tilt that the protocol prescribes.
+/// How the measured tilt lies over the tilt that the protocol prescribes.
 struct TiltMatch {
-  double delay_s = 0.0;          ///< the protocol starts so long after the recording's first sample
-  double correlation = 0.0;      ///< over the trial, at that delay
-  double gain = 0.0;             ///< measured over prescribed tilt, by least squares
-  std::vector<double> tilt_rad;  ///< measured, at the trial's samples
+  double delay_s = 0.0;      ///< the protocol starts so long after the recording's first sample
+  double correlation = 0.0;  ///< over the trial, at that delay
+  double gain = 0.0;         ///< measured over prescribed tilt, by least squares
 };
 
 /// A recording brought to a protocol.
 struct Trial {
-  std::vector<float> sway_rad;    ///< the protocol's samples
+  Signals<float> signals;         ///< the recording's, at the protocol's samples
   std::optional<TiltMatch> tilt;  ///< if the recording has one
+
+  /// That of com_sway. Throws Error if there is none.
+  std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }
+  const std::vector<float>& sway_rad() const& { return signals.at(com_sway).rad; }
+  std::vector<float> sway_rad() && { return std::move(signals.at(com_sway).rad); }
 };
+/// A trial of the protocol's samples of sway alone.
+Trial trial_of(std::vector<float> sway_rad);
 
 /// The recording at the protocol's rate (resampled if the rates differ by more than 0.01%) and length.
 /// A longer recording is cut: from start_s, or from where its tilt follows the protocol's best, else from its first

@@ -78,7 +78,7 @@ std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group)
     half[index] = filled[1] < filled[0] ? 1 : 0;
     filled[half[index]] += size[index];
   };
-  // The large pieces first: single trials then level what those left uneven.
+  // Large groups first: single trials then even out what those left.
   for (std::size_t index = 0; index < size.size(); ++index) {
     if (size[index] > 1) place(index);
   }

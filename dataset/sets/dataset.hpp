@@ -39,11 +39,11 @@ struct Dataset {
 struct DatasetRequest {
   sim::Protocol protocol;
   int count = 0;  ///< valid trials in all
-  int base = 0;   ///< of which drawn from the uniform distributions; the rest are children. 0: all
+  int base = 0;   ///< how many of them are drawn from the uniform distributions; the rest are children. 0: all
   std::uint64_t seed = 0;
 };
 
-/// What came of the attempts.
+/// How many attempts were valid, and how their trials are distributed.
 struct DatasetReport {
   long long base_attempts = 0, child_attempts = 0;
   int parents = 0;
@@ -71,7 +71,7 @@ BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t see
 /// in 1000 are valid.
 Dataset generate(const DatasetRequest& request, DatasetReport* report = nullptr, const Progress& progress = {});
 
-/// group[i] is the index of a trial (0 .. trials - 1), else Error; trials of equal group belong together.
+/// group[i] is the index of a trial (0 .. trials - 1), otherwise Error; trials of equal group belong together.
 /// Splits groups into halves whose sizes differ by at most one if the groups allow: groups of several trials first,
 /// in order of their index, each to the smaller half (the training half if they are equal), then single trials.
 std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group);

@@ -1,4 +1,4 @@
-// How values are distributed: mean, deviation, extremes and a histogram of bins chosen beforehand, value by value.
+// How values are distributed: mean, deviation, extremes and a histogram of bins chosen beforehand.
 // Mean and deviation: Welford, Technometrics 4, 1962. The figures depend on the values and their order alone.
 #pragma once
 

@@ -18,7 +18,7 @@ constexpr const char* where = "data set";
 /// Attempts simulated at once: enough to keep lanes and threads busy, 50 MB of sway at 121 s and 100 Hz.
 constexpr std::size_t most_attempts = 1024, fewest_attempts = 16;
 constexpr std::size_t most_bytes = std::size_t{1} << 26;
-/// So many attempts are made before a lack of valid trials is called an error.
+/// How many attempts are made before a lack of valid trials is an error.
 constexpr long long patience = 10'000;
 constexpr long long attempts_per_valid_trial = 1000;
 /// Sensor noise of children: base trials and children count their attempts from 0 each.
@@ -31,7 +31,7 @@ DatasetRequest checked(DatasetRequest request) {
   if (request.base < 0 || request.base > request.count) {
     throw Error(where,
                 std::to_string(request.base) + " base trials of " + std::to_string(request.count) + " trials in all",
-                "choose the number of base trials between 1 and that of all trials, or 0 for all");
+                "choose from 1 to all trials as base trials, or 0 for all");
   }
   return request;
 }
@@ -66,7 +66,7 @@ Generator::Generator(DatasetRequest request)
 }
 
 int Generator::attempts_worth_making(int missing) const {
-  // A few more than the rate so far asks for: a second, small chunk would leave lanes empty.
+  // A few more than the rate so far calls for: a second, small chunk would leave lanes empty.
   const double attempts = static_cast<double>(making_children() ? report_.child_attempts : report_.base_attempts);
   const double valid = making_children() ? trials() - base_ : trials();
   const double rate = valid > 0.0 ? valid / attempts : 0.8;
@@ -95,7 +95,7 @@ sim::Trial Generator::trial_of(long long attempt) const {
 Generator::Result Generator::finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const {
   const double width = peak_to_peak(sway_rad);
   const std::uint64_t item = static_cast<std::uint64_t>(attempt) | (making_children() ? child_sensor_noise : 0);
-  sim::add_sensor_noise(request_.protocol.sensor_noise, request_.seed, item, sway_rad);
+  sim::add_sensor_noise(request_.protocol.noise.sensor, request_.seed, item, sway_rad);
   std::ranges::transform(sway_rad, stored.begin(), [](double value) { return static_cast<float>(value); });
   return {true, width};
 }

@@ -12,7 +12,7 @@
 
 namespace decid::dataset {
 
-/// What is known of a trial besides its sway.
+/// A trial without its sway.
 struct TrialRecord {
   sim::Parameters parameters;  ///< SI units
   double peak_to_peak_rad;     ///< of the exact sway, which decides who is a parent
@@ -40,8 +40,8 @@ class Generator {
   const DatasetReport& report() const noexcept { return report_; }
 
   /// A chunk stays valid until the call after the next: one may be written while the other is simulated.
-  /// Simulates some hundred attempts on OpenMP's threads; the chunk may hold no trial. Which trials come depends
-  /// neither on the size of the chunks nor on threads. Throws Error if there is no parent, or too few attempts are
+  /// Simulates some hundred attempts on OpenMP's threads; the chunk may hold no trial. Neither the size of the chunks
+  /// nor threads change which trials come. Throws Error if there is no parent, or too few attempts are
   /// valid.
   const Chunk& next();
 

@@ -1,5 +1,5 @@
 /* Identifies the trials of sway.bin (float32, rad) twice, as a whole and as samples arrive, writes the parameters to
-   results.bin, lets the controller run with them, and tells what it all cost. A product reads its sensor where this
+   results.bin, lets the controller run with them, and prints what it all cost. A product reads its sensor where this
    reads a file, and drives its ankle where this drops the torque. */
 #include "balance.h"
 #include "posture.h"

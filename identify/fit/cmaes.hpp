@@ -10,7 +10,7 @@
 
 namespace decid::fit {
 
-/// One search, asked and told a generation at a time, so that whoever evaluates can take several searches together.
+/// One search, a generation at a time by ask() and tell(), so that several searches can be evaluated together.
 /// Depends on its arguments alone; the eigenvectors are Eigen's, so other machines may give other last bits.
 class CmaEs {
  public:
@@ -29,8 +29,8 @@ class CmaEs {
   /// The next generation: population() points of dimensions() values in [0, 1], one after the other. Asked again
   /// before tell(), the same.
   const std::vector<double>& ask();
-  /// What the function says of them; the smaller the better, NaN is worst. Throws Error unless there are population()
-  /// values and they were asked for.
+  /// Takes the function's values at them; the smaller the better, NaN is worst. Throws Error unless there are
+  /// population() values and they were asked for.
   void tell(std::span<const double> values);
 
   /// Centre of the search, mirrored into the box: the estimate to take if the function is noisy.

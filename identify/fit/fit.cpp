@@ -31,7 +31,7 @@ constexpr long long generation_simulations = 1LL * population * realisations;
 constexpr double counted_twice = 2.5;  // errors beside the deviations of draws where a prior has read the recording too
 constexpr std::uint64_t rounds_item = 1'000'000;  // random numbers of the rounds, apart from those of the searches
 
-constexpr double widest = 0.28867513459481287;  // deviation of what may be anywhere in its range: 1 / sqrt(12)
+constexpr double widest = 0.28867513459481287;  // deviation of a uniform distribution over the range: 1 / sqrt(12)
 
 struct Point {
   Vector unit;
@@ -99,7 +99,7 @@ class Proposal {
   double energy(const Vector& unit) const {
     return 0.5 * factor_.triangularView<Eigen::Lower>().solve(unit - mean_).squaredNorm();
   }
-  /// Draws until one is in the box; the mean is, so one in some hundred is at worst.
+  /// Draws until one is in the box; as the mean is, at worst one in some hundred is.
   Vector draw(const Random& random, std::uint64_t& next) const {
     constexpr int tries = 20'000;
     Vector unit = mean_;
@@ -214,7 +214,7 @@ class Fit {
     return values;
   }
 
-  /// Minus the logarithm of what is known beforehand, up to a constant.
+  /// Minus the logarithm of the prior, up to a constant.
   double prior_energy(const Vector& unit) const {
     double energy = 0;
     for (const auto& [centre, deviation] : priors_)
@@ -222,7 +222,7 @@ class Fit {
     return energy;
   }
 
-  /// Of the points that the searches met: those nearest to the best one's cost.
+  /// The points that the searches met with costs nearest to the best one's.
   Moments around_optimum() {
     std::ranges::stable_sort(met_, {}, &Point::cost);
     std::vector<double> costs;

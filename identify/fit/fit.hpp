@@ -14,9 +14,8 @@ namespace decid::fit {
 struct Start {
   sim::Parameters parameters;  ///< SI units; taken to the nearest in the ranges
   double spread = 0.3;         ///< first standard deviation of the search, as part of each parameter's range
-  /// Standard deviation, likewise, of a normal distribution about `parameters` that all searches and the estimate take
-  /// as known beforehand; 0: nothing is. It is taken to come from the same recording: standard errors are widened for
-  /// what is counted twice.
+  /// Standard deviation, likewise, of a normal prior about `parameters` for all searches and the estimate; 0: none. It
+  /// is taken to come from the same recording: standard errors are widened, as evidence is counted twice.
   double prior = 0.0;
 };
 
@@ -25,10 +24,10 @@ Start middle_start();
 Start random_start(std::uint64_t seed, std::uint64_t number);
 
 struct Settings {
-  long long simulations = 20'000;  ///< of trials, all in all, at most; least_simulations(starts) at least
+  long long simulations = 20'000;  ///< of trials in all, at most; least_simulations(starts) at least
   std::uint64_t seed = 1;          ///< of the search and of the noise it simulates
 };
-/// What no fit can do without: a generation of each search and the rounds around the optimum.
+/// The fewest that a fit needs: a generation of each search and the rounds around the optimum.
 long long least_simulations(std::size_t starts);
 /// Throws Error if the settings allow fewer.
 void check_budget(const Settings& settings, std::size_t starts);
@@ -40,17 +39,17 @@ struct Result {
   /// Standard deviation of the parameters given the recording: a rough standard error. That of a parameter about which
   /// the recording says nothing is 0.29 of its range.
   sim::Parameters standard_error{};
-  /// The likeliest parameters met: what a fit alone would return. Ill-determined ones lie at an edge of their range.
+  /// The likeliest parameters found: what a fit usually returns. Ill-determined ones lie at an edge of their range.
   sim::Parameters likeliest{};
   double cost = 0.0;               ///< of the likeliest: minus the logarithm of the likelihood, up to a constant
   double sensor_noise_deg = 0.0;   ///< white noise of the recording, likeliest level; from 0.0005
   bool stands = false;             ///< false: every trial simulated fell, and the figures mean nothing
   long long simulations = 0;       ///< used
-  int start = 0;                   ///< whose search found it
+  int start = 0;                   ///< the start whose search found it
   double effective_samples = 0.0;  ///< of the last round's weights: standard errors of few samples are rough
 };
 
-/// Deterministic: depends neither on threads nor on company. Other machines may give other last bits (Eigen).
+/// Deterministic: depends neither on threads nor on other fits. Other machines may give other last bits (Eigen).
 /// Throws Error for no start, too small a budget, and as Likelihood does.
 Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std::span<const Start> starts,
            const Settings& settings);

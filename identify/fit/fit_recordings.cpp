@@ -1,9 +1,7 @@
 // Iterative fits of recordings: see fit_recordings.hpp.
 #include "identify/fit/fit_recordings.hpp"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -11,10 +9,10 @@
 namespace decid {
 namespace {
 
-/// What the network's answer is taken for: known beforehand to this part of the ranges. On trials of a seed that no
-/// figure is quoted for 0.08 erred less than 0.15, and both less than nothing known.
+/// Deviation of the prior about the network's answer, as part of the ranges. On trials of a seed that no figure is
+/// quoted for, 0.08 erred less than 0.15, and both less than no prior.
 constexpr double network_spread = 0.08;
-/// Parameters this near to an edge, as part of the range, are told.
+/// Parameters this near to an edge, as part of the range, get a warning.
 constexpr double edge = 0.02;
 
 const char* name_of(StartKind start) {
@@ -22,40 +20,40 @@ const char* name_of(StartKind start) {
   return start == StartKind::middle ? "middle" : "random";
 }
 
-void warn(Fitted& fitted) {
-  std::vector<std::string>& warnings = fitted.identification.warnings;
-  const std::vector<double> unit = fit::to_unit(fitted.result.parameters);
+void warn_of_edges(Identification& id) {
+  const std::vector<double> unit = fit::to_unit(id.estimate.parameters);
   for (std::size_t p = 0; p < sim::parameter_count; ++p) {
     const sim::ParameterInfo& info = sim::parameter_info[p];
     if (unit[p] < edge || unit[p] > 1 - edge)
-      warnings.push_back(format("%s lies at the edge of its range (%g to %g%s), which the fit does not leave",
-                                info.name, info.low, info.high, sim::unit_after(info).c_str()));
+      id.explanation.warnings.push_back(
+          format("%s lies at the edge of its range (%g to %g%s), which the fit does not leave", info.name, info.low,
+                 info.high, sim::unit_after(info).c_str()));
   }
 }
 
-void fit_one(Model* model, const sim::Simulator& simulator, const FitRequest& request, Fitted& fitted) {
-  Identification& id = fitted.identification;
+FitFigures fit_one(Identifier* network, const Explainer& explainer, const FitRequest& request, Identification& id) {
+  FitFigures figures;
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<fit::Start> starts =
-      fit_starts(request, model == nullptr ? sim::middle_parameters() : ask_network(*model, id.sway_rad));
-  fitted.result = fit::fit(simulator, id.sway_rad, starts, request.settings);
-  if (!fitted.result.stands) {
+      fit_starts(request, network == nullptr ? sim::middle_parameters() : ask_network(*network, id.estimate.trial));
+  figures.result = fit::fit(explainer.simulator(), id.estimate.trial.sway_rad(), starts, request.settings);
+  if (!figures.result.stands) {
     id.error = Error(id.file, "every trial that the fit simulated fell", "try --start middle, or more --simulations");
-    return;
+    return figures;
   }
-  fitted.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  fitted.start = fitted.result.start == 0 ? name_of(request.start) : "random";
-  id.parameters = fitted.result.parameters;
-  explain(simulator, id);
-  warn_unless_following(id);
-  warn(fitted);
+  figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  figures.start = figures.result.start == 0 ? name_of(request.start) : "random";
+  id.estimate.parameters = figures.result.parameters;
+  id.explanation = explainer.explain({id.estimate.parameters, id.estimate.trial});
+  warn_unless_following(id.explanation);
+  warn_of_edges(id);
+  return figures;
 }
 
 }  // namespace
 
-sim::Parameters ask_network(Model& model, std::span<const float> sway_rad) {
-  const std::vector<float> output = predict(model, 1, 1, sways_in_memory([&](int) { return sway_rad; }));
-  return model.targets.unscale(output);
+sim::Parameters ask_network(Identifier& network, const dataset::Trial& trial) {
+  return network.estimate({trial}).front().parameters;
 }
 
 std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::Parameters& network) {
@@ -67,21 +65,23 @@ std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::Paramet
   return starts;
 }
 
-std::vector<Fitted> fit_recordings(Model* model, const sim::Protocol& protocol,
-                                   const std::vector<std::filesystem::path>& files, const ReadOptions& options,
-                                   const FitRequest& request, const FitDone& done) {
+FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,
+                                const std::vector<std::filesystem::path>& files, const ReadOptions& options,
+                                const FitRequest& request, const FitDone& done) {
   const bool ask = request.start == StartKind::network;
-  if (ask && (model == nullptr || !sim::same_experiment(model->protocol, protocol)))
+  if (ask && (model == nullptr || model->protocol.experiment != protocol.experiment))
     throw Error("--start network", "the model was trained on another protocol than '" + protocol.name + "'",
                 "give a --model for this protocol, or --start middle");
   fit::check_budget(request.settings, static_cast<std::size_t>(request.starts));
-  const sim::Simulator simulator(protocol);
-  std::vector<Fitted> all;
-  for (Identification& id : read_recordings(simulator, files, options)) {
-    Fitted& fitted = all.emplace_back();
-    fitted.identification = std::move(id);
-    if (!fitted.identification.error) fit_one(ask ? model : nullptr, simulator, request, fitted);
-    if (!done(all.size())) break;
+  const Explainer explainer{sim::Simulator(protocol)};
+  std::optional<Identifier> network;
+  if (ask) network.emplace(*model);
+  FittedRecordings all;
+  all.identified.protocol = protocol;
+  for (Identification& read : read_recordings(protocol, files, options)) {
+    Identification& id = all.identified.recordings.emplace_back(std::move(read));
+    all.fits.push_back(id.error ? FitFigures{} : fit_one(ask ? &*network : nullptr, explainer, request, id));
+    if (!done(all.fits.size())) break;
   }
   return all;
 }

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "identify/fit/fit.hpp"
-#include "identify/model.hpp"
 #include "identify/recordings.hpp"
 
 namespace decid {
@@ -21,27 +20,34 @@ struct FitRequest {
   fit::Settings settings;
 };
 
-/// What the network says of a trial of its protocol.
-sim::Parameters ask_network(Model& model, std::span<const float> sway_rad);
+/// The network's answer for a trial of its protocol.
+sim::Parameters ask_network(Identifier& network, const dataset::Trial& trial);
 
-/// `network`: what the network says of the recording; needed for StartKind::network only. Its search begins closer.
+/// `network`: its answer for the recording, needed for StartKind::network only. Its search begins closer.
 std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::Parameters& network);
 
-struct Fitted {
-  Identification identification;  ///< its parameters are result.parameters; no image. Nothing below if it has an error
-  std::string start;              ///< whose search found them: "network", "middle", "random"
+/// What a fit found besides the parameters and how well they explain the recording.
+struct FitFigures {
+  std::string start;  ///< the start whose search found them: "network", "middle", "random"
   fit::Result result;
   double seconds = 0.0;
+};
+
+/// The recordings of one call; their estimates are the fits', without images. fits: in their order; that of a
+/// recording with an error means nothing.
+struct FittedRecordings {
+  Identifications identified;
+  std::vector<FitFigures> fits;
 };
 
 /// Called with the number of recordings done; returns false to stop.
 using FitDone = std::function<bool(std::size_t done)>;
 
-/// Reads and fits each recording in `protocol`; one that cannot be used has an `error` and costs the others nothing.
+/// Reads and fits each recording in `protocol`; one that cannot be used has an `error` and does not stop the others.
 /// model: for the network's start; may be null for the others. Throws Error if the model's experiment is not the
 /// protocol's, and for too small a budget.
-std::vector<Fitted> fit_recordings(Model* model, const sim::Protocol& protocol,
-                                   const std::vector<std::filesystem::path>& files, const ReadOptions& options,
-                                   const FitRequest& request, const FitDone& done);
+FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,
+                                const std::vector<std::filesystem::path>& files, const ReadOptions& options,
+                                const FitRequest& request, const FitDone& done);
 
 }  // namespace decid

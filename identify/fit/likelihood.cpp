@@ -17,7 +17,7 @@ constexpr int fewest_in_band = 4;
 constexpr double tapered = 0.1;     // part of the trial at each end
 constexpr double band_width = 0.2;  // of its frequency
 constexpr double temperature = 2.0;
-constexpr double fallen_cost = 1e9;     // beyond any trial that stands: those have some thousand
+constexpr double fallen_cost = 1e9;     // beyond any trial that stands, which costs some thousand
 constexpr double fallen_earlier = 1e6;  // for a trial's length
 
 /// Levels of sensor noise: each sqrt(2) times the one before.
@@ -29,7 +29,7 @@ double sensor_noise_deg(int level) {
 }
 
 int block_samples(const sim::Protocol& protocol) {
-  return std::max(1, static_cast<int>(std::lround(protocol.sample_rate_hz / block_rate_hz)));
+  return std::max(1, static_cast<int>(std::lround(protocol.experiment.sample_rate_hz / block_rate_hz)));
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ TrialSpectrum::TrialSpectrum(const sim::Protocol& protocol)
     : samples_(protocol.samples()),
       block_(block_samples(protocol)),
       length_(std::max(1, samples_ / block_)),
-      bin_hz_(protocol.sample_rate_hz / (static_cast<double>(block_) * length_)),
+      bin_hz_(protocol.experiment.sample_rate_hz / (static_cast<double>(block_) * length_)),
       fft_(length_) {
   bins_ = std::min(fft_.bins() - 1, static_cast<int>(highest_hz / bin_hz_));
   if (bins_ < fewest_bins)
@@ -54,8 +54,8 @@ TrialSpectrum::TrialSpectrum(const sim::Protocol& protocol)
   }
   // Where the noise's band begins and ends the residual's power jumps: no band across.
   const auto edge = [&](double hz) { return static_cast<int>(std::min(hz / bin_hz_ + 1e-6, 1e9)); };
-  const int noise_begins = edge(protocol.vestibular_noise.low_hz) - 1,
-            noise_ends = edge(protocol.vestibular_noise.high_hz);
+  const int noise_begins = edge(protocol.noise.vestibular.low_hz) - 1,
+            noise_ends = edge(protocol.noise.vestibular.high_hz);
   bands_.push_back(0);
   while (bands_.back() < bins_) {
     const int first = bands_.back();

@@ -14,9 +14,9 @@ namespace decid::fit {
 
 /// The frequencies of a trial that the fit looks at. Blocks of samples are averaged to about 10 Hz; bin k is
 /// Y_k = 1/n sum of y exp(-2 pi i k j / n) of the n blocks, frequency k / T, k = 1 .. bins(), up to 4 Hz. The mean is
-/// taken away: recordings have an offset. So is what a drift from the trial's start to its end would add to every
-/// frequency, by a cosine taper over a tenth of the trial at either end: the tilt estimate wanders. If the stimulus
-/// repeats, its harmonics hold the response to it, all other bins the residual; nothing has to tell them apart.
+/// subtracted, as recordings have an offset. A cosine taper over a tenth of the trial at either end removes what a
+/// drift from its start to its end would add to every frequency, as the tilt estimate wanders. If the stimulus repeats,
+/// its harmonics hold the response to it, all other bins the residual; no setting has to separate them.
 class TrialSpectrum {
  public:
   static constexpr double highest_hz = 4.0;
@@ -41,7 +41,7 @@ class TrialSpectrum {
   std::vector<int> bands_;
 };
 
-/// What simulation says of a recording at one set of parameters.
+/// A recording's cost at one set of parameters.
 struct Cost {
   double value;             ///< minus the logarithm of the likelihood, up to a constant; finite even if the body falls
   double sensor_noise_deg;  ///< the white noise at which the recording is likeliest; 0 if the body falls
@@ -60,12 +60,12 @@ class Likelihood {
   /// recording's Y_k is complex normal about M_k with variance V = S_b (1 + 1/R) + s^2 / samples. As S_b is itself
   /// estimated, with v = n_b (R - 1) complex degrees of freedom, the normal becomes Student's t:
   ///   cost = 1/2 sum over k of  log V + (v + 1) log(1 + |Y_k - M_k|^2 / (v V))
-  /// The 1/2 is a temperature: the dead band makes the bins depend on each other, so that together they say less than
-  /// the sum of what each says. Found on trials of a seed that no figure is quoted for: with 1/2 the squared errors
-  /// were about twice the squared standard errors, with 1 four times, and the errors of the mean were larger. The
-  /// sensor's noise s is not asked for: the likeliest of a ladder of levels from 0.0005 to 0.5 degrees is taken. Of
-  /// realisations that fall, those that stand are used and - log(part that stands) is added; with fewer than 2 or half
-  /// of them, the cost is beyond any that stands, the larger the earlier they fall. Depends neither on threads nor on
+  /// The 1/2 is a temperature: the dead band makes the bins depend on each other, so that together they hold less
+  /// information than the sum of each. Found on trials of a seed that no figure is quoted for: with 1/2 the squared
+  /// errors were about twice the squared standard errors, with 1 four times, and the errors of the mean were larger.
+  /// The sensor's noise s need not be given: the likeliest of a ladder of levels from 0.0005 to 0.5 degrees is used. If
+  /// realisations fall, those that stand are used and - log(part that stands) is added; with fewer than 2 or half of
+  /// them, the cost is beyond any that stands, the larger the earlier they fall. Depends neither on threads nor on
   /// company.
   std::vector<Cost> costs(std::span<const sim::Parameters> candidates, int realisations, std::uint64_t seed,
                           std::uint64_t first) const;

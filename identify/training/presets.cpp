@@ -21,7 +21,7 @@ const std::vector<Preset>& presets() {
                                                .standardize_rows = true,
                                                .fold = 2,
                                                .rows = 256};
-  // Neighbouring harmonics tell the same things, so convolutions along them come first.
+  // Neighbouring harmonics carry the same information, so convolutions along them come first.
   const std::string harmonics_network =
       "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
       "conv 96 3x1 stride 2x1 pad 1x0; batchnorm; relu; fc 256; batchnorm; relu; fc 7";
@@ -101,14 +101,15 @@ dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& prot
   dataset::ImageSettings image = preset.image;
   if (image.fold == 1) return image;
   // Presets that fold are made for 100 Hz.
-  const double highest_hz = 100.0 * image.rows / image.window, rate_hz = protocol.sample_rate_hz;
-  const double cycle = protocol.cycle_s() * rate_hz, lead_in = protocol.lead_in_s() * rate_hz;
+  const double highest_hz = 100.0 * image.rows / image.window, rate_hz = protocol.experiment.sample_rate_hz;
+  const double cycle = protocol.experiment.cycle_s() * rate_hz, lead_in = protocol.experiment.lead_in_s() * rate_hz;
   const auto whole = [](double samples) { return std::abs(samples - std::round(samples)) < 1e-6; };
   const auto transformed = [](int samples) { return sim::largest_prime_factor(samples) <= sim::largest_fft_prime; };
   const bool folds = whole(cycle) && whole(lead_in) && cycle <= dataset::largest_window &&
-                     protocol.cycles() <= dataset::largest_fold && transformed(static_cast<int>(std::lround(cycle)));
-  const double window = folds ? cycle : cycle * protocol.cycles();
-  const int fold = folds ? protocol.cycles() : 1, first_sample = static_cast<int>(std::ceil(lead_in - 1e-6));
+                     protocol.experiment.cycles() <= dataset::largest_fold &&
+                     transformed(static_cast<int>(std::lround(cycle)));
+  const double window = folds ? cycle : cycle * protocol.experiment.cycles();
+  const int fold = folds ? protocol.experiment.cycles() : 1, first_sample = static_cast<int>(std::ceil(lead_in - 1e-6));
   int window_samples = std::min({static_cast<int>(std::floor(window + 1e-6)), dataset::largest_window,
                                  (protocol.samples() - first_sample) / fold});
   while (!transformed(window_samples)) --window_samples;

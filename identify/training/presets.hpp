@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dataset/image/image.hpp"
-#include "nn/network.hpp"
+#include "nn/sgd.hpp"
 #include "sim/protocol.hpp"
 
 namespace decid {
@@ -25,12 +25,12 @@ struct Preset {
 
 const std::vector<Preset>& presets();
 /// The preset's image for trials of a protocol. Images that fold whole cycles into one window fit every protocol: its
-/// cycles are the windows, up to the same frequency, in 64 to 1024 rows; cycles that are no whole number of samples,
+/// cycles are the windows, up to the same frequency, in 64 to 1024 rows; cycles that are not a whole number of samples,
 /// too long, too many, or of a length that is not transformed, are one window, as many as fit, and not folded. Other
 /// images are as they are.
 dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol);
 
-/// Throws Error listing the presets if there is none of that name.
+/// Throws Error, listing the presets, if there is none of that name.
 const Preset& preset_named(const std::string& name);
 
 }  // namespace decid

@@ -9,24 +9,19 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/feed.hpp"
+#include "identify/prediction.hpp"
 #include "nn/loss.hpp"
 #include "nn/schedule.hpp"
+#include "nn/trainer.hpp"
 
 namespace decid {
 namespace {
 
 constexpr auto outputs = sim::parameter_count;
 
-double validate(const dataset::TrialSource& source, Model& model) {
-  std::vector<sim::Parameters> truth(static_cast<std::size_t>(source.validation_trials()));
-  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
-    source.validation(indices, [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway) {
-      truth[static_cast<std::size_t>(indices[place])] = parameters;
-      take(place, sway);
-    });
-  };
-  const std::vector<float> predicted = predict(model, source.validation_trials(), source.trials_at_once(), sways);
-  return evaluate(model, predicted, truth).mse();
+double validate(const dataset::TrialSource& source, const Model& model) {
+  const Predicted predicted = predict(model, source, dataset::Part::validation);
+  return evaluate(model, predicted.outputs, predicted.truth).mse();
 }
 
 }  // namespace
@@ -65,7 +60,7 @@ int best_epoch(const std::vector<EpochLog>& log) {
 
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings) {
   TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture), {}};
-  const int all = source.training_trials();
+  const int all = source.trials(dataset::Part::training);
   dataset::Scaling scaling = dataset::measure_scaling(source, state.model.images(),
                                                       settings.scaling_trials > 0 ? settings.scaling_trials : all);
   state.model.rows = std::move(scaling.rows);
@@ -77,13 +72,14 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
   const Preset& preset = settings.preset;
-  const int trials = source.training_trials();
+  const int trials = source.trials(dataset::Part::training);
   const long long steps = (trials + preset.batch - 1) / preset.batch;
   const nn::Schedule schedule(preset.schedule, preset.learning_rate, steps * preset.epochs, steps,
                               steps * preset.warmup_epochs);
   Model& model = state.model;
-  nn::Network<float>& network = model.network;
-  const auto values = static_cast<std::size_t>(network.input_shape().size());
+  nn::Trainer<float> trainer(model.network, std::min(preset.batch, trials));
+  if (!state.velocities.empty()) trainer.set_velocities(state.velocities);
+  const auto values = static_cast<std::size_t>(model.network.input_shape().size());
   const int done = static_cast<int>(state.log.size());
   dataset::Feed feed(source, model.encoding(), model.targets, preset.batch, settings.seed, done, preset.epochs);
 
@@ -91,22 +87,21 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
     return settings.patience == 0 || static_cast<int>(state.log.size()) - best_epoch(state.log) < settings.patience;
   };
   for (int epoch = done; epoch < preset.epochs && patient(); ++epoch) {
-    network.plan(std::min(preset.batch, trials), nn::Mode::training);
     EpochLog log;
     log.epoch = epoch + 1;
     double squares_sum = 0.0;
     for (int first = 0; first < trials; first += preset.batch) {
       const dataset::Feed::Batch batch = feed.next();
-      network.set_batch(batch.trials);
+      trainer.set_batch(batch.trials);
       parallel_for(batch.trials, [&](int i) {
-        network.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));
+        trainer.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));
       });
-      network.forward();
+      trainer.forward();
       std::array<double, outputs> squares{};
-      nn::mean_squared_error<float>(network.output(), batch.targets, squares, &network.output_diff());
-      network.backward();
+      nn::mean_squared_error(trainer.output(), batch.targets, squares, trainer.output_diff());
+      trainer.backward();
       log.learning_rate = schedule.rate(epoch * steps + first / preset.batch);
-      nn::sgd_step(network, log.learning_rate, preset.sgd);
+      trainer.step(log.learning_rate, preset.sgd);
       squares_sum += std::accumulate(squares.begin(), squares.end(), 0.0);
       if (!std::isfinite(squares_sum))
         throw Error("training", format("diverged in epoch %d: the loss is not finite", epoch + 1), "lower --lr");
@@ -115,6 +110,7 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
     log.training_mse = squares_sum / (static_cast<double>(trials) * static_cast<double>(outputs));
     log.validation_mse = validate(source, model);
     state.log.push_back(log);
+    state.velocities = trainer.velocities();
     after_epoch();
   }
   return true;

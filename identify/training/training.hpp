@@ -31,16 +31,17 @@ std::string log_csv(const std::vector<EpochLog>& log);
 /// The epoch of the least validation MSE, the first of equals; 0 if there is none yet.
 int best_epoch(const std::vector<EpochLog>& log);
 
-/// What a training still has to know when it goes on.
+/// What a training needs to go on.
 struct TrainingState {
   Model model;
-  std::vector<EpochLog> log;  ///< of the epochs done
+  std::vector<EpochLog> log;           ///< of the epochs done
+  nn::Velocities<float> velocities{};  ///< of the optimiser; empty: none yet
 };
 
 /// A model ready for its first epoch: scaling measured, weights initialised.
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings);
 
-/// Runs the epochs that are left, or fewer if patience ends. after_batch(samples done in this epoch, samples of an
+/// Runs the remaining epochs, or fewer if patience ends. after_batch(samples done in this epoch, samples of an
 /// epoch) may return false to stop; then, and only then, the result is false. after_epoch is called with the state as
 /// it is worth keeping. Throws Error if the loss is no longer finite.
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,

@@ -21,8 +21,6 @@ constexpr Kernels<float> kernel_table(const char* name) {
       conv2d_forward<V>,
       conv2d_backward_src<V>,
       conv2d_backward_weight<V>,
-      conv2d_weight_chains<V>,
-      conv2d_weight_sums<V>,
       fully_connected_forward<V>,
       fully_connected_backward_src<V>,
       fully_connected_backward_weight<V>,

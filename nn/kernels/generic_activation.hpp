@@ -1,5 +1,5 @@
 // What follows a normalisation, in one pass over a plane: scale and shift, ReLU, and a pool whose windows do not
-// overlap. Backward makes the values between again in registers. Windows of 2 x 2, the common case, are unrolled;
+// overlap. Backward recomputes the values in between, in registers. Windows of 2 x 2, the common case, are unrolled;
 // others loop.
 #pragma once
 
@@ -111,7 +111,7 @@ void differentiate_windows(const Activation<float>& a, const PoolShape& s, Plane
   const Float scale = V::broadcast(a.scale), shift = V::broadcast(a.shift), zero = V::broadcast(0);
   const int rows = K::size > 0 ? K::size : s.kernel_rows, columns = K::size > 0 ? K::size : s.kernel_columns;
   const Float factor = V::broadcast(1 / static_cast<float>(rows * columns));
-  clear_for_windows<V>(s, {diff.data, 0, 0, diff.row}, false);
+  clear_for_windows<V>(s, {diff.data, 0, diff.row}, false);
   for (int i = 0; i < s.dst_rows; ++i)
     for (int j = 0; j < s.dst_columns; ++j)
       for (int l = 0; l < lanes; l += V::width) {
@@ -121,7 +121,7 @@ void differentiate_windows(const Activation<float>& a, const PoolShape& s, Plane
         const Float dy = V::load(diff_dst.data + i * diff_dst.row + j * lanes + l);
         // 0 + share even where nothing else is added: it turns -0 into +0.
         const Float share = V::add(zero, K::pooling == Pooling::max ? dy : V::mul(dy, factor));
-        // The window's values: kept if they fit in registers, else made again.
+        // The window's values: kept if they fit in registers, otherwise recomputed.
         Float kept[larger(1, K::size * K::size)];
         const auto make = [&](int ky, int kx) { return activated<V, K>(x + ky * src.row + kx * lanes, scale, shift); };
         if constexpr (K::size > 0) unroll<K::size * K::size>([&](auto k) { kept[k] = make(k / K::size, k % K::size); });

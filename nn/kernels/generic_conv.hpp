@@ -214,8 +214,8 @@ void correlate(const Correlation& wanted, int first_channel, int last_channel) {
 }
 
 template <class V>
-void conv2d_forward(const Conv2dShape& s, View<const float> src, const float* weight, const float* bias,
-                    View<float> dst, int first, int last) {
+void conv2d_forward(const Conv2dShape& s, BlockView<const float> src, const float* weight, const float* bias,
+                    BlockView<float> dst, int first, int last) {
   const std::ptrdiff_t kernel = static_cast<std::ptrdiff_t>(s.kernel_rows) * s.kernel_columns;
   Correlation c{};
   c.rows = s.dst_rows;
@@ -257,8 +257,8 @@ inline Phase phase_of(int phase, int size, int kernel, int stride, int pad) {
 /// With stride s the positions of src fall into s classes a direction, each of which meets its own taps only: one
 /// correlation with stride 1 over diff_dst for each class.
 template <class V>
-void conv2d_backward_src(const Conv2dShape& s, View<const float> diff_dst, const float* weight, View<float> diff_src,
-                         int first, int last) {
+void conv2d_backward_src(const Conv2dShape& s, BlockView<const float> diff_dst, const float* weight,
+                         BlockView<float> diff_src, int first, int last) {
   const std::ptrdiff_t kernel = static_cast<std::ptrdiff_t>(s.kernel_rows) * s.kernel_columns;
   for (int y = 0; y < smaller(s.stride_rows, s.src_rows); ++y)
     for (int x = 0; x < smaller(s.stride_columns, s.src_columns); ++x) {

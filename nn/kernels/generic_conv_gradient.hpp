@@ -39,7 +39,7 @@ struct GradientPlace {
   int rows, columns;
   bool first;  // the accumulators hold nothing yet
   // Fetched ahead, a line a position: the first row that the next tile meets, into the first-level cache; one of the
-  // streams (next_stream) that the next positions need, into the second.
+  // streams (fetch_stream) that the next positions need, into the second.
   const float *near, *far;
   std::ptrdiff_t far_row, far_column;
 };
@@ -99,7 +99,7 @@ GradientTile find_gradient_tile(int q, int t, bool bias) {
 /// What a weight gradient reads, and its channels [first, first + count).
 struct GradientTask {
   const Conv2dShape& shape;
-  View<const float> src, diff_dst;
+  BlockView<const float> src, diff_dst;
   int first, count;
 };
 
@@ -139,7 +139,7 @@ inline void fetch_stream(const GradientTask& task, const GradientBlock& block, b
   const int strides = s.stride_rows * s.stride_columns, channel = block.src_first + (stream - task.count) / strides;
   const int row = (stream - task.count) % strides / s.stride_columns, column = (stream - task.count) % s.stride_columns;
   place.far = place.src + channel * task.src.channel;
-  // What the taps of the last positions have read is there already.
+  // What the taps of the last positions have read is in the cache already.
   if (row_ends)
     place.far +=
         place.rows * place.src_row + (larger(s.kernel_rows - s.stride_rows, 0) + row) * task.src.row + column * lanes;
@@ -230,8 +230,8 @@ void store_gradient(const GradientTask& task, GradientBlock& block, int t, int t
 }
 
 template <class V>
-void conv2d_backward_weight(const Conv2dShape& s, View<const float> src, View<const float> diff_dst, int valid,
-                            float* diff_weight, float* diff_bias, int first, int last) {
+void conv2d_backward_weight(const Conv2dShape& s, BlockView<const float> src, BlockView<const float> diff_dst,
+                            int valid, float* diff_weight, float* diff_bias, int first, int last) {
   const int taps = s.src_channels * s.kernel_rows * s.kernel_columns;
   alignas(64) float acc[gradient_channels * (gradient_taps + 1) * lanes];
   GradientBlock block;
@@ -245,47 +245,6 @@ void conv2d_backward_weight(const Conv2dShape& s, View<const float> src, View<co
       store_gradient<V>(task, block, t, taps, valid, diff_weight, diff_bias);
     });
   }
-}
-
-/// Calls f(task, first tap, end, accumulators) for each group of channels and each block of taps, whose accumulators
-/// lie one after the other.
-template <class F>
-void for_each_chain_block(const GradientTask& all, float* chains, const F& f) {
-  const int taps = all.shape.src_channels * all.shape.kernel_rows * all.shape.kernel_columns;
-  for (int begin = 0; begin < all.count; begin += gradient_channels) {
-    GradientTask task = all;
-    task.first = begin;
-    task.count = smaller(gradient_channels, all.count - begin);
-    for_each_part(taps, gradient_taps, [&](int t, int t_end) {
-      f(task, t, t_end, chains);
-      chains += static_cast<std::ptrdiff_t>(task.count) * (t_end - t + (t == 0 ? 1 : 0)) * lanes;
-    });
-  }
-}
-
-template <class V>
-void conv2d_weight_chains(const Conv2dShape& s, View<const float> src, View<const float> diff_dst, int count,
-                          bool begins, float* chains) {
-  GradientBlock block;
-  for_each_chain_block({s, src, diff_dst, 0, count}, chains,
-                       [&](const GradientTask& task, int t, int t_end, float* acc) {
-                         list_taps(task, t, t_end, block);
-                         block.acc = acc;
-                         block.begins = begins;
-                         accumulate_gradient<V>(task, block);
-                       });
-}
-
-template <class V>
-void conv2d_weight_sums(const Conv2dShape& s, float* chains, int count, int valid, float* diff_weight,
-                        float* diff_bias) {
-  const int taps = s.src_channels * s.kernel_rows * s.kernel_columns;
-  GradientBlock block;
-  for_each_chain_block({s, {}, {}, 0, count}, chains, [&](const GradientTask& task, int t, int t_end, float* acc) {
-    list_taps(task, t, t_end, block);
-    block.acc = acc;
-    store_gradient<V>(task, block, t, taps, valid, diff_weight, diff_bias);
-  });
 }
 
 }  // namespace

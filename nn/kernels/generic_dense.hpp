@@ -8,7 +8,7 @@ namespace {
 
 /// Calls f(index of the first value, pointer to its lanes) for each row of channels [first, last).
 template <class T, class F>
-[[gnu::always_inline]] inline void for_each_row(Shape shape, const View<T>& v, int first, int last, const F& f) {
+[[gnu::always_inline]] inline void for_each_row(Shape shape, const BlockView<T>& v, int first, int last, const F& f) {
   for (int c = first; c < last; ++c)
     for (int i = 0; i < shape.rows; ++i)
       f(static_cast<std::ptrdiff_t>(c * shape.rows + i) * shape.columns, v.data + c * v.channel + i * v.row);
@@ -20,7 +20,8 @@ constexpr int parts = lanes / V::width;
 
 /// Outputs [o, o + O) with O chains of each lane in flight.
 template <class V, int O>
-void dense_forward_tile(Shape shape, const View<const float>& src, const float* weight, const float* bias, float* dst) {
+void dense_forward_tile(Shape shape, const BlockView<const float>& src, const float* weight, const float* bias,
+                        float* dst) {
   const std::ptrdiff_t size = shape.size();
   typename V::Float acc[O][parts<V>];
   for (int o = 0; o < O; ++o)
@@ -37,7 +38,7 @@ void dense_forward_tile(Shape shape, const View<const float>& src, const float* 
 }
 
 template <class V, int O>
-void dense_forward(Shape shape, const View<const float>& src, const float* weight, const float* bias, float* dst,
+void dense_forward(Shape shape, const BlockView<const float>& src, const float* weight, const float* bias, float* dst,
                    int outputs) {
   const std::ptrdiff_t size = shape.size();
   for (; outputs >= O; outputs -= O, weight += O * size, bias += O, dst += O * lanes)
@@ -46,8 +47,8 @@ void dense_forward(Shape shape, const View<const float>& src, const float* weigh
 }
 
 template <class V>
-void fully_connected_forward(Shape src_shape, View<const float> src, const float* weight, const float* bias, float* dst,
-                             int first, int last) {
+void fully_connected_forward(Shape src_shape, BlockView<const float> src, const float* weight, const float* bias,
+                             float* dst, int first, int last) {
   // 8 registers of chains hide the latency of two multiply-add units.
   dense_forward<V, larger(1, 8 / parts<V>)>(src_shape, src,
                                             weight + static_cast<std::ptrdiff_t>(first) * src_shape.size(),
@@ -72,7 +73,7 @@ void dense_backward_values(int outputs, std::ptrdiff_t size, const float* diff_d
 
 template <class V>
 void fully_connected_backward_src(Shape src_shape, int outputs, const float* diff_dst, const float* weight,
-                                  View<float> diff_src, int first, int last) {
+                                  BlockView<float> diff_src, int first, int last) {
   constexpr int tile = larger(1, 8 / parts<V>);
   const std::ptrdiff_t size = src_shape.size();
   float* place[tile];
@@ -138,7 +139,7 @@ void dense_gradient(const DenseChunk& chunk, const float* dy, int count, float* 
 }
 
 template <class V>
-void fully_connected_backward_weight(Shape src_shape, View<const float> src, const float* diff_dst, int valid,
+void fully_connected_backward_weight(Shape src_shape, BlockView<const float> src, const float* diff_dst, int valid,
                                      float* diff_weight, float* diff_bias, int first, int last) {
   const std::ptrdiff_t size = src_shape.size();
   DenseChunk chunk;

@@ -38,7 +38,7 @@ template <class V, class F>
 
 /// Values of src that no window covers, or all if windows overlap and their shares add up, become 0.
 template <class V>
-void clear_for_windows(const PoolShape& s, const View<float>& v, bool overlap) {
+void clear_for_windows(const PoolShape& s, const BlockView<float>& v, bool overlap) {
   // Windows tile the plane up to here if their stride equals their extent.
   const bool tiled = !overlap && s.stride_rows == s.kernel_rows && s.stride_columns == s.kernel_columns;
   const int covered_rows = tiled ? s.dst_rows * s.kernel_rows : 0;
@@ -58,7 +58,7 @@ inline bool windows_overlap(const PoolShape& s) {
 }
 
 template <class V>
-void average_pool_forward(const PoolShape& s, View<const float> src, View<float> dst) {
+void average_pool_forward(const PoolShape& s, BlockView<const float> src, BlockView<float> dst) {
   using Float = typename V::Float;
   const Float factor = V::broadcast(1 / static_cast<float>(s.kernel_rows * s.kernel_columns));
   with_window(s, [&](const auto& window) {
@@ -73,7 +73,7 @@ void average_pool_forward(const PoolShape& s, View<const float> src, View<float>
 }
 
 template <class V>
-void average_pool_backward(const PoolShape& s, View<const float> diff_dst, View<float> diff_src) {
+void average_pool_backward(const PoolShape& s, BlockView<const float> diff_dst, BlockView<float> diff_src) {
   using Float = typename V::Float;
   const Float zero = V::broadcast(0), factor = V::broadcast(1 / static_cast<float>(s.kernel_rows * s.kernel_columns));
   const bool overlap = windows_overlap(s);
@@ -93,7 +93,7 @@ void average_pool_backward(const PoolShape& s, View<const float> diff_dst, View<
 }
 
 template <class V>
-void max_pool_forward(const PoolShape& s, View<const float> src, View<float> dst) {
+void max_pool_forward(const PoolShape& s, BlockView<const float> src, BlockView<float> dst) {
   using Float = typename V::Float;
   with_window(s, [&](const auto& window) {
     for_each_window<V>(s, src.channel, src.row, dst.channel, dst.row, [&](std::ptrdiff_t from, std::ptrdiff_t to) {
@@ -109,12 +109,13 @@ void max_pool_forward(const PoolShape& s, View<const float> src, View<float> dst
 }
 
 template <class V>
-void max_pool_backward(const PoolShape& s, View<const float> src, View<const float> diff_dst, View<float> diff_src) {
+void max_pool_backward(const PoolShape& s, BlockView<const float> src, BlockView<const float> diff_dst,
+                       BlockView<float> diff_src) {
   using Float = typename V::Float;
   const Float zero = V::broadcast(0);
   const bool overlap = windows_overlap(s);
   clear_for_windows<V>(s, diff_src, overlap);
-  // diff_src may have another halo than src: its windows are found from diff_dst's position anew.
+  // diff_src may have another halo than src, so its windows are located again from diff_dst's position.
   with_window(s, [&](const auto& window) {
     for (int c = 0; c < s.channels; ++c)
       for (int i = 0; i < s.dst_rows; ++i)

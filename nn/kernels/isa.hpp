@@ -1,5 +1,5 @@
 // The float tables compiled for one instruction set each, as dispatch.cpp sees them. Which exist depends on the
-// processor family; whether one may run is asked at run time.
+// processor family; whether one may run is decided at run time.
 #pragma once
 
 #include "nn/kernels/kernels.hpp"

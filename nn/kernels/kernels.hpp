@@ -7,7 +7,7 @@
 // program's version. What does not: threads, instruction set, compiler, the samples that share a batch in inference.
 //
 // A kernel works on one block of 16 samples (or on plain arrays) and knows nothing of threads; layers share the
-// blocks out. Views given to kernels start at that block. T is float, or double in the gradient checks.
+// blocks out. A BlockView starts at that block. T is float, or double in the gradient checks.
 #pragma once
 
 #include <cstddef>
@@ -51,14 +51,6 @@ struct Activation {
   Pooling pooling;
 };
 
-/// One channel's plane of a block.
-template <class T>
-struct Plane {
-  T* data;
-  std::ptrdiff_t row;  ///< stride of rows in values
-  int rows, columns;
-};
-
 /// A convolution of one sample, output channels in the lanes: blocks of 16 channels, [block][row][column][lane]. A
 /// fully connected layer is one whose only position sees all values.
 template <class T>
@@ -80,34 +72,27 @@ struct Kernels {
 
   /// dst[o,i,j] = bias[o] + sum over (c, ky, kx), in that order, of weight[o,c,ky,kx] * src[c, i s + ky - p, j s + kx -
   /// p]. Padding counts as terms with value +0. src has a halo of at least the padding. For o in [first, last).
-  void (*conv2d_forward)(const Conv2dShape&, View<const T> src, const T* weight, const T* bias, View<T> dst, int first,
-                         int last);
+  void (*conv2d_forward)(const Conv2dShape&, BlockView<const T> src, const T* weight, const T* bias, BlockView<T> dst,
+                         int first, int last);
   /// diff_src[c,y,x] = 0 + sum over (o, ky, kx), in that order, of weight[o,c,ky,kx] * diff_dst[o, (y+p-ky)/s,
   /// (x+p-kx)/s]; only taps for which s divides; outside the plane diff_dst counts as +0 and is read from its halo
   /// (diff_halo(shape)). For c in [first, last).
-  void (*conv2d_backward_src)(const Conv2dShape&, View<const T> diff_dst, const T* weight, View<T> diff_src, int first,
-                              int last);
+  void (*conv2d_backward_src)(const Conv2dShape&, BlockView<const T> diff_dst, const T* weight, BlockView<T> diff_src,
+                              int first, int last);
   /// diff_weight[o,c,ky,kx] = lane tree of: sum over (i, j) of src[c, i s + ky - p, j s + kx - p] * diff_dst[o,i,j];
   /// diff_bias[o] = lane tree of: sum over (i, j) of diff_dst[o,i,j]. Lanes from `valid` on count as 0.
   /// For o in [first, last); the arrays are whole.
-  void (*conv2d_backward_weight)(const Conv2dShape&, View<const T> src, View<const T> diff_dst, int valid,
+  void (*conv2d_backward_weight)(const Conv2dShape&, BlockView<const T> src, BlockView<const T> diff_dst, int valid,
                                  T* diff_weight, T* diff_bias, int first, int last);
-  /// The same a band (band_of) at a time, without the lane tree; diff_dst holds `count` channels alone. `chains` holds
-  /// chain_values(shape, count) values, in an order that only kernels of one table and equal shapes and counts share;
-  /// `begins` says that this is the first band, and they hold nothing yet.
-  void (*conv2d_weight_chains)(const Conv2dShape&, View<const T> src, View<const T> diff_dst, int count, bool begins,
-                               T* chains);
-  /// diff_weight and diff_bias of `count` channels, from their chains, which it uses up.
-  void (*conv2d_weight_sums)(const Conv2dShape&, T* chains, int count, int valid, T* diff_weight, T* diff_bias);
 
   /// dst[o] = bias[o] + sum over k of weight[o,k] * src[k]; k runs over (channel, row, column). dst: outputs x lanes.
-  void (*fully_connected_forward)(Shape src_shape, View<const T> src, const T* weight, const T* bias, T* dst, int first,
-                                  int last);
+  void (*fully_connected_forward)(Shape src_shape, BlockView<const T> src, const T* weight, const T* bias, T* dst,
+                                  int first, int last);
   /// diff_src[k] = 0 + sum over o of weight[o,k] * diff_dst[o]. For channels in [first, last).
   void (*fully_connected_backward_src)(Shape src_shape, int outputs, const T* diff_dst, const T* weight,
-                                       View<T> diff_src, int first, int last);
+                                       BlockView<T> diff_src, int first, int last);
   /// diff_weight[o,k] = lane tree of src[k] * diff_dst[o]; diff_bias[o] = lane tree of diff_dst[o].
-  void (*fully_connected_backward_weight)(Shape src_shape, View<const T> src, const T* diff_dst, int valid,
+  void (*fully_connected_backward_weight)(Shape src_shape, BlockView<const T> src, const T* diff_dst, int valid,
                                           T* diff_weight, T* diff_bias, int first, int last);
 
   /// dst[o,i,j] = bias[o] + sum over taps t, in order, of weight[o,t] * src[i row + j column + offset[t]]: with the
@@ -137,13 +122,14 @@ struct Kernels {
   void (*relu_backward)(Plane<const T> value, Plane<T> diff);
 
   /// dst = (chain of additions over the window, row by row) * (1 / window size). All channels of the block.
-  void (*average_pool_forward)(const PoolShape&, View<const T> src, View<T> dst);
+  void (*average_pool_forward)(const PoolShape&, BlockView<const T> src, BlockView<T> dst);
   /// diff_src: zero, then every window in row order adds diff_dst * (1 / window size) to each of its values.
-  void (*average_pool_backward)(const PoolShape&, View<const T> diff_dst, View<T> diff_src);
+  void (*average_pool_backward)(const PoolShape&, BlockView<const T> diff_dst, BlockView<T> diff_src);
   /// dst: the window's largest value.
-  void (*max_pool_forward)(const PoolShape&, View<const T> src, View<T> dst);
+  void (*max_pool_forward)(const PoolShape&, BlockView<const T> src, BlockView<T> dst);
   /// diff_src: zero, then every window in row order adds its diff_dst to its first largest value.
-  void (*max_pool_backward)(const PoolShape&, View<const T> src, View<const T> diff_dst, View<T> diff_src);
+  void (*max_pool_backward)(const PoolShape&, BlockView<const T> src, BlockView<const T> diff_dst,
+                            BlockView<T> diff_src);
 
   /// gradient' = fma(weight_decay, value, gradient); velocity = fma(momentum, velocity, gradient');
   /// value = fma(-learning_rate, velocity, value).
@@ -161,12 +147,8 @@ const Kernels<T>& kernels();
 /// Those of an instruction set that is available.
 const Kernels<float>& kernels_of(Isa isa);
 
-/// Values of the chains of a weight gradient, for `count` channels of dst: a chain a lane for each weight and bias.
-inline std::size_t chain_values(const Conv2dShape& s, int count) {
-  return static_cast<std::size_t>(count) * lanes *
-         (static_cast<std::size_t>(s.src_channels) * static_cast<std::size_t>(s.kernel_rows * s.kernel_columns) + 1);
-}
-
+/// Halo that conv2d_forward reads around src: the padding.
+int src_halo(const Conv2dShape& shape);
 /// Halo that conv2d_backward_src reads around diff_dst.
 int diff_halo(const Conv2dShape& shape);
 

@@ -10,7 +10,7 @@ namespace {
 
 /// Lane l at (channel, row, column), +0 outside the plane.
 template <class T>
-T value_or_zero(View<const T> v, int rows, int columns, int channel, int row, int column, int lane) {
+T value_or_zero(BlockView<const T> v, int rows, int columns, int channel, int row, int column, int lane) {
   if (row < 0 || row >= rows || column < 0 || column >= columns) return T(0);
   return v.data[channel * v.channel + row * v.row + column * lanes + lane];
 }
@@ -20,8 +20,8 @@ std::size_t weight_index(const Conv2dShape& s, int o, int c, int ky, int kx) {
 }
 
 template <class T>
-void conv2d_forward(const Conv2dShape& s, View<const T> src, const T* weight, const T* bias, View<T> dst, int first,
-                    int last) {
+void conv2d_forward(const Conv2dShape& s, BlockView<const T> src, const T* weight, const T* bias, BlockView<T> dst,
+                    int first, int last) {
   for (int o = first; o < last; ++o)
     for (int i = 0; i < s.dst_rows; ++i)
       for (int j = 0; j < s.dst_columns; ++j)
@@ -39,8 +39,8 @@ void conv2d_forward(const Conv2dShape& s, View<const T> src, const T* weight, co
 }
 
 template <class T>
-void conv2d_backward_src(const Conv2dShape& s, View<const T> diff_dst, const T* weight, View<T> diff_src, int first,
-                         int last) {
+void conv2d_backward_src(const Conv2dShape& s, BlockView<const T> diff_dst, const T* weight, BlockView<T> diff_src,
+                         int first, int last) {
   // floor((position - tap) / stride): positions left of the plane are negative and must not round to 0.
   const auto floor_div = [](int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); };
   for (int c = first; c < last; ++c)
@@ -62,10 +62,10 @@ void conv2d_backward_src(const Conv2dShape& s, View<const T> diff_dst, const T* 
         }
 }
 
-/// Goes on with a chain of each lane: of the weight at (c, ky, kx), or, past the last channel, of the bias.
+/// Continues the chain of each lane: of the weight at (c, ky, kx), or, past the last channel, of the bias.
 template <class T>
-void continue_chain(const Conv2dShape& s, View<const T> src, const T* diff_dst, std::ptrdiff_t diff_row, int c, int ky,
-                    int kx, T* chain) {
+void continue_chain(const Conv2dShape& s, BlockView<const T> src, const T* diff_dst, std::ptrdiff_t diff_row, int c,
+                    int ky, int kx, T* chain) {
   for (int l = 0; l < lanes; ++l)
     for (int i = 0; i < s.dst_rows; ++i)
       for (int j = 0; j < s.dst_columns; ++j) {
@@ -88,8 +88,8 @@ void for_each_gradient(const Conv2dShape& s, const F& f) {
 }
 
 template <class T>
-void conv2d_backward_weight(const Conv2dShape& s, View<const T> src, View<const T> diff_dst, int valid, T* diff_weight,
-                            T* diff_bias, int first, int last) {
+void conv2d_backward_weight(const Conv2dShape& s, BlockView<const T> src, BlockView<const T> diff_dst, int valid,
+                            T* diff_weight, T* diff_bias, int first, int last) {
   for (int o = first; o < last; ++o)
     for_each_gradient(s, [&](int c, int ky, int kx) {
       T chain[lanes] = {};
@@ -98,29 +98,9 @@ void conv2d_backward_weight(const Conv2dShape& s, View<const T> src, View<const 
     });
 }
 
-template <class T>
-void conv2d_weight_chains(const Conv2dShape& s, View<const T> src, View<const T> diff_dst, int count, bool begins,
-                          T* chains) {
-  if (begins) std::fill_n(chains, chain_values(s, count), T(0));
-  for (int o = 0; o < count; ++o)
-    for_each_gradient(s, [&](int c, int ky, int kx) {
-      continue_chain(s, src, diff_dst.data + o * diff_dst.channel, diff_dst.row, c, ky, kx, chains);
-      chains += lanes;
-    });
-}
-
-template <class T>
-void conv2d_weight_sums(const Conv2dShape& s, T* chains, int count, int valid, T* diff_weight, T* diff_bias) {
-  for (int o = 0; o < count; ++o)
-    for_each_gradient(s, [&](int c, int ky, int kx) {
-      (c == s.src_channels ? diff_bias[o] : diff_weight[weight_index(s, o, c, ky, kx)]) = lane_sum(chains, valid);
-      chains += lanes;
-    });
-}
-
 /// Calls f(k, pointer to the lanes of value k) in the order of weights: channel, row, column.
 template <class T, class F>
-void for_each_value(Shape shape, View<T> v, int first, int last, const F& f) {
+void for_each_value(Shape shape, BlockView<T> v, int first, int last, const F& f) {
   for (int c = first; c < last; ++c)
     for (int i = 0; i < shape.rows; ++i)
       for (int j = 0; j < shape.columns; ++j)
@@ -129,7 +109,7 @@ void for_each_value(Shape shape, View<T> v, int first, int last, const F& f) {
 }
 
 template <class T>
-void fully_connected_forward(Shape shape, View<const T> src, const T* weight, const T* bias, T* dst, int first,
+void fully_connected_forward(Shape shape, BlockView<const T> src, const T* weight, const T* bias, T* dst, int first,
                              int last) {
   for (int o = first; o < last; ++o) {
     T* acc = dst + o * lanes;
@@ -142,7 +122,7 @@ void fully_connected_forward(Shape shape, View<const T> src, const T* weight, co
 }
 
 template <class T>
-void fully_connected_backward_src(Shape shape, int outputs, const T* diff_dst, const T* weight, View<T> diff_src,
+void fully_connected_backward_src(Shape shape, int outputs, const T* diff_dst, const T* weight, BlockView<T> diff_src,
                                   int first, int last) {
   for_each_value(shape, diff_src, first, last, [&](std::size_t k, T* dx) {
     for (int l = 0; l < lanes; ++l) {
@@ -156,7 +136,7 @@ void fully_connected_backward_src(Shape shape, int outputs, const T* diff_dst, c
 }
 
 template <class T>
-void fully_connected_backward_weight(Shape shape, View<const T> src, const T* diff_dst, int valid, T* diff_weight,
+void fully_connected_backward_weight(Shape shape, BlockView<const T> src, const T* diff_dst, int valid, T* diff_weight,
                                      T* diff_bias, int first, int last) {
   for (int o = first; o < last; ++o) {
     const T* dy = diff_dst + o * lanes;
@@ -260,19 +240,19 @@ void for_each_window(const PoolShape& s, const F& f) {
 }
 
 template <class T>
-T& at(const View<T>& v, int c, int i, int j, int l) {
+T& at(const BlockView<T>& v, int c, int i, int j, int l) {
   return v.data[c * v.channel + i * v.row + j * lanes + l];
 }
 
 template <class T>
-void clear(const PoolShape& s, View<T> v) {
+void clear(const PoolShape& s, BlockView<T> v) {
   for (int c = 0; c < s.channels; ++c)
     for (int i = 0; i < s.src_rows; ++i)
       for (int j = 0; j < s.src_columns * lanes; ++j) v.data[c * v.channel + i * v.row + j] = T(0);
 }
 
 template <class T>
-void average_pool_forward(const PoolShape& s, View<const T> src, View<T> dst) {
+void average_pool_forward(const PoolShape& s, BlockView<const T> src, BlockView<T> dst) {
   const T factor = T(1) / static_cast<T>(s.kernel_rows * s.kernel_columns);
   for_each_window(s, [&](int c, int i, int j, int l) {
     T acc = T(0);
@@ -284,7 +264,7 @@ void average_pool_forward(const PoolShape& s, View<const T> src, View<T> dst) {
 }
 
 template <class T>
-void average_pool_backward(const PoolShape& s, View<const T> diff_dst, View<T> diff_src) {
+void average_pool_backward(const PoolShape& s, BlockView<const T> diff_dst, BlockView<T> diff_src) {
   const T factor = T(1) / static_cast<T>(s.kernel_rows * s.kernel_columns);
   clear(s, diff_src);
   for_each_window(s, [&](int c, int i, int j, int l) {
@@ -297,7 +277,7 @@ void average_pool_backward(const PoolShape& s, View<const T> diff_dst, View<T> d
 
 /// Offset in values of the first largest value of a window from the window's first value.
 template <class T>
-std::ptrdiff_t first_largest(const PoolShape& s, View<const T> src, const T* window) {
+std::ptrdiff_t first_largest(const PoolShape& s, BlockView<const T> src, const T* window) {
   std::ptrdiff_t best = 0;
   for (int ky = 0; ky < s.kernel_rows; ++ky)
     for (int kx = 0; kx < s.kernel_columns; ++kx) {
@@ -308,7 +288,7 @@ std::ptrdiff_t first_largest(const PoolShape& s, View<const T> src, const T* win
 }
 
 template <class T>
-void max_pool_forward(const PoolShape& s, View<const T> src, View<T> dst) {
+void max_pool_forward(const PoolShape& s, BlockView<const T> src, BlockView<T> dst) {
   for_each_window(s, [&](int c, int i, int j, int l) {
     const T* window = &at(src, c, i * s.stride_rows, j * s.stride_columns, l);
     at(dst, c, i, j, l) = window[first_largest(s, src, window)];
@@ -316,7 +296,7 @@ void max_pool_forward(const PoolShape& s, View<const T> src, View<T> dst) {
 }
 
 template <class T>
-void max_pool_backward(const PoolShape& s, View<const T> src, View<const T> diff_dst, View<T> diff_src) {
+void max_pool_backward(const PoolShape& s, BlockView<const T> src, BlockView<const T> diff_dst, BlockView<T> diff_src) {
   clear(s, diff_src);
   for_each_window(s, [&](int c, int i, int j, int l) {
     const T* window = &at(src, c, i * s.stride_rows, j * s.stride_columns, l);
@@ -366,7 +346,7 @@ void activation_backward(const Activation<T>& a, const PoolShape& s, Plane<const
         src, [&](int i, int j) { diff.data[i * diff.row + j] = masked(i, j, diff_dst.data[i * diff_dst.row + j]); });
     return;
   }
-  const View<T> diff_view{diff.data, 0, 0, diff.row};
+  const BlockView<T> diff_view{diff.data, 0, diff.row};
   clear(s, diff_view);
   const T factor = T(1) / static_cast<T>(s.kernel_rows * s.kernel_columns);
   for_each_window(s, [&](int, int i, int j, int l) {
@@ -402,8 +382,6 @@ constexpr Kernels<T> table{
     conv2d_forward<T>,
     conv2d_backward_src<T>,
     conv2d_backward_weight<T>,
-    conv2d_weight_chains<T>,
-    conv2d_weight_sums<T>,
     fully_connected_forward<T>,
     fully_connected_backward_src<T>,
     fully_connected_backward_weight<T>,

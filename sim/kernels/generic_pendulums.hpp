@@ -29,7 +29,7 @@ class Group {
   template <bool starting>
   [[gnu::always_inline]] bool advance(int sample, int row) {
     D next[vectors];
-    // Each lane walks through its noise on its own, a line of the cache a sample: too many walks for the hardware to
+    // Each lane walks through its noise on its own, a line of the cache a sample: too many streams for the hardware to
     // foresee. Reading ahead of the end is harmless.
     for (int l = first_; l < first_ + vectors * V::width; ++l) {
       __builtin_prefetch(p_.noise_rate[l] + (sample + std::ptrdiff_t{6}) * Pendulums::noise_apart);

@@ -1,6 +1,6 @@
-// Many single pendulums side by side: the memory that the kernels work on, and the arithmetic that all of them keep to.
-// Equations: simulate.hpp. Of its constants those that multiply the same quantity are joined before the first step, and
-// with e = (estimate - platform) / 2 and q = e' the platform's own motion drops out of the servo signal:
+// Many single pendulums side by side: the memory that the kernels work on, and the arithmetic that all of them follow.
+// Equations: simulate.hpp. Constants that multiply the same quantity are joined before the first step, and with e =
+// (estimate - platform) / 2 and q = e' the platform's own motion drops out of the servo signal:
 //   q  = (nu' - clamp(f' + nu', -theta, theta)) / 2
 //   u  = 2 Kp (a + e) + 2 Kd (a' + q)
 //   a' = a z P(z) + (k1 a + (k2 a' + (drive - delayed u))),  z = a^2
@@ -26,9 +26,9 @@ struct Course {
 
 /// `count` trials, one a lane, each at its own time.
 struct Pendulums {
-  // 2 registers of 8 lanes. Three or four were no faster: what limits a step is its loads, not its latency.
+  // 2 registers of 8 lanes. Three or four were no faster: loads limit a step, not latency.
   static constexpr int count = 16;
-  /// Commands of the past that a lane may look back at, and those of the present run, a row of `count` each.
+  /// Past commands that a lane may look back at, and those of the present run, a row of `count` each.
   static constexpr int longest_lag = 1000, rows = longest_lag + 1024;
 
   // Constants of the lanes' trials.
@@ -59,7 +59,7 @@ struct Pendulums {
 };
 
 /// Advances all lanes by up to `samples` samples; stops after a sample in which one of them left the bound. Returns how
-/// many were done. Pointers and `row` are left for the caller to move on, by what was done.
+/// many were done. The caller moves pointers and `row` on by that many.
 using AdvancePendulums = int (*)(Pendulums& pendulums, const Course& course, int samples);
 
 }  // namespace decid::sim

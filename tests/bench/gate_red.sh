@@ -37,7 +37,7 @@ grep -q 'keep the gain' "$scratch/out.txt" || fail "fewer instructions do not as
 cp "$limits" "$scratch/kept.json"
 sed -i 's/"GNU [0-9]*"/"GNU 99"/' "$limits"
 run 2 --program "$program"
-grep -q 'the limits are of GNU 99' "$scratch/err.txt" || fail "limits of another compiler are taken"
+grep -q 'the limits are for GNU 99' "$scratch/err.txt" || fail "limits of another compiler are taken"
 sed 's/"sim\/sensor_noise"/"sim\/forgotten_sensor_noise"/' "$scratch/kept.json" >"$limits"
 run 1 --program "$program"
 grep -q 'RED: sim/forgotten_sensor_noise: a limit, but no such' "$scratch/out.txt" || fail "a workload that is gone is not red"

@@ -129,7 +129,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("--pairs: 9 or more", self.refused("HEAD", "--pairs", "8"))
         self.assertIn("--minimum", self.refused("HEAD", "--minimum", "-1"))
         self.assertIn("--min-time", self.refused("HEAD", "--min-time", "0"))
-        self.assertIn("no-such-commit: is no commit here", self.refused("no-such-commit"))
+        self.assertIn("no-such-commit: is not a commit here", self.refused("no-such-commit"))
         self.assertIn("--filter", self.refused("HEAD", "--filter", "("))
 
     def test_help_has_an_example(self):

@@ -132,7 +132,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("--min-time", self.refused("bench", "--min-time", "0"))
         self.assertIn("--filter", self.refused("bench", "--filter", "["))
         self.assertIn("takes no --peers", self.refused("bench", "--scaling", "--peers", "x"))
-        self.assertIn("is no folder", self.refused("bench", "-o", "/no/such/folder/x.json"))
+        self.assertIn("is not a folder", self.refused("bench", "-o", "/no/such/folder/x.json"))
         self.assertIn("No such file", self.refused("bench", "--peers", "/no/such.json"))
         self.assertIn("holds no benchmarks", self.refused("bench", "--build", "/no/such/build"))
         self.assertIn("unknown option", self.refused("bench-report", "--x"))

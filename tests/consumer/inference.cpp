@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <decid/dataset/image/image.hpp>
-#include <decid/nn/network.hpp>
+#include <decid/nn/predictor.hpp>
 #include <decid/sim/simulate.hpp>
 #include <vector>
 
@@ -25,13 +25,12 @@ int main() {
   for (decid::nn::Parameter<float>* parameter : network.parameters()) {
     for (float& value : parameter->value) value = parameter->name == "weight" ? 1.0F : 0.0F;
   }
-  network.plan(1, decid::nn::Mode::inference);
-  network.input().load(0, image);
-  network.forward();
+  std::vector<float> outputs(1);
+  decid::nn::Predictor(network, 1).run(image, outputs);
 
   double sum = 0.0;
   for (const float value : image) sum += value;
-  const double output = network.output().at(0, 0, 0, 0);
+  const double output = static_cast<double>(outputs.front());
   std::printf("samples %d, valid %d, largest sway %.4f rad, image sum %.6f, network %.6f\n", simulator.samples(),
               outcome.valid, outcome.largest_sway_rad, sum, output);
   // Each of n float additions of positive terms errs by at most half an ulp of the sum.

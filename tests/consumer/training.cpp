@@ -5,7 +5,7 @@
 
 #include "dataset/feed.hpp"
 #include "nn/loss.hpp"
-#include "nn/network.hpp"
+#include "nn/trainer.hpp"
 
 namespace {
 
@@ -22,20 +22,20 @@ std::vector<double> train_on_stream(int trials, int batch, int epochs) {
   decid::nn::Network<float> network({shape.channels, shape.rows, shape.columns},
                                     "conv 8 3x3 pad 1; batchnorm; relu; globalavgpool; fc 7");
   network.initialise(1);
-  network.plan(batch, decid::nn::Mode::training);
+  decid::nn::Trainer<float> trainer(network, batch);
   std::vector<double> errors;
   for (int epoch = 0; epoch < epochs; ++epoch) {
     double sum = 0.0;
     for (int done = 0; done < trials; done += batch) {
       const dataset::Feed::Batch next = feed.next();
-      network.set_batch(next.trials);
+      trainer.set_batch(next.trials);
       for (int i = 0; i < next.trials; ++i)
-        network.input().load(i, next.images.subspan(static_cast<std::size_t>(i) * values, values));
-      network.forward();
+        trainer.input().load(i, next.images.subspan(static_cast<std::size_t>(i) * values, values));
+      trainer.forward();
       double squares[7];
-      decid::nn::mean_squared_error<float>(network.output(), next.targets, squares, &network.output_diff());
-      network.backward();
-      decid::nn::sgd_step(network, 0.02, {});
+      decid::nn::mean_squared_error(trainer.output(), next.targets, squares, trainer.output_diff());
+      trainer.backward();
+      trainer.step(0.02, {});
       for (const double square : squares) sum += square;
     }
     errors.push_back(sum / (7.0 * trials));

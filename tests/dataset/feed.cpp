@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 #include "base/parallel.hpp"
@@ -20,7 +21,7 @@ namespace {
 
 sim::Protocol noisy_protocol() {
   sim::Protocol protocol = tiny_protocol();
-  protocol.sensor_noise = {0.001, 0.1};
+  protocol.noise.sensor = {0.001, 0.1};
   return protocol;
 }
 
@@ -33,9 +34,10 @@ struct Taken {
 /// Trial `wanted` of those that are asked for together.
 Taken training_trial(const TrialSource& from, int epoch, std::vector<int> indices, std::size_t wanted = 0) {
   Taken taken;
-  from.training(epoch, indices, [&](std::size_t place, const sim::Parameters& p, std::span<const float> sway) {
-    if (place == wanted) taken = {p, {sway.begin(), sway.end()}};
-  });
+  from.take(Part::training, epoch, indices,
+            [&](std::size_t place, const sim::Parameters& p, std::span<const float> sway) {
+              if (place == wanted) taken = {p, {sway.begin(), sway.end()}};
+            });
   return taken;
 }
 
@@ -49,16 +51,15 @@ ImageMaker two_columns(int samples, bool standardize) {
 
 TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   const auto source = stream_source(noisy_protocol(), 3, 10, 4);
-  CHECK(source->training_trials() == 10);
-  CHECK(source->validation_trials() == 4);
+  CHECK(source->trials(Part::training) == 10);
+  CHECK(source->trials(Part::validation) == 4);
   const Taken first = training_trial(*source, 2, {7});
   REQUIRE(first.sway.size() == static_cast<std::size_t>(source->protocol().samples()));
   CHECK(training_trial(*source, 2, {7}) == first);
   CHECK(training_trial(*source, 2, {3, 9, 0, 7, 1, 1, 8, 2, 5}, 3) == first);
   CHECK(training_trial(*source, 3, {7}).parameters != first.parameters);
-  source->validation(std::vector<int>{0}, [&](std::size_t, const sim::Parameters& p, std::span<const float>) {
-    CHECK(p != first.parameters);
-  });
+  source->take(Part::validation, 0, std::vector<int>{0},
+               [&](std::size_t, const sim::Parameters& p, std::span<const float>) { CHECK(p != first.parameters); });
   // Another length of the epoch renumbers, but trial 4 + 2 * 10 + 7 stays what it is.
   CHECK(training_trial(*stream_source(noisy_protocol(), 3, 27, 4), 1, {0}) == first);
   CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
@@ -66,13 +67,16 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   check_error([] { stream_source(noisy_protocol(), 3, 10, 0); }, {"0 validation"});
   for (const int index : {-1, 10}) {
     const std::vector<int> wrong{index};
-    check_error([&] { source->training(0, wrong, [](std::size_t, const auto&, auto) {}); }, {"no trial", "0 to 9"});
-    check_error([&] { source->validation(wrong, [](std::size_t, const auto&, auto) {}); }, {"no trial", "0 to 3"});
+    check_error([&] { source->take(Part::training, 0, wrong, [](std::size_t, const auto&, auto) {}); },
+                {"no trial", "0 to 9"});
+    check_error([&] { source->take(Part::validation, 0, wrong, [](std::size_t, const auto&, auto) {}); },
+                {"no trial", "0 to 3"});
   }
   // What a training has not seen is the next epoch's.
-  source->unseen(2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, std::span<const float> sway) {
-    CHECK(Taken{p, {sway.begin(), sway.end()}} == first);
-  });
+  source->take(Part::unseen, 2, std::vector<int>{7},
+               [&](std::size_t, const sim::Parameters& p, std::span<const float> sway) {
+                 CHECK(Taken{p, {sway.begin(), sway.end()}} == first);
+               });
 }
 
 TEST_CASE("a data set's halves are its training and its validation trials") {
@@ -80,8 +84,8 @@ TEST_CASE("a data set's halves are its training and its validation trials") {
   const auto source = stored_source(data);
   std::vector<int> halves[2];
   for (int i = 0; i < data.trials(); ++i) halves[data.split[static_cast<std::size_t>(i)]].push_back(i);
-  CHECK(source->training_trials() == static_cast<int>(halves[0].size()));
-  CHECK(source->validation_trials() == static_cast<int>(halves[1].size()));
+  CHECK(source->trials(Part::training) == static_cast<int>(halves[0].size()));
+  CHECK(source->trials(Part::validation) == static_cast<int>(halves[1].size()));
   for (const int half : {0, 1}) {
     std::vector<int> indices(halves[half].size());
     std::iota(indices.rbegin(), indices.rend(), 0);
@@ -92,14 +96,11 @@ TEST_CASE("a data set's halves are its training and its validation trials") {
       CHECK(p == data.parameters[static_cast<std::size_t>(trial)]);
       CHECK(std::ranges::equal(sway, data.trial(trial)));
     };
-    if (half == 0)
-      source->training(0, indices, take);
-    else
-      source->validation(indices, take);
+    source->take(half == 0 ? Part::training : Part::validation, 0, indices, take);
     CHECK(std::ranges::all_of(visits, [](int n) { return n == 1; }));
   }
-  const std::vector<int> beyond{source->training_trials()};
-  check_error([&] { source->training(0, beyond, [](std::size_t, const auto&, auto) {}); }, {"no trial"});
+  const std::vector<int> beyond{source->trials(Part::training)};
+  check_error([&] { source->take(Part::training, 0, beyond, [](std::size_t, const auto&, auto) {}); }, {"no trial"});
   CHECK(source->identity() == stored_source(data)->identity());
   CHECK(source->identity() != stored_source(generate({noisy_protocol(), 21, 0, 6}))->identity());
   Dataset one_half = data;
@@ -143,17 +144,11 @@ class InSmallBlocks final : public TrialSource {
  public:
   InSmallBlocks(int trials, int at_once) : stream_(stream_source(noisy_protocol(), 3, trials, 4)), at_once_(at_once) {}
   const sim::Protocol& protocol() const override { return stream_->protocol(); }
-  std::string identity() const override { return stream_->identity(); }
-  int training_trials() const override { return stream_->training_trials(); }
-  int validation_trials() const override { return stream_->validation_trials(); }
+  TrialIdentity identity() const override { return stream_->identity(); }
+  int trials(Part part) const override { return stream_->trials(part); }
   int trials_at_once() const override { return at_once_; }
-  void training(int epoch, std::span<const int> indices, const Take& take) const override {
-    stream_->training(epoch, indices, take);
-  }
-  void validation(std::span<const int> indices, const Take& take) const override { stream_->validation(indices, take); }
-  int unseen_trials() const override { return stream_->unseen_trials(); }
-  void unseen(int next_epoch, std::span<const int> indices, const Take& take) const override {
-    stream_->unseen(next_epoch, indices, take);
+  void take(Part part, int epoch, std::span<const int> indices, const Take& take) const override {
+    stream_->take(part, epoch, indices, take);
   }
 
  private:
@@ -191,6 +186,7 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
   Feed feed(*source, encoding, scaling.targets, batch, 9, 0, epochs);
   for (auto& epoch : fed) epoch = read_epoch(feed);
 
+  std::set<std::vector<std::ptrdiff_t>> orders;
   for (int epoch = 0; epoch < epochs; ++epoch) {
     std::vector<Example> expected;
     for (int i = 0; i < trials; ++i) {
@@ -201,7 +197,10 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
       expected.push_back({{target.begin(), target.end()}, image});
     }
     std::vector<Example> sorted = fed[static_cast<std::size_t>(epoch)];
-    CHECK(sorted != expected);  // shuffled
+    CHECK(sorted != expected);  // shuffled, and in each epoch otherwise
+    std::vector<std::ptrdiff_t> order;
+    for (const Example& example : sorted) order.push_back(std::ranges::find(expected, example) - expected.begin());
+    CHECK(orders.insert(order).second);
     std::ranges::sort(sorted);
     std::ranges::sort(expected);
     CHECK(sorted == expected);
@@ -228,20 +227,16 @@ TEST_CASE("a feed passes on what its source throws") {
   class Broken final : public TrialSource {
    public:
     const sim::Protocol& protocol() const override { return protocol_; }
-    std::string identity() const override { return "broken"; }
-    int training_trials() const override { return 8; }
-    int validation_trials() const override { return 1; }
+    TrialIdentity identity() const override { return {}; }
+    int trials(Part) const override { return 8; }
     int trials_at_once() const override { return 4; }
-    void training(int, std::span<const int> indices, const Take& take) const override {
+    void take(Part, int, std::span<const int> indices, const Take& take) const override {
       const std::vector<float> sway(static_cast<std::size_t>(protocol_.samples()));
       for (std::size_t place = 0; place < indices.size(); ++place) {
         if (++given_ > 6) throw std::runtime_error("the disk is gone");
         take(place, sim::middle_parameters(), sway);
       }
     }
-    void validation(std::span<const int>, const Take&) const override {}
-    int unseen_trials() const override { return 0; }
-    void unseen(int, std::span<const int>, const Take&) const override {}
 
    private:
     sim::Protocol protocol_ = tiny_protocol();

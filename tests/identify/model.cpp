@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/sha256.hpp"
+#include "identify/prediction.hpp"
 #include "identify/training/presets.hpp"
 #include "sim/protocol_json.hpp"
 
@@ -13,13 +14,12 @@ namespace {
 
 Model example() {
   sim::Protocol protocol = sim::short_protocol();
-  protocol.sensor_noise = {0.001, 0.1};
+  protocol.noise.sensor = {0.001, 0.1};
   Model model(protocol, preset_named("small").image, preset_named("small").architecture);
   model.network.initialise(3);
-  for (const auto& layer : model.network.layers())
-    for (auto* statistic : layer->statistics())
-      for (std::size_t i = 0; i < statistic->value.size(); ++i)
-        statistic->value[i] = 0.1F + static_cast<float>(i) / 3.0F;
+  for (nn::Layer<float>& layer : model.network.layers())
+    for (nn::Statistic<float>& statistic : layer.statistics())
+      for (std::size_t i = 0; i < statistic.value.size(); ++i) statistic.value[i] = 0.1F + static_cast<float>(i) / 3.0F;
   const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
   for (std::size_t i = 0; i < rows; ++i) {
     model.rows.mean.push_back(static_cast<float>(i) / 7.0F);
@@ -28,7 +28,7 @@ Model example() {
   model.targets.mean = sim::middle_parameters();
   for (std::size_t p = 0; p < sim::parameter_count; ++p)
     model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
-  model.origin = R"({"seed":3})";
+  model.origin.seed = 3;
   return model;
 }
 
@@ -52,8 +52,8 @@ TEST_CASE("a model survives its file to the bit") {
 }
 
 TEST_CASE("a finished model is no checkpoint") {
-  std::string progress;
-  CHECK_THROWS_AS(model_from_bytes(to_bytes(example()), "m", &progress), Error);
+  Checkpoint checkpoint;
+  CHECK_THROWS_AS(model_from_bytes(to_bytes(example()), "m", &checkpoint), Error);
 }
 
 TEST_CASE("a model predicts the same for a trial alone and among others") {
@@ -116,13 +116,13 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
   CHECK(fitted("short", sim::default_protocol()).rows == 387);
 
   sim::Protocol protocol;
-  protocol.sample_rate_hz = 50.0;
+  protocol.experiment.sample_rate_hz = 50.0;
   CHECK(fitted("best", protocol).window == 3025);
   CHECK(fitted("best", protocol).rows == 256);
-  protocol.sample_rate_hz = 1000.0;
+  protocol.experiment.sample_rate_hz = 1000.0;
   CHECK(fitted("best", protocol).window == 60'500);
   // Cycles of 80.242 s are no whole number of samples: one window, all of them.
-  protocol.sample_rate_hz = 100.0;
+  protocol.experiment.sample_rate_hz = 100.0;
   protocol.sequence().state_s = 0.331;
   const dataset::ImageSettings unfolded = fitted("best", protocol);
   CHECK(unfolded.fold == 1);
@@ -133,11 +133,11 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
   sines.components = {{.frequency_hz = 0.5, .amplitude_deg = 1.0}};
   sines.cycle_s = 4.0;
   sines.cycles = 1;
-  protocol.stimulus = sines;
-  protocol.vestibular_noise.low_hz = 0.25;
+  protocol.experiment.stimulus = sines;
+  protocol.noise.vestibular.low_hz = 0.25;
   sines.cycle_s = 200.11;  // a prime number of samples
   sines.lead_out_s = 0.39;
-  protocol.stimulus = sines;
+  protocol.experiment.stimulus = sines;
   const dataset::ImageSettings prime = fitted("best", protocol);
   CHECK(prime.fold == 1);
   CHECK(prime.window == 20'010);
@@ -146,33 +146,33 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
   // Cycles that are too long for a window, or too many to fold.
   sines.cycle_s = 200.0;
   sines.cycles = 2;
-  protocol.stimulus = sines;
-  protocol.sample_rate_hz = 1000.0;
+  protocol.experiment.stimulus = sines;
+  protocol.experiment.sample_rate_hz = 1000.0;
   const dataset::ImageSettings long_cycles = fitted("best", protocol);
   CHECK(long_cycles.fold == 1);
   CHECK(long_cycles.window == dataset::largest_window);
   sines.cycle_s = 2.0;
   sines.cycles = 1200;
-  protocol.stimulus = sines;
-  protocol.sample_rate_hz = 20.0;
+  protocol.experiment.stimulus = sines;
+  protocol.experiment.sample_rate_hz = 20.0;
   CHECK(fitted("best", protocol).fold == 1);
 
-  protocol.sample_rate_hz = 100.0;
+  protocol.experiment.sample_rate_hz = 100.0;
   sines.cycles = 1;
   sines.cycle_s = 4.0;
-  protocol.stimulus = sines;
+  protocol.experiment.stimulus = sines;
   const dataset::ImageSettings tiny = fitted("best", protocol);
   CHECK(tiny.window == 400);
   CHECK(tiny.fold == 1);
   CHECK(tiny.rows == 64);
 }
 
-TEST_CASE("other noise than the model's is told") {
+TEST_CASE("other noise than the model's is reported") {
   const sim::Protocol ours;
   sim::Protocol theirs;
-  theirs.sensor_noise = {0.01, 0.01};
+  theirs.noise.sensor = {0.01, 0.01};
   CHECK(noise_difference(ours, theirs).empty());
-  theirs.vestibular_noise.scale_deg = 0.4;
+  theirs.noise.vestibular.scale_deg = 0.4;
   CHECK(noise_difference(ours, theirs).find("0.4 degrees") != std::string::npos);
 }
 

@@ -1,5 +1,5 @@
-// Test helper: layers run one by one, every tensor in memory of its own, where Network shares and plans.
-// The plain way that the derivatives of layers, and Network's memory plan, are tested against.
+// Layers run one by one, none fused, every tensor in memory of its own, where a Trainer fuses and shares: the plain way
+// that the derivatives of layers, a Trainer's memory plan and the lowering to inference are tested against.
 #pragma once
 
 #include <omp.h>
@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "nn/layer.hpp"
+#include "nn/architecture.hpp"
+#include "nn/batch.hpp"
+#include "nn/training_layer.hpp"
 
 namespace decid::nn::testing {
 
@@ -35,14 +37,14 @@ std::vector<T> hashed_values(std::uint32_t id, std::size_t count, double scale =
 
 /// Batch x sample, as the samples lie one after the other.
 template <class T>
-void load_batch(const Tensor<T>& tensor, std::span<const T> values) {
+void load_batch(const TensorView<T>& tensor, std::span<const std::type_identity_t<T>> values) {
   const auto size = static_cast<std::size_t>(tensor.shape().size());
   for (int n = 0; n < tensor.batch(); ++n) tensor.load(n, values.subspan(static_cast<std::size_t>(n) * size, size));
 }
 template <class T>
-std::vector<T> store_batch(const Tensor<T>& tensor) {
+auto store_batch(const TensorView<T>& tensor) {
   const auto size = static_cast<std::size_t>(tensor.shape().size());
-  std::vector<T> values(size * static_cast<std::size_t>(tensor.batch()));
+  std::vector<std::remove_const_t<T>> values(size * static_cast<std::size_t>(tensor.batch()));
   for (int n = 0; n < tensor.batch(); ++n)
     tensor.store(n, std::span(values).subspan(static_cast<std::size_t>(n) * size, size));
   return values;
@@ -50,7 +52,7 @@ std::vector<T> store_batch(const Tensor<T>& tensor) {
 
 /// Puts `value` wherever a tensor has no sample: the lanes that nothing may read.
 template <class T>
-void fill_unused_lanes(const Tensor<T>& tensor, T value) {
+void fill_unused_lanes(const TensorView<T>& tensor, T value) {
   const int block = tensor.blocks() - 1;
   const Shape& s = tensor.shape();
   for (int l = tensor.valid_lanes(block); l < lanes; ++l)
@@ -67,67 +69,86 @@ class Chain {
     std::istringstream stream(architecture);
     for (std::string line; std::getline(stream, line, ';');) {
       layers_.push_back(make_layer<T>(input, line));
-      input = layers_.back()->dst_shape();
+      input = layers_.back().dst_shape();
     }
     plan(batch);
   }
 
-  const std::vector<std::unique_ptr<Layer<T>>>& layers() const { return layers_; }
+  const std::vector<Layer<T>>& layers() const { return layers_; }
   /// [0] the input, [i + 1] the output of layer i; the same memory where the layer works in place.
-  const std::vector<Tensor<T>>& activations() const { return activations_; }
-  const Tensor<T>& input() const { return activations_.front(); }
-  const Tensor<T>& output() const { return activations_.back(); }
-  const Tensor<T>& input_diff() const { return differences_.front(); }
-  const Tensor<T>& output_diff() const { return differences_.back(); }
-  std::vector<Parameter<T>*> parameters() const {
+  const std::vector<TensorView<T>>& activations() const { return activations_; }
+  const TensorView<T>& input() const { return activations_.front(); }
+  const TensorView<T>& output() const { return activations_.back(); }
+  const TensorView<T>& input_diff() const { return differences_.front(); }
+  const TensorView<T>& output_diff() const { return differences_.back(); }
+  std::vector<Parameter<T>*> parameters() {
     std::vector<Parameter<T>*> all;
-    for (const auto& layer : layers_)
-      for (Parameter<T>* p : layer->parameters()) all.push_back(p);
+    for (Layer<T>& layer : layers_)
+      for (Parameter<T>& p : layer.parameters()) all.push_back(&p);
     return all;
   }
-  std::vector<Statistic<T>*> statistics() const {
+  std::vector<Statistic<T>*> statistics() {
     std::vector<Statistic<T>*> all;
-    for (const auto& layer : layers_)
-      for (Statistic<T>* s : layer->statistics()) all.push_back(s);
+    for (Layer<T>& layer : layers_)
+      for (Statistic<T>& s : layer.statistics()) all.push_back(&s);
     return all;
   }
+  /// Of parameters()[parameter].
+  const std::vector<T>& gradient(std::size_t parameter) const { return *gradients_.at(parameter); }
 
-  void forward(Mode mode) {
-    for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i]->forward(activations_[i], activations_[i + 1], mode);
+  void forward() {
+    for (std::size_t i = 0; i < layers_.size(); ++i) training_[i]->forward(activations_[i], activations_[i + 1]);
   }
-  /// From output_diff(); unlike Network's, down to input_diff().
+  /// From output_diff(); unlike a Trainer's, down to input_diff().
   void backward() {
     for (std::size_t i = layers_.size(); i-- > 0;)
-      layers_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], &differences_[i]);
+      training_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], &differences_[i]);
+  }
+  /// Inference, each layer lowered for itself, so that nothing is folded; writes output() alone.
+  void infer() {
+    std::vector<T> values = store_batch(input());
+    for (const Layer<T>& layer : layers_) {
+      const Inference<T> inference(std::span<const Layer<T>>(&layer, 1));
+      BatchExecutor<T> executor(inference, input().batch());
+      load_batch(executor.input(), values);
+      executor.forward();
+      values = store_batch(executor.output());
+    }
+    load_batch(output(), values);
   }
 
  private:
-  Tensor<T> fresh(Shape shape, int batch, int halo) {
+  TensorView<T> fresh(Shape shape, int batch, int halo) {
     memory_.push_back(std::make_unique<AlignedBuffer<T>>());
-    memory_.back()->reserve(Tensor<T>::required(shape, batch, halo));
-    return Tensor<T>(memory_.back()->data(), shape, batch, halo);
+    memory_.back()->reserve(TensorView<T>::required(shape, batch, halo));
+    return TensorView<T>(memory_.back()->data(), shape, batch, halo);
   }
   void plan(int batch) {
     const std::size_t count = layers_.size();
-    for (const auto& layer : layers_) layer->plan(batch, Mode::training);
+    for (Layer<T>& layer : layers_) {
+      training_.push_back(make_training_layer(layer, batch));
+      for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.push_back(&training_.back()->gradient(k));
+    }
     differences_.resize(count + 1);
     for (std::size_t i = 0; i <= count; ++i) {
-      if (i > 0 && layers_[i - 1]->in_place()) {
+      if (i > 0 && training_[i - 1]->in_place()) {
         activations_.push_back(activations_.back());
         differences_[i] = differences_[i - 1];
         continue;
       }
       std::size_t reader = i;
-      while (reader < count && layers_[reader]->in_place()) ++reader;
-      const Shape shape = i == 0 ? layers_[0]->src_shape() : layers_[i - 1]->dst_shape();
-      activations_.push_back(fresh(shape, batch, reader < count ? layers_[reader]->src_halo() : 0));
-      differences_[i] = fresh(shape, batch, i == 0 ? 0 : layers_[i - 1]->diff_dst_halo());
+      while (reader < count && training_[reader]->in_place()) ++reader;
+      const Shape shape = i == 0 ? layers_[0].src_shape() : layers_[i - 1].dst_shape();
+      activations_.push_back(fresh(shape, batch, reader < count ? training_[reader]->src_halo() : 0));
+      differences_[i] = fresh(shape, batch, i == 0 ? 0 : training_[i - 1]->diff_dst_halo());
     }
   }
 
-  std::vector<std::unique_ptr<Layer<T>>> layers_;
+  std::vector<Layer<T>> layers_;
+  std::vector<std::unique_ptr<TrainingLayer<T>>> training_;
+  std::vector<std::vector<T>*> gradients_;
   std::vector<std::unique_ptr<AlignedBuffer<T>>> memory_;
-  std::vector<Tensor<T>> activations_, differences_;
+  std::vector<TensorView<T>> activations_, differences_;
 };
 
 /// For thousands of tiny passes: waking a second thread for each takes longer than the work.

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "nn/loss.hpp"
-#include "nn/network.hpp"
+#include "nn/trainer.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;
@@ -34,10 +34,10 @@ class GradientCheck {
       p->value = hashed_values<double>(next++, p->value.size(), scale, offset);
     }
     for (Statistic<double>* s : chain.statistics()) statistics_.push_back(s->value);
-    const auto count = [&](const Tensor<double>& t) {
+    const auto count = [&](const TensorView<double>& t) {
       return static_cast<std::size_t>(t.batch()) * static_cast<std::size_t>(t.shape().size());
     };
-    load_batch<double>(chain.input(), input_ = hashed_values<double>(next++, count(chain.input()), 1.5, 0.2));
+    load_batch(chain.input(), input_ = hashed_values<double>(next++, count(chain.input()), 1.5, 0.2));
     targets_ = hashed_values<double>(next++, count(chain.output()));
     fill_unused_lanes(chain.input(), std::numeric_limits<double>::quiet_NaN());
   }
@@ -45,10 +45,10 @@ class GradientCheck {
   /// Mean square of output - target over all values, summed in long double: what rounds is the network, not the sum.
   double loss() {
     // In-place layers overwrite the input; BatchNorm's pivot moves with its running mean.
-    load_batch<double>(chain_.input(), input_);
+    load_batch(chain_.input(), input_);
     const auto statistics = chain_.statistics();
     for (std::size_t i = 0; i < statistics.size(); ++i) statistics[i]->value = statistics_[i];
-    chain_.forward(Mode::training);
+    chain_.forward();
     const std::vector<double> output = store_batch(chain_.output());
     long double sum = 0;
     for (std::size_t i = 0; i < output.size(); ++i) {
@@ -66,10 +66,10 @@ class GradientCheck {
     for (std::size_t i = 0; i < diff.size(); ++i)
       diff[i] = 2 * (diff[i] - targets_[i]) / static_cast<double>(diff.size());
     fill_unused_lanes(chain_.output_diff(), std::numeric_limits<double>::quiet_NaN());
-    load_batch<double>(chain_.output_diff(), diff);
+    load_batch(chain_.output_diff(), diff);
     chain_.backward();
     std::vector<std::vector<double>> gradients;
-    for (const Parameter<double>* p : chain_.parameters()) gradients.push_back(p->gradient);
+    for (std::size_t k = 0; k < chain_.parameters().size(); ++k) gradients.push_back(chain_.gradient(k));
     const std::vector<double> input_gradient = store_batch(chain_.input_diff());
 
     Deviation deviation;
@@ -115,8 +115,8 @@ class GradientCheck {
   std::uint64_t pattern() const {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (std::size_t i = 0; i < chain_.layers().size(); ++i) {
-      const Tensor<double>&src = chain_.activations()[i], &dst = chain_.activations()[i + 1];
-      const std::string text = chain_.layers()[i]->text();
+      const TensorView<double>&src = chain_.activations()[i], &dst = chain_.activations()[i + 1];
+      const std::string text = chain_.layers()[i].text();
       int rows = 1, columns = 1, stride_rows = 1, stride_columns = 1;
       const bool maximum =
           std::sscanf(text.c_str(), "maxpool %dx%d stride %dx%d", &rows, &columns, &stride_rows, &stride_columns) == 4;
@@ -212,8 +212,8 @@ TEST_CASE("gradients: networks") {
   check_gradients({1, 7, 7}, "batchnorm; conv 3 5x5 pad 2; relu; maxpool 3 stride 2; fc 6; relu; fc 2", 7200);
 }
 
-// Network runs some lines as one layer and shares memory among tensors: neither may change a bit.
-TEST_CASE_TEMPLATE("gradients: Network's are those of its lines one by one", T, float, double) {
+// A Trainer fuses lines and shares memory among tensors: neither may change a bit.
+TEST_CASE_TEMPLATE("gradients: a Trainer's are those of its network's lines one by one", T, float, double) {
   struct Case {
     Shape shape;
     const char* architecture;
@@ -239,43 +239,44 @@ TEST_CASE_TEMPLATE("gradients: Network's are those of its lines one by one", T, 
       CAPTURE(batch);
       Network<T> network(shape, architecture);
       network.initialise(5);
-      network.plan(batch, Mode::training);
+      Trainer<T> trainer(network, batch);
       const auto samples = static_cast<std::size_t>(batch);
       const auto input = hashed_values<T>(1, samples * static_cast<std::size_t>(shape.size()));
       const auto targets = hashed_values<T>(2, samples * 3);
-      load_batch<T>(network.input(), input);
-      network.forward();
+      load_batch(trainer.input(), input);
+      trainer.forward();
       std::vector<double> squares(3), chain_squares(3);
-      mean_squared_error<T>(network.output(), targets, squares, &network.output_diff());
-      network.backward();
+      mean_squared_error<T>(trainer.output(), targets, squares, trainer.output_diff());
+      trainer.backward();
 
       Chain<T> chain(shape, architecture, batch);
       const auto parameters = network.parameters(), chain_parameters = chain.parameters();
       REQUIRE(chain_parameters.size() == parameters.size());
       for (std::size_t k = 0; k < parameters.size(); ++k) chain_parameters[k]->value = parameters[k]->value;
-      load_batch<T>(chain.input(), input);
-      chain.forward(Mode::training);
-      mean_squared_error<T>(chain.output(), targets, chain_squares, &chain.output_diff());
-      CHECK(store_batch(chain.output()) == store_batch(network.output()));
+      load_batch(chain.input(), input);
+      chain.forward();
+      mean_squared_error<T>(chain.output(), targets, chain_squares, chain.output_diff());
+      CHECK(store_batch(chain.output()) == store_batch(trainer.output()));
       CHECK(chain_squares == squares);
       chain.backward();
       for (std::size_t k = 0; k < parameters.size(); ++k) {
         CAPTURE(k);
-        CHECK(chain_parameters[k]->gradient == parameters[k]->gradient);
+        CHECK(std::ranges::equal(chain.gradient(k), trainer.gradient(k)));
       }
       std::size_t k = 0;
-      for (const auto& layer : network.layers())
-        for (const Statistic<T>* s : layer->statistics()) CHECK(chain.statistics()[k++]->value == s->value);
+      for (const Layer<T>& layer : network.layers())
+        for (const Statistic<T>& s : layer.statistics()) CHECK(chain.statistics()[k++]->value == s.value);
       CHECK(k == chain.statistics().size());
 
-      network.plan(batch, Mode::inference);
-      load_batch<T>(network.input(), input);
-      network.forward();
-      load_batch<T>(chain.input(), input);
-      chain.forward(Mode::inference);
-      // In inference BatchNorm is part of the convolution's weights: each is rounded once more, and so is each product.
-      // Sums of at most 36 terms, two layers deep, of values of order one.
-      const auto by_lines = store_batch(chain.output()), folded = store_batch(network.output());
+      const Inference<T> inference(network);
+      BatchExecutor<T> executor(inference, batch);
+      load_batch(executor.input(), input);
+      executor.forward();
+      load_batch(chain.input(), input);
+      chain.infer();
+      // In inference BatchNorm is folded into the convolution's weights: each is rounded once more, and so is each
+      // product. Sums of at most 36 terms, two layers deep, of values of order one.
+      const auto by_lines = store_batch(chain.output()), folded = store_batch(executor.output());
       const T tolerance = T(2 * 2 * (36 + 3)) * std::numeric_limits<T>::epsilon();
       for (std::size_t i = 0; i < folded.size(); ++i)
         CHECK(std::abs(by_lines[i] - folded[i]) <= tolerance * std::max(T(1), std::abs(by_lines[i])));

@@ -1,4 +1,4 @@
-// Test helper: random blocks of samples, and the comparison of every instruction set's kernels with the plain
+// Random blocks of samples, and the comparison of every instruction set's kernels with the plain
 // definitions, bit for bit (memcmp: signs of zero count). Rows beyond a plane and whole halos are compared too: no
 // kernel may write there.
 #pragma once
@@ -42,22 +42,19 @@ enum class Fill { values, nothing };
 /// A block of 16 samples in its own memory, with more halo than asked for now and then.
 struct Block {
   std::vector<float> memory;
-  Tensor<float> tensor;
+  TensorView<float> tensor;
   Block(Shape shape, int halo, Dice& dice, Fill fill, float scale = 1) {
-    memory.assign(Tensor<float>::required(shape, lanes, halo), 0.0F);
-    tensor = Tensor<float>(memory.data(), shape, lanes, halo);
+    memory.assign(TensorView<float>::required(shape, lanes, halo), 0.0F);
+    tensor = TensorView<float>(memory.data(), shape, lanes, halo);
     for (int c = 0; c < shape.channels; ++c)
       for (int i = 0; i < shape.rows; ++i)
         for (int k = 0; k < shape.columns * lanes; ++k)
           tensor.row(0, c, i)[k] = fill == Fill::values ? scale * dice.value() : -77.0F;
   }
-  View<float> view() const { return tensor.view(); }
-  View<const float> const_view() const {
-    const View<float> v = tensor.view();
-    return {v.data, v.block, v.channel, v.row};
-  }
-  Plane<float> plane() const { return {tensor.row(0, 0, 0), view().row, tensor.shape().rows, tensor.shape().columns}; }
-  Plane<const float> const_plane() const { return {tensor.row(0, 0, 0), view().row, plane().rows, plane().columns}; }
+  BlockView<float> view() const { return tensor.block(0); }
+  BlockView<const float> const_view() const { return view(); }
+  Plane<float> plane() const { return tensor.plane(0, 0); }
+  Plane<const float> const_plane() const { return plane(); }
   void spoil_lanes(int valid) {
     for (std::size_t i = 0; i < memory.size(); ++i)
       if (static_cast<int>(i % lanes) >= valid)

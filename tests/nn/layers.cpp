@@ -1,6 +1,6 @@
 // Tests of the layers in nn/: cases computed by hand, independence of samples, texts and their errors.
-// Definitions in nn/layer.hpp and nn/kernels/kernels.hpp; derivatives in gradients.cpp, figures of PyTorch in
-// torch.cpp.
+// Definitions in nn/layer.hpp, nn/architecture.hpp and nn/kernels/kernels.hpp; derivatives in gradients.cpp, figures of
+// PyTorch in torch.cpp.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -9,11 +9,13 @@
 #include <numeric>
 
 #include "nn/loss.hpp"
-#include "nn/network.hpp"
+#include "nn/trainer.hpp"
+#include "tests/near.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;
 using namespace decid::nn::testing;
+using decid::test::near;
 
 namespace {
 
@@ -30,17 +32,22 @@ struct Hand {
   Hand(Shape shape, const std::string& line, const std::vector<Values>& parameters = {}) : chain(shape, line, 1) {
     for (std::size_t k = 0; k < parameters.size(); ++k) chain.parameters()[k]->value = parameters[k];
   }
-  Values forward(const Values& input, Mode mode = Mode::training) {
-    load_batch<float>(chain.input(), input);
-    chain.forward(mode);
+  Values forward(const Values& input) {
+    load_batch(chain.input(), input);
+    chain.forward();
+    return store_batch(chain.output());
+  }
+  Values infer(const Values& input) {
+    load_batch(chain.input(), input);
+    chain.infer();
     return store_batch(chain.output());
   }
   Values backward(const Values& diff) {
-    load_batch<float>(chain.output_diff(), diff);
+    load_batch(chain.output_diff(), diff);
     chain.backward();
     return store_batch(chain.input_diff());
   }
-  const Values& gradient(std::size_t k) { return chain.parameters()[k]->gradient; }
+  const Values& gradient(std::size_t k) { return chain.gradient(k); }
   Chain<float> chain;
 };
 
@@ -122,8 +129,7 @@ TEST_CASE("batchnorm: by hand") {
   Hand norm({1, 1, 4}, "batchnorm", {{2}, {1}});
   const double inverse = 1 / std::sqrt(4 + 1e-5);
   const Values output = norm.forward({1, 5, 1, 5});
-  for (std::size_t i = 0; i < 4; ++i)
-    CHECK(output[i] == doctest::Approx(1 + (i % 2 == 0 ? -4 : 4) * inverse).epsilon(1e-6));
+  for (std::size_t i = 0; i < 4; ++i) CHECK(near(output[i], 1 + (i % 2 == 0 ? -4 : 4) * inverse, 1e-6));
   const auto statistics = norm.chain.statistics();
   CHECK(statistics[0]->value[0] == 0.3f);
   CHECK(statistics[1]->value[0] == static_cast<float>(0.9 + 0.1 * 16 / 3));
@@ -132,13 +138,13 @@ TEST_CASE("batchnorm: by hand") {
   CHECK(norm.gradient(1) == Values{8});
   CHECK(std::abs(norm.gradient(0)[0]) < 1e-6);
   const double expected[4] = {2, -2, -2, 2};
-  for (std::size_t i = 0; i < 4; ++i) CHECK(diff[i] == doctest::Approx(expected[i]).epsilon(1e-5));
+  for (std::size_t i = 0; i < 4; ++i) CHECK(near(diff[i], expected[i], 1e-5));
   // Inference: running statistics.
-  const Values inference = norm.forward({0.3f, 1.3f, -0.7f, 2.3f}, Mode::inference);
+  const Values inference = norm.infer({0.3f, 1.3f, -0.7f, 2.3f});
   const double running = 1 / std::sqrt(0.9 + 0.1 * 16 / 3 + 1e-5);
   for (std::size_t i = 0; i < 4; ++i) {
     const double steps[4] = {0, 1, -1, 2};
-    CHECK(inference[i] == doctest::Approx(1 + 2 * steps[i] * running).epsilon(1e-6));
+    CHECK(near(inference[i], 1 + 2 * steps[i] * running, 1e-6));
   }
   CHECK(statistics[0]->value[0] == 0.3f);  // inference measures nothing
 
@@ -160,8 +166,8 @@ TEST_CASE("batchnorm: a mean a thousand deviations away costs no more than the i
   for (const float v : values)
     variance += std::pow(static_cast<double>(v) - mean, 2) / static_cast<double>(values.size());
   for (int step = 0; step < 200; ++step) {  // until the running mean, the sums' pivot, is there
-    load_batch<float>(chain.input(), values);
-    chain.forward(Mode::training);
+    load_batch(chain.input(), values);
+    chain.forward();
   }
   const Values output = store_batch(chain.output());
   double worst = 0;
@@ -182,8 +188,8 @@ Network<float> network_of_all_layers() {
   Network<float> network(all_shape, all_layers);
   network.initialise(11);
   std::uint32_t id = 50;
-  for (const auto& layer : network.layers())
-    for (Statistic<float>* s : layer->statistics()) s->value = hashed_values<float>(id++, s->value.size(), 0.5, 1.0);
+  for (Layer<float>& layer : network.layers())
+    for (Statistic<float>& s : layer.statistics()) s.value = hashed_values<float>(id++, s.value.size(), 0.5, 1.0);
   return network;
 }
 
@@ -192,53 +198,56 @@ Values sample(int number) {
 }
 
 /// Outputs in inference of samples [first, first + batch).
-Values infer(Network<float>& network, int first, int batch) {
-  network.set_batch(batch);
-  for (int n = 0; n < batch; ++n) network.input().load(n, sample(first + n));
-  network.forward();
-  return store_batch(network.output());
+Values infer(BatchExecutor<float>& executor, int first, int batch) {
+  executor.set_batch(batch);
+  for (int n = 0; n < batch; ++n) executor.input().load(n, sample(first + n));
+  executor.forward();
+  return store_batch(executor.output());
 }
 
-struct Step {
+struct TrainingStep {
   Values output;
   std::vector<double> squares;
   std::vector<Values> gradients, statistics;
-  bool operator==(const Step&) const = default;
+  bool operator==(const TrainingStep&) const = default;
 };
 
-/// One training step without the update, lanes without a sample holding `unused`.
-Step train(Network<float>& network, int batch, float unused = 0.0f) {
+/// One training step of `network`, whose trainer it is, without the update; lanes without a sample hold `unused`.
+TrainingStep train(Network<float>& network, Trainer<float>& trainer, int batch, float unused = 0.0f) {
   network.initialise(11);
-  network.set_batch(batch);
-  for (int n = 0; n < batch; ++n) network.input().load(n, sample(n));
-  fill_unused_lanes(network.input(), unused);
-  network.forward();
-  Step step;
-  step.output = store_batch(network.output());
+  trainer.set_batch(batch);
+  for (int n = 0; n < batch; ++n) trainer.input().load(n, sample(n));
+  fill_unused_lanes(trainer.input(), unused);
+  trainer.forward();
+  TrainingStep step;
+  step.output = store_batch(trainer.output());
   step.squares.resize(3);
-  fill_unused_lanes(network.output(), unused);
+  fill_unused_lanes(trainer.output(), unused);
   const auto targets = hashed_values<float>(9, static_cast<std::size_t>(batch) * 3);
-  mean_squared_error<float>(network.output(), targets, step.squares, &network.output_diff());
-  fill_unused_lanes(network.output_diff(), unused);
-  network.backward();
-  for (const Parameter<float>* p : network.parameters()) step.gradients.push_back(p->gradient);
-  for (const auto& layer : network.layers())
-    for (const Statistic<float>* s : layer->statistics()) step.statistics.push_back(s->value);
+  mean_squared_error(trainer.output(), targets, step.squares, trainer.output_diff());
+  fill_unused_lanes(trainer.output_diff(), unused);
+  trainer.backward();
+  for (std::size_t k = 0; k < network.parameters().size(); ++k) {
+    const std::span<const float> gradient = trainer.gradient(k);
+    step.gradients.emplace_back(gradient.begin(), gradient.end());
+  }
+  for (const Layer<float>& layer : network.layers())
+    for (const Statistic<float>& s : layer.statistics()) step.statistics.push_back(s.value);
   return step;
 }
 
 }  // namespace
 
 TEST_CASE("inference: a sample has the same bits alone and in any batch") {
-  Network<float> network = network_of_all_layers();
-  network.plan(33, Mode::inference);
+  const Inference<float> inference(network_of_all_layers());
+  BatchExecutor<float> executor(inference, 33);
   std::vector<Values> alone;
-  for (int n = 0; n < 33; ++n) alone.push_back(infer(network, n, 1));
+  for (int n = 0; n < 33; ++n) alone.push_back(infer(executor, n, 1));
   CHECK(alone[0] != alone[1]);
   for (const int batch : {1, 15, 16, 17, 33})
     for (const int first : {0, 33 - batch}) {
       CAPTURE(batch);
-      const Values together = infer(network, first, batch);
+      const Values together = infer(executor, first, batch);
       for (int n = 0; n < batch; ++n) {
         const auto at = together.begin() + 3 * n;
         CHECK(same_bits(Values(at, at + 3), alone[static_cast<std::size_t>(first + n)]));
@@ -246,33 +255,25 @@ TEST_CASE("inference: a sample has the same bits alone and in any batch") {
     }
 }
 
-TEST_CASE("memory: what a larger batch or another plan left behind changes nothing") {
+TEST_CASE("memory: what a larger batch left behind changes nothing") {
   Network<float> used = network_of_all_layers();
-  used.plan(48, Mode::training);
-  train(used, 48);
-  used.plan(48, Mode::inference);
-  infer(used, 0, 48);
+  Trainer<float> used_trainer(used, 48);
+  train(used, used_trainer, 48);
+  const Inference<float> inference(network_of_all_layers());
+  BatchExecutor<float> used_executor(inference, 48);
+  infer(used_executor, 0, 48);
   for (const int batch : {1, 15, 17, 32}) {
     CAPTURE(batch);
     Network<float> fresh = network_of_all_layers();
-    fresh.plan(batch, Mode::training);
-    const Step expected = train(fresh, batch);
-    used.plan(48, Mode::training);
-    train(used, 48);
-    CHECK(train(used, batch) == expected);
-    used.plan(batch, Mode::training);  // another layout of the same memory
-    CHECK(train(used, batch) == expected);
+    Trainer<float> fresh_trainer(fresh, batch);
+    const TrainingStep expected = train(fresh, fresh_trainer, batch);
+    train(used, used_trainer, 48);
+    CHECK(train(used, used_trainer, batch) == expected);
 
-    Network<float> other = network_of_all_layers();
-    other.initialise(11);
-    other.plan(batch, Mode::inference);
-    used.initialise(11);
-    used.plan(48, Mode::inference);
-    const Values fresh_output = infer(other, 3, batch);
-    infer(used, 0, 48);
-    CHECK(same_bits(infer(used, 3, batch), fresh_output));
-    used.plan(batch, Mode::inference);
-    CHECK(same_bits(infer(used, 3, batch), fresh_output));
+    BatchExecutor<float> fresh_executor(inference, batch);
+    const Values fresh_output = infer(fresh_executor, 3, batch);
+    infer(used_executor, 0, 48);
+    CHECK(same_bits(infer(used_executor, 3, batch), fresh_output));
   }
 }
 
@@ -280,13 +281,13 @@ TEST_CASE("lanes without a sample: NaN there reaches no gradient, statistic or l
   for (const int batch : {1, 15, 17, 40}) {
     CAPTURE(batch);
     Network<float> network = network_of_all_layers();
-    network.plan(batch, Mode::training);
-    const Step clean = train(network, batch);
+    Trainer<float> trainer(network, batch);
+    const TrainingStep clean = train(network, trainer, batch);
     for (const Values& gradient : clean.gradients)
       for (const float g : gradient) REQUIRE(std::isfinite(g));
-    CHECK(train(network, batch, std::nanf("")) == clean);
-    CHECK(train(network, batch, std::numeric_limits<float>::infinity()) == clean);
-    CHECK(train(network, batch) == clean);  // nor does the NaN stay
+    CHECK(train(network, trainer, batch, std::nanf("")) == clean);
+    CHECK(train(network, trainer, batch, std::numeric_limits<float>::infinity()) == clean);
+    CHECK(train(network, trainer, batch) == clean);  // nor does the NaN stay
   }
 }
 
@@ -308,15 +309,15 @@ TEST_CASE("texts: complete, and they parse back to themselves") {
   const Shape shape{3, 9, 8};
   for (const auto& [given, complete] : texts) {
     const auto layer = make_layer<float>(shape, given);
-    CHECK(layer->text() == complete);
-    const auto again = make_layer<double>(shape, layer->text());
-    CHECK(again->text() == complete);
-    CHECK(again->dst_shape() == layer->dst_shape());
+    CHECK(layer.text() == complete);
+    const auto again = make_layer<double>(shape, layer.text());
+    CHECK(again.text() == complete);
+    CHECK(again.dst_shape() == layer.dst_shape());
   }
-  CHECK(make_layer<float>(shape, "conv 4 5x3 stride 2x3 pad 1x2")->dst_shape() == Shape{4, 4, 4});
-  CHECK(make_layer<float>(shape, "maxpool 2x3 stride 3x2")->dst_shape() == Shape{3, 3, 3});
-  CHECK(make_layer<float>(shape, "globalavgpool")->dst_shape() == Shape{3, 1, 1});
-  CHECK(make_layer<float>(shape, "fc 5")->dst_shape() == Shape{5, 1, 1});
+  CHECK(make_layer<float>(shape, "conv 4 5x3 stride 2x3 pad 1x2").dst_shape() == Shape{4, 4, 4});
+  CHECK(make_layer<float>(shape, "maxpool 2x3 stride 3x2").dst_shape() == Shape{3, 3, 3});
+  CHECK(make_layer<float>(shape, "globalavgpool").dst_shape() == Shape{3, 1, 1});
+  CHECK(make_layer<float>(shape, "fc 5").dst_shape() == Shape{5, 1, 1});
 }
 
 TEST_CASE("texts: errors name the line and what is wrong with it") {

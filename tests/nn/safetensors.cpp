@@ -39,16 +39,21 @@ bool refused(std::string_view bytes, const std::string& part) {
   return as_expected;
 }
 
-Network<float> trained_network() {
-  Network<float> network({1, 4, 4}, "conv 2 3x3 pad 1; batchnorm; relu; fc 3");
-  network.initialise(3);
+/// A network and the velocities of its training.
+struct Trained {
+  Network<float> network{{1, 4, 4}, "conv 2 3x3 pad 1; batchnorm; relu; fc 3"};
+  Velocities<float> velocities;
+};
+Trained trained() {
+  Trained made;
+  made.network.initialise(3);
   std::uint32_t id = 1;
-  for (Parameter<float>* p : network.parameters()) {
-    p->velocity = hashed_values<float>(id, p->velocity.size());
+  for (Parameter<float>* p : made.network.parameters()) {
+    made.velocities.push_back(hashed_values<float>(id, p->value.size()));
     p->value = hashed_values<float>(++id, p->value.size());
   }
-  for (Statistic<float>* s : network.layers()[1]->statistics()) s->value = hashed_values<float>(++id, 2, 0.4, 1.0);
-  return network;
+  for (Statistic<float>& s : made.network.layers()[1].statistics()) s.value = hashed_values<float>(++id, 2, 0.4, 1.0);
+  return made;
 }
 
 bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
@@ -115,46 +120,49 @@ TEST_CASE("safetensors: round trip of values, shapes, names, metadata") {
 }
 
 TEST_CASE("safetensors: a network returns to the bit, running statistics and momentum too") {
-  const Network<float> network = trained_network();
+  const auto [network, velocities] = trained();
   TensorFile file;
-  save_network(network, file, true);
+  save_network(network, file, &velocities);
   REQUIRE(file.tensors.size() == 6 * 2 + 2);
   CHECK(file.find("layers.0.weight", 18, "m").shape == std::vector<long long>{2, 1, 3, 3});
   CHECK(file.find("layers.3.weight", 96, "m").shape == std::vector<long long>{3, 32});
   CHECK(file.find("layers.1.running_variance", 2, "m").shape == std::vector<long long>{2});
-  CHECK(same_bits(file.find("momentum.1.gamma", 2, "m").values, network.parameters()[2]->velocity));
+  CHECK(same_bits(file.find("momentum.1.gamma", 2, "m").values, velocities[2]));
 
   const std::string bytes = to_safetensors(file);
-  const Network<float> other({1, 4, 4}, network.architecture());
-  load_network(other, from_safetensors(bytes, "m"), "m", true);
+  Network<float> other({1, 4, 4}, network.architecture());
+  Velocities<float> other_velocities;
+  load_network(other, from_safetensors(bytes, "m"), "m", &other_velocities);
   CHECK(weights_sha256(other) == weights_sha256(network));
+  REQUIRE(other_velocities.size() == network.parameters().size());
   for (std::size_t k = 0; k < network.parameters().size(); ++k) {
     CHECK(same_bits(other.parameters()[k]->value, network.parameters()[k]->value));
-    CHECK(same_bits(other.parameters()[k]->velocity, network.parameters()[k]->velocity));
+    CHECK(same_bits(other_velocities[k], velocities[k]));
   }
   for (std::size_t k = 0; k < 2; ++k)
-    CHECK(same_bits(other.layers()[1]->statistics()[k]->value, network.layers()[1]->statistics()[k]->value));
+    CHECK(same_bits(other.layers()[1].statistics()[k].value, network.layers()[1].statistics()[k].value));
   TensorFile again;
-  save_network(other, again, true);
+  save_network(other, again, &other_velocities);
   CHECK(to_safetensors(again) == bytes);
 
-  const Network<float> fresh({1, 4, 4}, network.architecture());
+  Network<float> fresh({1, 4, 4}, network.architecture());
   load_network(fresh, file, "m");  // without momentum
   CHECK(weights_sha256(fresh) == weights_sha256(network));
-  CHECK(fresh.parameters()[0]->velocity == std::vector<float>(18, 0.0f));
 }
 
 TEST_CASE("safetensors: load_network refuses what does not fit, and changes nothing then") {
-  const Network<float> source = trained_network();
-  const Network<float> network({1, 4, 4}, source.architecture());
+  const auto [source, velocities] = trained();
+  Network<float> network({1, 4, 4}, source.architecture());
   const std::string before = weights_sha256(network);
   TensorFile whole;
-  save_network(source, whole, true);
+  save_network(source, whole, &velocities);
   const auto problem = [&](const auto& change, bool momentum = false) {
     TensorFile file = whole;
     change(file);
-    const std::string text = error_of([&] { load_network(network, file, "m", momentum); });
+    Velocities<float> found{{7.0F}};
+    const std::string text = error_of([&] { load_network(network, file, "m", momentum ? &found : nullptr); });
     CHECK(weights_sha256(network) == before);
+    CHECK(found == Velocities<float>{{7.0F}});
     return text;
   };
   const auto last = [](TensorFile& f) -> NamedTensor& { return f.tensors.back(); };  // momentum.3.bias
@@ -188,7 +196,7 @@ TEST_CASE("safetensors: load_network refuses what does not fit, and changes noth
 
 TEST_CASE("safetensors: truncation at every byte is refused") {
   TensorFile file;
-  save_network(trained_network(), file);
+  save_network(trained().network, file);
   const std::string bytes = to_safetensors(file);
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     const std::string problem = problem_of(std::string_view(bytes).substr(0, size));
@@ -292,10 +300,10 @@ TEST_CASE("safetensors: deep nesting is refused without recursion") {
 }
 
 TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
-  const Network<float> network = trained_network();
+  const auto [network, velocities] = trained();
   TensorFile file;
   file.metadata = {{"architecture", network.architecture()}};
-  save_network(network, file, true);
+  save_network(network, file, &velocities);
   const std::string whole = to_safetensors(file);
   std::uint64_t header = 0;
   std::memcpy(&header, whole.data(), 8);
@@ -303,7 +311,8 @@ TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
     return static_cast<std::size_t>((hashed(id, index) + 1) / 2 * static_cast<double>(bound));
   };
   int errors = 0, accepted = 0;
-  const Network<float> other({1, 4, 4}, network.architecture());
+  Network<float> other({1, 4, 4}, network.architecture());
+  Velocities<float> other_velocities;
   for (std::size_t k = 0; k < 2000; ++k) {
     std::string bytes = whole;
     // Mostly in the header, where bytes have meaning: bits, digits and brackets, pieces removed, doubled or moved.
@@ -330,7 +339,7 @@ TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
       }
     }
     try {
-      load_network(other, from_safetensors(bytes, "m"), "m", true);
+      load_network(other, from_safetensors(bytes, "m"), "m", &other_velocities);
       ++accepted;
     } catch (const decid::Error&) {
       ++errors;
@@ -347,9 +356,9 @@ TEST_CASE("safetensors: NumPy reads the file") {
                   "this test needs NumPy for /usr/bin/python3: tools/setup --check installs it");
   TensorFile file;
   file.metadata = {{"note", "für 東京"}};
-  save_network(trained_network(), file, true);
-  const fs::path folder =
-      fs::temp_directory_path() / ("decid-safetensors-" + decid::nn::weights_sha256(trained_network()));
+  const auto [network, velocities] = trained();
+  save_network(network, file, &velocities);
+  const fs::path folder = fs::temp_directory_path() / ("decid-safetensors-" + weights_sha256(network));
   fs::create_directories(folder);
   decid::write_file(folder / "model.safetensors", to_safetensors(file));
   decid::write_file(folder / "read.py", R"(import json, struct, sys

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "nn/loss.hpp"
-#include "nn/network.hpp"
+#include "nn/trainer.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;
@@ -61,9 +61,9 @@ void set_parameters(const std::vector<Parameter<float>*>& parameters, std::uint3
   }
 }
 
-void load_hashed(const Tensor<float>& tensor, std::uint32_t id, double scale = 1.0, double offset = 0.0) {
+void load_hashed(const TensorView<float>& tensor, std::uint32_t id, double scale = 1.0, double offset = 0.0) {
   const auto count = static_cast<std::size_t>(tensor.batch()) * static_cast<std::size_t>(tensor.shape().size());
-  load_batch<float>(tensor, hashed_values<float>(id, count, scale, offset));
+  load_batch(tensor, hashed_values<float>(id, count, scale, offset));
 }
 
 /// Forward and backward of the layer that is case `number` of torch_figures.py.
@@ -72,12 +72,13 @@ void check_layer(std::uint32_t number, const std::string& name, Shape shape, int
   Chain<float> chain(shape, line, batch);
   set_parameters(chain.parameters(), first + 10);
   load_hashed(chain.input(), first, 1.5, 0.2);
-  chain.forward(Mode::training);
+  chain.forward();
   compare(name + "/dst", store_batch(chain.output()));
   load_hashed(chain.output_diff(), first + 1);
   chain.backward();
   compare(name + "/diff_src", store_batch(chain.input_diff()));
-  for (const Parameter<float>* p : chain.parameters()) compare(name + "/" + p->name, p->gradient);
+  for (std::size_t k = 0; k < chain.parameters().size(); ++k)
+    compare(name + "/" + chain.parameters()[k]->name, chain.gradient(k));
 }
 
 }  // namespace
@@ -118,17 +119,17 @@ TEST_CASE("PyTorch: batch normalisation, three steps of training and inference")
     const std::string name = "batchnorm" + std::to_string(step) + "/";
     auto values = hashed_values<float>(5010 + step, static_cast<std::size_t>(19 * shape.size()));
     for (std::size_t i = 0; i < values.size(); ++i) values[i] += static_cast<float>(i / 30 % 9) * 0.25f;
-    load_batch<float>(chain.input(), values);
-    chain.forward(Mode::training);
+    load_batch(chain.input(), values);
+    chain.forward();
     load_hashed(chain.output_diff(), 5020 + step);
     chain.backward();
     compare(name + "dst", store_batch(chain.output()));
     compare(name + "diff_src", store_batch(chain.input_diff()));
-    for (const Parameter<float>* p : chain.parameters()) compare(name + p->name, p->gradient);
+    for (std::size_t k = 0; k < 2; ++k) compare(name + chain.parameters()[k]->name, chain.gradient(k));
     for (const Statistic<float>* s : chain.statistics()) compare(name + s->name, s->value);
   }
   load_hashed(chain.input(), 5030);
-  chain.forward(Mode::inference);
+  chain.infer();
   compare("batchnorm/inference", store_batch(chain.output()));
 }
 
@@ -140,14 +141,14 @@ TEST_CASE("PyTorch: mean squared error") {
   for (const auto& [name, batch, outputs] : {Case{"mse", 19, 7}, Case{"msefull", 32, 3}, Case{"mseone", 1, 1}}) {
     AlignedBuffer<float> memory, diff_memory;
     const Shape shape{outputs, 1, 1};
-    memory.reserve(Tensor<float>::required(shape, batch, 0));
-    diff_memory.reserve(Tensor<float>::required(shape, batch, 0));
-    const Tensor<float> output(memory.data(), shape, batch, 0), diff(diff_memory.data(), shape, batch, 0);
+    memory.reserve(TensorView<float>::required(shape, batch, 0));
+    diff_memory.reserve(TensorView<float>::required(shape, batch, 0));
+    const TensorView<float> output(memory.data(), shape, batch, 0), diff(diff_memory.data(), shape, batch, 0);
     const auto id = static_cast<std::uint32_t>(6000 + batch);
     load_hashed(output, id, 2.0);
     const auto targets = hashed_values<float>(id + 1, static_cast<std::size_t>(batch * outputs));
     std::vector<double> squares(static_cast<std::size_t>(outputs));
-    mean_squared_error<float>(output, targets, squares, &diff);
+    mean_squared_error(output, targets, squares, diff);
     compare(std::string(name) + "/loss",
             std::vector<double>{std::accumulate(squares.begin(), squares.end(), 0.0) / (batch * outputs)});
     compare(std::string(name) + "/diff", store_batch(diff));
@@ -159,7 +160,7 @@ TEST_CASE("PyTorch: a network trained for five steps with momentum and weight de
   Network<float> network({2, 12, 10},
                          "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; conv 6 3x3 stride 2x1 pad 1; batchnorm; relu; "
                          "avgpool 2; fc 3");
-  network.plan(batch, Mode::training);
+  Trainer<float> trainer(network, batch);
   const std::string lines[] = {"0.", "0.", "1.", "1.", "4.", "4.", "5.", "5.", "8.", "8."};  // of each parameter
   REQUIRE(network.parameters().size() == std::size(lines));
   for (std::size_t k = 0; k < std::size(lines); ++k)
@@ -168,27 +169,31 @@ TEST_CASE("PyTorch: a network trained for five steps with momentum and weight de
   const auto targets = hashed_values<float>(8001, batch * 3);
   std::vector<double> losses, squares(3);
   for (int step = 0; step < steps; ++step) {
-    load_hashed(network.input(), 8000, 1.5, 0.2);
-    network.forward();
-    mean_squared_error<float>(network.output(), targets, squares, &network.output_diff());
+    load_hashed(trainer.input(), 8000, 1.5, 0.2);
+    trainer.forward();
+    mean_squared_error(trainer.output(), targets, squares, trainer.output_diff());
     losses.push_back((squares[0] + squares[1] + squares[2]) / (batch * 3));
-    network.backward();
+    trainer.backward();
     if (step == 0)
-      for (std::size_t k = 0; k < std::size(lines); ++k)
-        compare("network/gradient" + lines[k] + network.parameters()[k]->name, network.parameters()[k]->gradient);
-    sgd_step(network, 0.0625, {.momentum = 0.875, .weight_decay = 0.03125});
+      for (std::size_t k = 0; k < std::size(lines); ++k) {
+        const std::span<const float> gradient = trainer.gradient(k);
+        compare("network/gradient" + lines[k] + network.parameters()[k]->name,
+                std::vector<float>(gradient.begin(), gradient.end()));
+      }
+    trainer.step(0.0625, {.momentum = 0.875, .weight_decay = 0.03125});
   }
   compare("network/losses", losses);
   for (std::size_t k = 0; k < std::size(lines); ++k)
     compare("network/" + lines[k] + network.parameters()[k]->name, network.parameters()[k]->value);
   std::vector<const Statistic<float>*> statistics;
-  for (const auto& layer : network.layers())
-    for (const Statistic<float>* s : layer->statistics()) statistics.push_back(s);
+  for (const Layer<float>& layer : network.layers())
+    for (const Statistic<float>& s : layer.statistics()) statistics.push_back(&s);
   REQUIRE(statistics.size() == 4);
   for (std::size_t k = 0; k < 4; ++k)
     compare((k < 2 ? "network/1." : "network/5.") + statistics[k]->name, statistics[k]->value);
-  network.plan(batch, Mode::inference);
-  load_hashed(network.input(), 8002, 1.5, 0.2);
-  network.forward();
-  compare("network/inference", store_batch(network.output()));
+  const Inference<float> inference(network);
+  BatchExecutor<float> executor(inference, batch);
+  load_hashed(executor.input(), 8002, 1.5, 0.2);
+  executor.forward();
+  compare("network/inference", store_batch(executor.output()));
 }

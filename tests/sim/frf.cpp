@@ -8,17 +8,20 @@
 
 #include "base/error.hpp"
 #include "sim/simulate.hpp"
+#include "tests/near.hpp"
 
 using namespace decid;
 using namespace decid::sim;
+using decid::test::near;
+using decid::test::within;
 
 namespace {
 
 std::vector<float> tilt_of(const Protocol& protocol) {
-  const Stimulus stimulus = make_stimulus(protocol);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   std::vector<float> tilt;
   for (int k = 0; k < protocol.samples(); ++k) {
-    tilt.push_back(static_cast<float>(stimulus.tilt_at(k * protocol.steps_per_sample())));
+    tilt.push_back(static_cast<float>(stimulus.tilt_at(k * protocol.experiment.steps_per_sample())));
   }
   return tilt;
 }
@@ -42,12 +45,12 @@ TEST_CASE("FrequencyResponse: without noise it is the closed loop's") {
   for (Protocol protocol : {default_protocol(), short_protocol()}) {
     CAPTURE(protocol.name);
     protocol.sequence().amplitude_deg = 0.01;  // sin(a) = a to 1e-8
-    const FrequencyResponse analysis(protocol, 1);
+    const FrequencyResponse analysis(protocol.experiment, 1);
     const std::vector<FrfPoint> points = analysis.measure(sway_of(protocol, linear_body, 0), tilt_of(protocol));
-    const std::vector<Complex> expected = analysis.linear(linear_body, protocol.body);
+    const std::vector<Complex> expected = analysis.linear(linear_body, protocol.experiment.body);
     Parameters later = linear_body;
     later[Delay] += 0.001;
-    const std::vector<Complex> lagging = analysis.linear(later, protocol.body);
+    const std::vector<Complex> lagging = analysis.linear(later, protocol.experiment.body);
     REQUIRE(points.size() == expected.size());
     REQUIRE(points.size() >= 12);
     double last = 0.0;
@@ -60,14 +63,14 @@ TEST_CASE("FrequencyResponse: without noise it is the closed loop's") {
       CHECK(std::abs(points[i].response - expected[i]) < bound);
       CHECK(points[i].coherence > 0.999);
     }
-    CHECK(points.front().frequency_hz == doctest::Approx(1.0 / protocol.cycle_s()).epsilon(1e-9));
+    CHECK(near(points.front().frequency_hz, 1.0 / protocol.experiment.cycle_s(), 1e-15));
     CHECK(last > 2.0);
     CHECK(last < 4.0);
   }
 }
 
 TEST_CASE("FrequencyResponse: bands are the closed loop's own at one harmonic each") {
-  const FrequencyResponse fine(default_protocol(), 0, 1e6), coarse(default_protocol(), 0, 10.0);
+  const FrequencyResponse fine(default_protocol().experiment, 0, 1e6), coarse(default_protocol().experiment, 0, 10.0);
   CHECK(fine.bands() > 60);  // odd harmonics up to about 2.5 Hz
   CHECK(coarse.bands() < 20);
   const std::vector<Complex> each = fine.linear(linear_body, Body{});
@@ -83,11 +86,11 @@ TEST_CASE("FrequencyResponse: 95% of the circles hold the true response") {
   // n independent circles 0.95 n +- 4 sqrt(0.95 0.05 n) hold it. Trials are independent; within one, count every third
   // band, which share none.
   for (Protocol protocol : {default_protocol(), short_protocol()}) {
-    for (const int skipped : {0, protocol.cycles() - 1}) {
+    for (const int skipped : {0, protocol.experiment.cycles() - 1}) {
       CAPTURE(protocol.name);
       CAPTURE(skipped);
       const std::vector<float> tilt = tilt_of(protocol);
-      const FrequencyResponse analysis(protocol, skipped);
+      const FrequencyResponse analysis(protocol.experiment, skipped);
       int held = 0, all = 0;
       for (std::uint64_t trial = 0; trial < 150; ++trial) {
         const Random random(11, Stream::sensor_noise, trial);
@@ -113,8 +116,8 @@ TEST_CASE("FrequencyResponse: circles of noisy simulated trials hold the closed 
   parameters[Nv] = 0.5;
   Protocol protocol;
   const std::vector<float> tilt = tilt_of(protocol);
-  const FrequencyResponse analysis(protocol);
-  const std::vector<Complex> expected = analysis.linear(parameters, protocol.body);
+  const FrequencyResponse analysis(protocol.experiment);
+  const std::vector<Complex> expected = analysis.linear(parameters, protocol.experiment.body);
   int held = 0, all = 0;
   for (std::uint64_t trial = 0; trial < 100; ++trial) {
     const std::vector<FrfPoint> points = analysis.measure(sway_of(protocol, parameters, trial), tilt);
@@ -132,7 +135,7 @@ TEST_CASE("FrequencyResponse: circles of noisy simulated trials hold the closed 
 TEST_CASE("FrequencyResponse: noise alone is not coherent") {
   const Protocol protocol;
   const std::vector<float> tilt = tilt_of(protocol);
-  const FrequencyResponse analysis(protocol);
+  const FrequencyResponse analysis(protocol.experiment);
   double sum = 0.0;
   int count = 0;
   for (std::uint64_t trial = 0; trial < 100; ++trial) {
@@ -150,20 +153,64 @@ TEST_CASE("FrequencyResponse: noise alone is not coherent") {
   CHECK(sum / count > 0.05);
 }
 
+TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
+  // Of a known gain in white noise: |0.7 X|^2 over that and the noise's power, N sigma^2, of the N samples of a cycle.
+  const Protocol protocol;
+  const std::vector<float> tilt = tilt_of(protocol);
+  const FrequencyResponse analysis(protocol.experiment);
+  constexpr int cycle = 6'050, trials = 100;
+  const RealFft fft(cycle);
+  std::vector<Complex> x(static_cast<std::size_t>(fft.bins())), work(static_cast<std::size_t>(fft.work_length()));
+  fft.forward(std::vector<double>(tilt.begin(), tilt.begin() + cycle), x, work);
+  int compared = 0;
+  for (const double deviation : {0.005, 0.01, 0.02, 0.05}) {
+    std::vector<double> mean(static_cast<std::size_t>(analysis.bands()));
+    std::vector<FrfPoint> points;
+    for (std::uint64_t trial = 0; trial < trials; ++trial) {
+      const Random random(13, Stream::sensor_noise, trial);
+      std::vector<float> sway(tilt.size());
+      for (std::size_t k = 0; k < sway.size(); ++k) {
+        sway[k] = static_cast<float>(0.7 * static_cast<double>(tilt[k]) + deviation * random.normal(k));
+      }
+      points = analysis.measure(sway, tilt);
+      for (std::size_t i = 0; i < points.size(); ++i) mean[i] += points[i].coherence / trials;
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (points[i].harmonics != 1) continue;
+      const auto harmonic =
+          static_cast<std::size_t>(std::lround(points[i].frequency_hz * protocol.experiment.cycle_s()));
+      const double signal = 0.49 * std::norm(x[harmonic]);
+      const double expected = signal / (signal + cycle * deviation * deviation);
+      if (expected < 0.75 || expected > 0.95) continue;
+      CAPTURE(expected);
+      // One trial's is u / (u + 2), u the signal's power over the noise's. u scatters by its root times 2, and the
+      // noise, of six lines, by 1 / sqrt(6): to the second order they move the mean by `bias`. With the power of one
+      // cycle's noise for that of two it would be 0.04 to 0.1 higher.
+      const double c = expected, u = 2 * c / (1 - c);
+      const double bias = c * (1 - c) * (1 - c) / 6 - 2 * (2 * u + 1) / std::pow(u + 2, 3);
+      const double scatter = 2 / ((u + 2) * (u + 2)) * std::sqrt(2 * u + 1) + c * (1 - c) / std::sqrt(6);
+      CHECK(within(mean[i], c + bias, 4 * scatter / std::sqrt(trials) + 0.5 * std::abs(bias)));
+      ++compared;
+    }
+  }
+  CHECK(compared >= 3);
+}
+
 TEST_CASE("FrequencyResponse: what has no response is refused, what has no noise lines says so") {
   Protocol step;
-  step.stimulus = RaisedCosines{{{Move::Shape::step, 1.0, 2.0, 1.0}}, 20.0, 1, 0.0, 0.0};
-  CHECK_THROWS_AS(FrequencyResponse{step}, Error);
-  CHECK_THROWS_AS(FrequencyResponse(default_protocol(), 2), Error);
+  step.experiment.stimulus = RaisedCosines{{{Move::Shape::step, 1.0, 2.0, 1.0}}, 20.0, 1, 0.0, 0.0};
+  CHECK_THROWS_AS(FrequencyResponse{step.experiment}, Error);
+  CHECK_THROWS_AS(FrequencyResponse(default_protocol().experiment, 2), Error);
   Protocol uneven;
-  uneven.sample_rate_hz = 1.0;
+  uneven.experiment.sample_rate_hz = 1.0;
   uneven.sequence().cycles = 1;
-  CHECK_THROWS_AS(FrequencyResponse{uneven}, Error);  // 60.5 samples
-  CHECK_THROWS_AS(FrequencyResponse(default_protocol()).measure(std::vector<float>(12099), tilt_of(Protocol{})), Error);
+  CHECK_THROWS_AS(FrequencyResponse{uneven.experiment}, Error);  // 60.5 samples
+  CHECK_THROWS_AS(
+      FrequencyResponse(default_protocol().experiment).measure(std::vector<float>(12099), tilt_of(Protocol{})), Error);
 
   Protocol pulse;  // one cycle, all harmonics excited
-  pulse.stimulus = RaisedCosines{{{Move::Shape::pulse, 1.0, 4.0, 1.0}}, 20.0, 1, 0.0, 0.0};
-  const FrequencyResponse analysis(pulse);
+  pulse.experiment.stimulus = RaisedCosines{{{Move::Shape::pulse, 1.0, 4.0, 1.0}}, 20.0, 1, 0.0, 0.0};
+  const FrequencyResponse analysis(pulse.experiment);
   const std::vector<float> tilt = tilt_of(pulse);
   const std::vector<FrfPoint> points = analysis.measure(tilt, tilt);
   REQUIRE_FALSE(points.empty());

@@ -37,7 +37,7 @@ std::vector<double> average_periodogram(const Protocol& protocol, double nv, int
 // Checks level, slope and band of a protocol's noise.
 void check_spectrum(const Protocol& protocol, double nv, int first, int last) {
   constexpr int realisations = 600;
-  const VestibularNoise& noise = protocol.vestibular_noise;
+  const VestibularNoise& noise = protocol.noise.vestibular;
   const std::vector<double> density = average_periodogram(protocol, nv, realisations);
   const double duration = protocol.duration_s();
   const auto expected = [&](int k) {
@@ -75,11 +75,11 @@ TEST_CASE("VestibularNoiseMaker: the default spectrum") {
 
 TEST_CASE("VestibularNoiseMaker: other bands, scales and exponents") {
   Protocol protocol = short_protocol();  // 63.7 s
-  protocol.vestibular_noise = {.scale_deg = 0.5, .low_hz = 0.1, .high_hz = 10.0, .exponent = 1.0};
+  protocol.noise.vestibular = {.scale_deg = 0.5, .low_hz = 0.1, .high_hz = 10.0, .exponent = 1.0};
   check_spectrum(protocol, 0.3, 7, 637);
-  protocol.vestibular_noise = {.scale_deg = 0.1, .low_hz = 0.01, .high_hz = 2.0, .exponent = 2.0};
+  protocol.noise.vestibular = {.scale_deg = 0.1, .low_hz = 0.01, .high_hz = 2.0, .exponent = 2.0};
   check_spectrum(protocol, 1.0, 1, 127);
-  protocol.vestibular_noise.exponent = 0.0;
+  protocol.noise.vestibular.exponent = 0.0;
   check_spectrum(protocol, 2.0, 1, 127);
 }
 
@@ -107,8 +107,8 @@ TEST_CASE("VestibularNoiseMaker: the variance is the spectrum's integral") {
 TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative of the angle") {
   for (const double rate_hz : {100.0, 20.0}) {
     Protocol protocol;
-    protocol.sample_rate_hz = rate_hz;
-    protocol.vestibular_noise.high_hz = rate_hz / 10.0;
+    protocol.experiment.sample_rate_hz = rate_hz;
+    protocol.noise.vestibular.high_hz = rate_hz / 10.0;
     const VestibularNoiseMaker maker(protocol);
     const auto samples = static_cast<std::size_t>(protocol.samples());
     const Random random(2, Stream::vestibular_noise, 4);
@@ -119,14 +119,14 @@ TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative o
     CHECK(rate.back() == rate.front());
 
     std::vector<double> fine;  // on the 1 ms grid, as the simulation has it
-    const auto per_sample = static_cast<std::size_t>(protocol.steps_per_sample());
+    const auto per_sample = static_cast<std::size_t>(protocol.experiment.steps_per_sample());
     for (std::size_t j = 0; j < samples; ++j) {
       for (std::size_t i = 0; i < per_sample; ++i) {
         const double part = static_cast<double>(i) / static_cast<double>(per_sample);
         fine.push_back((1.0 - part) * rate[j] + part * rate[j + 1]);
       }
     }
-    const RealFft coarse_fft(protocol.samples()), fine_fft(protocol.steps());
+    const RealFft coarse_fft(protocol.samples()), fine_fft(protocol.experiment.steps());
     std::vector<Complex> coarse(static_cast<std::size_t>(coarse_fft.bins()));
     std::vector<Complex> interpolated(static_cast<std::size_t>(fine_fft.bins()));
     std::vector<Complex> work(static_cast<std::size_t>(fine_fft.work_length()));
@@ -145,7 +145,7 @@ TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative o
 
 TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
   Protocol protocol;
-  protocol.vestibular_noise.low_hz = protocol.vestibular_noise.high_hz = 40.0 / 121.0;
+  protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 40.0 / 121.0;
   const VestibularNoiseMaker maker(protocol);
   const Random random(2, Stream::child_noise, 6);
   std::vector<double> angle(12'101);
@@ -171,7 +171,7 @@ TEST_CASE("VestibularNoiseMaker: Nv scales, and is exactly zero at zero") {
   CHECK(std::equal(full.begin(), full.end(), quarter.begin(), [](double a, double b) { return 0.25 * a == b; }));
 
   Protocol silent;
-  silent.vestibular_noise = {.scale_deg = 0.0, .low_hz = 0.01, .high_hz = 0.0101, .exponent = 1.0};
+  silent.noise.vestibular = {.scale_deg = 0.0, .low_hz = 0.01, .high_hz = 0.0101, .exponent = 1.0};
   VestibularNoiseMaker(silent).velocity(1.0, random, none);
   CHECK(std::all_of(none.begin(), none.end(), [](double x) { return x == 0.0; }));
 }
@@ -180,7 +180,7 @@ TEST_CASE("VestibularNoiseMaker: trials side by side have the bits that each has
   constexpr auto lanes = static_cast<std::size_t>(fft_lanes);
   // One transform of all samples (a band too wide to be split), 25 of 484, and the short protocol's.
   Protocol wide;
-  wide.vestibular_noise.high_hz = 10.0;
+  wide.noise.vestibular.high_hz = 10.0;
   for (const Protocol& protocol : {Protocol{}, wide, short_protocol()}) {
     const VestibularNoiseMaker maker(protocol);
     const auto values = static_cast<std::size_t>(protocol.samples()) + 1;
@@ -209,8 +209,8 @@ TEST_CASE("VestibularNoiseMaker: errors") {
   const VestibularNoiseMaker maker(protocol);
   std::vector<double> wrong(12'100);
   CHECK_THROWS_AS(maker.velocity(1.0, Random(1, Stream::vestibular_noise, 0), wrong), decid::Error);
-  protocol.vestibular_noise.low_hz = 0.01;
-  protocol.vestibular_noise.high_hz = 0.0101;
+  protocol.noise.vestibular.low_hz = 0.01;
+  protocol.noise.vestibular.high_hz = 0.0101;
   CHECK_THROWS_AS(VestibularNoiseMaker{protocol}, decid::Error);
 }
 

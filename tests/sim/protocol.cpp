@@ -10,10 +10,14 @@
 
 #include "base/error.hpp"
 #include "sim/noise.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::sim;
+using decid::test::near;
 
 namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
 
 const auto not_a_number = std::numeric_limits<double>::quiet_NaN();
 const auto infinity = std::numeric_limits<double>::infinity();
@@ -74,19 +78,18 @@ TEST_CASE("ternary_sequence: errors") {
 TEST_CASE("make_stimulus: default protocol") {
   const Protocol protocol = default_protocol();
   protocol.validate();
-  CHECK(protocol.steps() == 121'000);
+  CHECK(protocol.experiment.steps() == 121'000);
   CHECK(protocol.samples() == 12'100);
-  CHECK(protocol.steps_per_sample() == 10);
+  CHECK(protocol.experiment.steps_per_sample() == 10);
   CHECK(protocol.duration_s() == 121.0);
-  CHECK(protocol.cycle_s() == 60.5);
+  CHECK(protocol.experiment.cycle_s() == 60.5);
 
-  const Stimulus stimulus = make_stimulus(protocol);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   const std::vector<double>& tilt = stimulus.tilt_rad;
   REQUIRE(stimulus.interval_steps == 10);
   REQUIRE(tilt.size() == 12'101);
   REQUIRE(stimulus.rate_rad_s.size() == 12'100);
   CHECK(tilt[0] == 0.0);
-  constexpr double eps = std::numeric_limits<double>::epsilon();
   CHECK(std::abs(peak_to_peak(tilt) / rad_per_deg - 1.0) < 2.0 * eps);
 
   const double rate = rad_per_deg / 4.25;
@@ -115,7 +118,7 @@ TEST_CASE("make_stimulus: default protocol") {
 TEST_CASE("make_stimulus: the trial starts at its offset, 120 ms before a new state") {
   const Protocol protocol = default_protocol();
   const std::vector<int> values = ternary_sequence(protocol.sequence());
-  const Stimulus stimulus = make_stimulus(protocol);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   const double rate = rad_per_deg / 4.25;
   // 25.63 s = 102 states and 130 ms.
   struct Case {
@@ -125,7 +128,7 @@ TEST_CASE("make_stimulus: the trial starts at its offset, 120 ms before a new st
   for (const Case& c : {Case{0, 102}, Case{119, 102}, Case{120, 103}, Case{369, 103}, Case{370, 104}}) {
     const double expected = values[c.state] * rate;
     CAPTURE(c.step);
-    CHECK(stimulus.rate_at(c.step) == doctest::Approx(expected).epsilon(1e-14));
+    CHECK(near(stimulus.rate_at(c.step), expected, 4.0 * eps));  // four roundings each way
   }
   // Where it starts is in the middle of the range, to within a state.
   const auto [low, high] = std::minmax_element(stimulus.tilt_rad.begin(), stimulus.tilt_rad.end());
@@ -135,12 +138,12 @@ TEST_CASE("make_stimulus: the trial starts at its offset, 120 ms before a new st
 TEST_CASE("make_stimulus: short protocol") {
   const Protocol protocol = short_protocol();
   protocol.validate();
-  CHECK(protocol.steps() == 63'700);
+  CHECK(protocol.experiment.steps() == 63'700);
   CHECK(protocol.samples() == 6'370);
-  CHECK(protocol.cycle_s() == 20.0);
-  const Stimulus stimulus = make_stimulus(protocol);
+  CHECK(protocol.experiment.cycle_s() == 20.0);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   REQUIRE(stimulus.interval_steps == 10);
-  CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(rad_per_deg).epsilon(1e-15));
+  CHECK(near(peak_to_peak(stimulus.tilt_rad), rad_per_deg, 2.0 * eps));
   const auto& rate = stimulus.rate_rad_s;
   const auto is_zero = [](double x) { return x == 0.0; };
   CHECK(std::all_of(rate.begin(), rate.begin() + 197, is_zero));
@@ -151,7 +154,7 @@ TEST_CASE("make_stimulus: short protocol") {
   const std::vector<int> values = ternary_sequence(protocol.sequence());
   for (const std::size_t state : {0u, 1u, 2u, 3u, 79u}) {
     const double expected = values[state] * rad_per_deg / (0.25 * divisor(values));
-    CHECK(rate[197 + 25 * state] == doctest::Approx(expected).epsilon(1e-14));
+    CHECK(near(rate[197 + 25 * state], expected, 4.0 * eps));
   }
 }
 
@@ -160,9 +163,9 @@ TEST_CASE("make_stimulus: amplitude scales the tilt; rest after the last cycle k
   protocol.sequence().amplitude_deg = 4.0;
   protocol.sequence().cycles = 1;
   protocol.sequence().lead_out_s = 0.5;
-  const Stimulus stimulus = make_stimulus(protocol);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   CHECK(stimulus.tilt_rad.size() == 6'101);
-  CHECK(peak_to_peak(stimulus.tilt_rad) == doctest::Approx(4.0 * rad_per_deg).epsilon(1e-15));
+  CHECK(near(peak_to_peak(stimulus.tilt_rad), 4.0 * rad_per_deg, 2.0 * eps));
   CHECK(stimulus.tilt_rad.back() == 0.0);
 }
 
@@ -170,10 +173,10 @@ TEST_CASE("Stimulus: between the points of its grid, and a grid as fine as the s
   Protocol protocol;
   protocol.sequence().offset_s = 25.634;
   protocol.validate();
-  const Stimulus fine = make_stimulus(protocol);
+  const Stimulus fine = make_stimulus(protocol.experiment);
   CHECK(fine.interval_steps == 2);
   protocol.sequence().offset_s = 25.63;
-  const Stimulus stimulus = make_stimulus(protocol);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   // Both play one sequence, 4 ms apart.
   const double first = fine.tilt_at(0), shift = stimulus.tilt_at(4) - first;
   double difference = 0.0;
@@ -229,44 +232,44 @@ TEST_CASE("Protocol::validate: every bound") {
       {"at most 3600 s", [](Protocol& p) { p.sequence().state_s = 3600.0; }},
       {"at most 3600 s", [](Protocol& p) { p.sequence().lead_in_s = 3600.0; }},
       {"number of samples", [](Protocol& p) { p.sequence().lead_out_s = 0.005; }},
-      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 0.0; }},
-      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 62.5; }},
-      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 30.0; }},
-      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = 2000.0; }},
-      {"sample_rate_hz", [](Protocol& p) { p.sample_rate_hz = not_a_number; }},
-      {"mass_kg", [](Protocol& p) { p.body.mass_kg = 0.0; }},
-      {"mass_kg", [](Protocol& p) { p.body.mass_kg = 1000.0; }},
-      {"com_height_m", [](Protocol& p) { p.body.com_height_m = -1.0; }},
-      {"com_height_m", [](Protocol& p) { p.body.com_height_m = 6.0; }},
-      {"inertia_kgm2", [](Protocol& p) { p.body.inertia_kgm2 = not_a_number; }},
-      {"inertia_kgm2", [](Protocol& p) { p.body.inertia_kgm2 = 1e5; }},
-      {"scale_deg", [](Protocol& p) { p.vestibular_noise.scale_deg = -0.1; }},
-      {"scale_deg", [](Protocol& p) { p.vestibular_noise.scale_deg = infinity; }},
-      {"high_hz", [](Protocol& p) { p.vestibular_noise.high_hz = 10.001; }},
-      {"high_hz", [](Protocol& p) { p.vestibular_noise.high_hz = not_a_number; }},
-      {"low_hz", [](Protocol& p) { p.vestibular_noise.low_hz = 0.0; }},
-      {"low_hz", [](Protocol& p) { p.vestibular_noise.low_hz = 1.1; }},
-      {"exponent", [](Protocol& p) { p.vestibular_noise.exponent = -0.1; }},
-      {"exponent", [](Protocol& p) { p.vestibular_noise.exponent = 4.1; }},
+      {"sample_rate_hz", [](Protocol& p) { p.experiment.sample_rate_hz = 0.0; }},
+      {"sample_rate_hz", [](Protocol& p) { p.experiment.sample_rate_hz = 62.5; }},
+      {"sample_rate_hz", [](Protocol& p) { p.experiment.sample_rate_hz = 30.0; }},
+      {"sample_rate_hz", [](Protocol& p) { p.experiment.sample_rate_hz = 2000.0; }},
+      {"sample_rate_hz", [](Protocol& p) { p.experiment.sample_rate_hz = not_a_number; }},
+      {"mass_kg", [](Protocol& p) { p.experiment.body.mass_kg = 0.0; }},
+      {"mass_kg", [](Protocol& p) { p.experiment.body.mass_kg = 1000.0; }},
+      {"com_height_m", [](Protocol& p) { p.experiment.body.com_height_m = -1.0; }},
+      {"com_height_m", [](Protocol& p) { p.experiment.body.com_height_m = 6.0; }},
+      {"inertia_kgm2", [](Protocol& p) { p.experiment.body.inertia_kgm2 = not_a_number; }},
+      {"inertia_kgm2", [](Protocol& p) { p.experiment.body.inertia_kgm2 = 1e5; }},
+      {"scale_deg", [](Protocol& p) { p.noise.vestibular.scale_deg = -0.1; }},
+      {"scale_deg", [](Protocol& p) { p.noise.vestibular.scale_deg = infinity; }},
+      {"high_hz", [](Protocol& p) { p.noise.vestibular.high_hz = 10.001; }},
+      {"high_hz", [](Protocol& p) { p.noise.vestibular.high_hz = not_a_number; }},
+      {"low_hz", [](Protocol& p) { p.noise.vestibular.low_hz = 0.0; }},
+      {"low_hz", [](Protocol& p) { p.noise.vestibular.low_hz = 1.1; }},
+      {"exponent", [](Protocol& p) { p.noise.vestibular.exponent = -0.1; }},
+      {"exponent", [](Protocol& p) { p.noise.vestibular.exponent = 4.1; }},
       {"sensor_noise_deg",
        [](Protocol& p) {
-         p.sensor_noise = {-0.1, 0.1};
+         p.noise.sensor = {-0.1, 0.1};
        }},
       {"sensor_noise_deg",
        [](Protocol& p) {
-         p.sensor_noise = {0.2, 0.1};
+         p.noise.sensor = {0.2, 0.1};
        }},
       {"sensor_noise_deg",
        [](Protocol& p) {
-         p.sensor_noise = {0.0, 0.1};
+         p.noise.sensor = {0.0, 0.1};
        }},
       {"sensor_noise_deg",
        [](Protocol& p) {
-         p.sensor_noise = {0.1, infinity};
+         p.noise.sensor = {0.1, infinity};
        }},
       {"sensor_noise_deg",
        [](Protocol& p) {
-         p.sensor_noise = {not_a_number, 0.1};
+         p.noise.sensor = {not_a_number, 0.1};
        }},
   };
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -286,17 +289,17 @@ TEST_CASE("Protocol::validate: every bound") {
 
 TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is silent") {
   Protocol protocol;
-  protocol.vestibular_noise.low_hz = 0.501;
-  protocol.vestibular_noise.high_hz = 0.502;
+  protocol.noise.vestibular.low_hz = 0.501;
+  protocol.noise.vestibular.high_hz = 0.502;
   // 61 / 121 Hz is above, 60 / 121 Hz below.
   CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("multiple of 0.00826446281 Hz, 1 / 121 s"), decid::Error);
   CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("protocol default, vestibular_noise"), decid::Error);
-  protocol.vestibular_noise.high_hz = 61.0 / 121.0;
+  protocol.noise.vestibular.high_hz = 61.0 / 121.0;
   CHECK_NOTHROW(protocol.validate());
   CHECK(noise_band(protocol).first == 61);
   CHECK(noise_band(protocol).last == 61);
-  protocol.vestibular_noise.high_hz = 0.502;
-  protocol.vestibular_noise.scale_deg = 0.0;
+  protocol.noise.vestibular.high_hz = 0.502;
+  protocol.noise.vestibular.scale_deg = 0.0;
   CHECK_NOTHROW(protocol.validate());
   CHECK_NOTHROW(VestibularNoiseMaker{protocol});
   const NoiseBand band = noise_band(Protocol{});
@@ -307,19 +310,19 @@ TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is s
 TEST_CASE("Protocol::validate: trials of all lengths that can be transformed, and of no others") {
   Protocol protocol;
   Sines sines{.components = {{.frequency_hz = 0.1, .amplitude_deg = 0.5}}, .cycle_s = 200.11};
-  protocol.stimulus = sines;  // 20,011 is a prime, 20,012 = 4 * 5,003
+  protocol.experiment.stimulus = sines;  // 20,011 is a prime, 20,012 = 4 * 5,003
   CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("the trial: has 20011 samples"), decid::Error);
   CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("lengthen lead_out_s by 0.01 s"), decid::Error);
   CHECK_THROWS_AS(VestibularNoiseMaker{protocol}, decid::Error);
   sines.lead_out_s = 0.01;
-  protocol.stimulus = sines;
+  protocol.experiment.stimulus = sines;
   CHECK_NOTHROW(protocol.validate());
   CHECK_NOTHROW(VestibularNoiseMaker{protocol});
   Protocol sequence;
   sequence.sequence().lead_out_s = 79.11;  // 20,011 samples
   CHECK_THROWS_WITH_AS(sequence.validate(), doctest::Contains("20011"), decid::Error);
   sines = {.components = sines.components, .cycle_s = 99.73};  // 9,973 is the largest prime that can be
-  protocol.stimulus = sines;
+  protocol.experiment.stimulus = sines;
   CHECK_NOTHROW(protocol.validate());
 }
 
@@ -348,7 +351,9 @@ TEST_CASE("Protocol::refuse_implausible: names, bodies and joints") {
 
   // 86.283 kg at 0.99119 m.
   const double least = 86.283 * 0.99119 * 0.99119;
-  const auto inertia = [&](double value) { return message([=](Protocol& p) { p.body.inertia_kgm2 = value; }); };
+  const auto inertia = [&](double value) {
+    return message([=](Protocol& p) { p.experiment.body.inertia_kgm2 = value; });
+  };
   CHECK(inertia(least).empty());
   CHECK(inertia(least * (1.0 - 0.9e-6)).empty());
   CHECK(inertia(least * (1.0 - 1.1e-6)).find("body inertia_kgm2: is 84.7") != std::string::npos);
@@ -356,8 +361,8 @@ TEST_CASE("Protocol::refuse_implausible: names, bodies and joints") {
 
   const auto joint = [&](std::vector<double> tilt, int cycles) {
     return message([&](Protocol& p) {
-      p.stimulus = MeasuredTilt{.tilt_deg = tilt, .cycles = cycles};
-      p.vestibular_noise.scale_deg = 0.0;
+      p.experiment.stimulus = MeasuredTilt{.tilt_deg = tilt, .cycles = cycles};
+      p.noise.vestibular.scale_deg = 0.0;
     });
   };
   std::vector<double> ramp;
@@ -375,29 +380,29 @@ TEST_CASE("Protocol::validate: the ends of the bounds are inside") {
   Protocol protocol;
   protocol.sequence().offset_s = 60.499;
   protocol.sequence().amplitude_deg = 45.0;
-  protocol.vestibular_noise.high_hz = 10.0;
-  protocol.vestibular_noise.exponent = 0.0;
-  protocol.sensor_noise = {0.1, 0.1};
+  protocol.noise.vestibular.high_hz = 10.0;
+  protocol.noise.vestibular.exponent = 0.0;
+  protocol.noise.sensor = {0.1, 0.1};
   CHECK_NOTHROW(protocol.validate());
-  protocol.vestibular_noise.high_hz = protocol.vestibular_noise.low_hz = 1.0;
-  protocol.sample_rate_hz = 1000.0;
+  protocol.noise.vestibular.high_hz = protocol.noise.vestibular.low_hz = 1.0;
+  protocol.experiment.sample_rate_hz = 1000.0;
   CHECK_NOTHROW(protocol.validate());
-  protocol.vestibular_noise = {.scale_deg = 0.0, .low_hz = 0.05, .high_hz = 0.1, .exponent = 4.0};
-  protocol.sample_rate_hz = 1.0;
+  protocol.noise.vestibular = {.scale_deg = 0.0, .low_hz = 0.05, .high_hz = 0.1, .exponent = 4.0};
+  protocol.experiment.sample_rate_hz = 1.0;
   CHECK_NOTHROW(protocol.validate());
 }
 
-TEST_CASE("same_experiment: noise and name may differ, nothing else") {
+TEST_CASE("Experiment: equal ones; noise and name may differ, nothing else") {
   const Protocol a;
   Protocol b;
   b.name = "other";
-  b.vestibular_noise.scale_deg = 1.0;
-  b.sensor_noise = {0.1, 0.2};
-  CHECK(same_experiment(a, b));
+  b.noise.vestibular.scale_deg = 1.0;
+  b.noise.sensor = {0.1, 0.2};
+  CHECK(a.experiment == b.experiment);
   const auto differs = [&](auto change) {
     Protocol c;
     change(c);
-    return !same_experiment(a, c);
+    return a.experiment != c.experiment;
   };
   CHECK(differs([](Protocol& p) { p.sequence().feedback[0] = 1; }));
   CHECK(differs([](Protocol& p) { p.sequence().start[1] = 1; }));
@@ -407,8 +412,8 @@ TEST_CASE("same_experiment: noise and name may differ, nothing else") {
   CHECK(differs([](Protocol& p) { p.sequence().cycles = 1; }));
   CHECK(differs([](Protocol& p) { p.sequence().lead_in_s = 1.0; }));
   CHECK(differs([](Protocol& p) { p.sequence().lead_out_s = 1.0; }));
-  CHECK(differs([](Protocol& p) { p.sample_rate_hz = 50.0; }));
-  CHECK(differs([](Protocol& p) { p.body.mass_kg = 80.0; }));
-  CHECK(differs([](Protocol& p) { p.body.com_height_m = 1.0; }));
-  CHECK(differs([](Protocol& p) { p.body.inertia_kgm2 = 100.0; }));
+  CHECK(differs([](Protocol& p) { p.experiment.sample_rate_hz = 50.0; }));
+  CHECK(differs([](Protocol& p) { p.experiment.body.mass_kg = 80.0; }));
+  CHECK(differs([](Protocol& p) { p.experiment.body.com_height_m = 1.0; }));
+  CHECK(differs([](Protocol& p) { p.experiment.body.inertia_kgm2 = 100.0; }));
 }

@@ -29,16 +29,16 @@ void check_round_trip(const sim::Protocol& a) {
   CHECK(b.sequence().cycles == a.sequence().cycles);
   check_same_bits(b.sequence().lead_in_s, a.sequence().lead_in_s);
   check_same_bits(b.sequence().lead_out_s, a.sequence().lead_out_s);
-  check_same_bits(b.sample_rate_hz, a.sample_rate_hz);
-  check_same_bits(b.body.mass_kg, a.body.mass_kg);
-  check_same_bits(b.body.com_height_m, a.body.com_height_m);
-  check_same_bits(b.body.inertia_kgm2, a.body.inertia_kgm2);
-  check_same_bits(b.vestibular_noise.scale_deg, a.vestibular_noise.scale_deg);
-  check_same_bits(b.vestibular_noise.low_hz, a.vestibular_noise.low_hz);
-  check_same_bits(b.vestibular_noise.high_hz, a.vestibular_noise.high_hz);
-  check_same_bits(b.vestibular_noise.exponent, a.vestibular_noise.exponent);
-  check_same_bits(b.sensor_noise.low_deg, a.sensor_noise.low_deg);
-  check_same_bits(b.sensor_noise.high_deg, a.sensor_noise.high_deg);
+  check_same_bits(b.experiment.sample_rate_hz, a.experiment.sample_rate_hz);
+  check_same_bits(b.experiment.body.mass_kg, a.experiment.body.mass_kg);
+  check_same_bits(b.experiment.body.com_height_m, a.experiment.body.com_height_m);
+  check_same_bits(b.experiment.body.inertia_kgm2, a.experiment.body.inertia_kgm2);
+  check_same_bits(b.noise.vestibular.scale_deg, a.noise.vestibular.scale_deg);
+  check_same_bits(b.noise.vestibular.low_hz, a.noise.vestibular.low_hz);
+  check_same_bits(b.noise.vestibular.high_hz, a.noise.vestibular.high_hz);
+  check_same_bits(b.noise.vestibular.exponent, a.noise.vestibular.exponent);
+  check_same_bits(b.noise.sensor.low_deg, a.noise.sensor.low_deg);
+  check_same_bits(b.noise.sensor.high_deg, a.noise.sensor.high_deg);
   CHECK(to_json(b) == text);
 }
 
@@ -55,25 +55,25 @@ TEST_CASE("protocols come back to the bit") {
   sim::Protocol odd = sim::default_protocol();
   odd.name = "a \"quoted\" n\xC3\xA4me\n";  // nobody may write that any more, but files may hold it
   odd.sequence().amplitude_deg = std::nextafter(1.0, 2.0);
-  odd.body.mass_kg = 1.0 / 3.0 + 70.0;
-  odd.body.inertia_kgm2 = 100.0 * 1.1;
-  odd.vestibular_noise.scale_deg = 0.1 + 0.2;
-  odd.vestibular_noise.low_hz = std::nextafter(1.0 / 121.0, 0.0);
-  odd.vestibular_noise.exponent = std::nextafter(1.0, 0.0);
-  odd.sensor_noise = {0.001, 0.1};
+  odd.experiment.body.mass_kg = 1.0 / 3.0 + 70.0;
+  odd.experiment.body.inertia_kgm2 = 100.0 * 1.1;
+  odd.noise.vestibular.scale_deg = 0.1 + 0.2;
+  odd.noise.vestibular.low_hz = std::nextafter(1.0 / 121.0, 0.0);
+  odd.noise.vestibular.exponent = std::nextafter(1.0, 0.0);
+  odd.noise.sensor = {0.001, 0.1};
   check_round_trip(odd);
-  odd.sensor_noise = {0.02, 0.02};
+  odd.noise.sensor = {0.02, 0.02};
   check_round_trip(odd);
 }
 
 TEST_CASE("every kind of stimulus comes back to the bit") {
   const auto check = [](sim::StimulusKind kind) {
     sim::Protocol a = sim::default_protocol();
-    a.stimulus = std::move(kind);
+    a.experiment.stimulus = std::move(kind);
     const std::string text = to_json(a);
     const sim::Protocol b = sim::protocol_from_json(text, "round trip");
-    CHECK(b.stimulus == a.stimulus);
-    CHECK(sim::same_experiment(a, b));
+    CHECK(b.experiment.stimulus == a.experiment.stimulus);
+    CHECK(a.experiment == b.experiment);
     CHECK(to_json(b) == text);
   };
   sim::MeasuredTilt measured{.tilt_deg = {}, .cycles = 2, .lead_in_s = 1.5, .lead_out_s = 2.5};
@@ -104,11 +104,11 @@ TEST_CASE("what a protocol leaves out is the default's") {
   CHECK(some.name == "mine");
   CHECK(some.sequence().amplitude_deg == 2.0);
   CHECK(some.sequence().feedback == base.sequence().feedback);
-  CHECK(some.sensor_noise.low_deg == 0.5);
-  CHECK(some.sensor_noise.high_deg == 0.5);
+  CHECK(some.noise.sensor.low_deg == 0.5);
+  CHECK(some.noise.sensor.high_deg == 0.5);
   const sim::Protocol range = sim::protocol_from_json(R"({"sensor_noise_deg": [0.001, 1e-1]})", "range");
-  CHECK(range.sensor_noise.low_deg == 0.001);
-  CHECK(range.sensor_noise.high_deg == 0.1);
+  CHECK(range.noise.sensor.low_deg == 0.001);
+  CHECK(range.noise.sensor.high_deg == 0.1);
 }
 
 TEST_CASE("keys stand in the documented order") {
@@ -184,12 +184,12 @@ TEST_CASE("a body may be that of a subject") {
   const sim::Protocol protocol =
       sim::protocol_from_json(R"({"body": {"subject": {"mass_kg": 88.86, "height_m": 1.80}}})", "my.json");
   // Half a unit of what the default is printed with.
-  CHECK(std::abs(protocol.body.mass_kg - 86.283) <= 0.0005);
-  CHECK(std::abs(protocol.body.com_height_m - 0.99119) <= 0.000005);
-  CHECK(std::abs(protocol.body.inertia_kgm2 - 101.895) <= 0.0005);
-  CHECK_FALSE(sim::same_experiment(protocol, sim::default_protocol()));
+  CHECK(std::abs(protocol.experiment.body.mass_kg - 86.283) <= 0.0005);
+  CHECK(std::abs(protocol.experiment.body.com_height_m - 0.99119) <= 0.000005);
+  CHECK(std::abs(protocol.experiment.body.inertia_kgm2 - 101.895) <= 0.0005);
+  CHECK_FALSE(protocol.experiment == sim::default_protocol().experiment);
   const sim::Protocol again = sim::protocol_from_json(to_json(protocol), "again");
-  CHECK(again.body == protocol.body);
+  CHECK(again.experiment.body == protocol.experiment.body);
   check_error(parsing(R"({"body": {"subject": {"mass_kg": 80}}})"), {"my.json", "'body.subject.height_m' is missing"});
   check_error(parsing(R"({"body": {"subject": {"height_m": 1.8}}})"), {"my.json", "'body.subject.mass_kg' is missing"});
   check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 18}}})"),

@@ -7,8 +7,17 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::sim;
+using decid::test::near;
+
+namespace {
+
+// Products of up to seven factors on each side, each rounded to eps / 2.
+constexpr double rounding = 7.0 * std::numeric_limits<double>::epsilon();
+
+}  // namespace
 
 TEST_CASE("segments: the default body is that of 88.86 kg and 1.80 m, to its printed digits") {
   const Body body = body_of(segments_of({.mass_kg = 88.86, .height_m = 1.80}));
@@ -23,21 +32,21 @@ TEST_CASE("segments: the default body is that of 88.86 kg and 1.80 m, to its pri
 
 TEST_CASE("segments: each number by hand") {
   const Segments s = segments_of({.mass_kg = 100.0, .height_m = 2.0});
-  CHECK(s.leg_mass_kg == doctest::Approx(29.3).epsilon(1e-14));
-  CHECK(s.leg_length_m == doctest::Approx(0.982).epsilon(1e-14));
-  CHECK(s.leg_com_m == doctest::Approx(0.543046).epsilon(1e-14));
-  CHECK(s.leg_inertia_kgm2 == doctest::Approx(29.3 * 0.320132 * 0.320132).epsilon(1e-14));
-  CHECK(s.trunk_mass_kg == doctest::Approx(67.8).epsilon(1e-14));
-  CHECK(s.trunk_com_m == doctest::Approx(0.360576).epsilon(1e-14));
-  CHECK(s.trunk_inertia_kgm2 == doctest::Approx(67.8 * 0.33728 * 0.33728).epsilon(1e-14));
-  CHECK(s.trunk_mgh() == doctest::Approx(67.8 * 9.81 * 0.360576).epsilon(1e-14));
-  CHECK(s.mass_kg() == doctest::Approx(97.1).epsilon(1e-14));
+  CHECK(near(s.leg_mass_kg, 29.3, rounding));
+  CHECK(near(s.leg_length_m, 0.982, rounding));
+  CHECK(near(s.leg_com_m, 0.543046, rounding));
+  CHECK(near(s.leg_inertia_kgm2, 29.3 * 0.320132 * 0.320132, rounding));
+  CHECK(near(s.trunk_mass_kg, 67.8, rounding));
+  CHECK(near(s.trunk_com_m, 0.360576, rounding));
+  CHECK(near(s.trunk_inertia_kgm2, 67.8 * 0.33728 * 0.33728, rounding));
+  CHECK(near(s.trunk_mgh(), 67.8 * 9.81 * 0.360576, rounding));
+  CHECK(near(s.mass_kg(), 97.1, rounding));
 }
 
 TEST_CASE("segments: a body's subject") {
   const Subject subject = subject_of(body_of(segments_of({.mass_kg = 61.3, .height_m = 1.67})));
-  CHECK(subject.mass_kg == doctest::Approx(61.3).epsilon(1e-14));
-  CHECK(subject.height_m == doctest::Approx(1.67).epsilon(1e-14));
+  CHECK(near(subject.mass_kg, 61.3, rounding));
+  CHECK(near(subject.height_m, 1.67, rounding));
   const Subject standard = subject_of(Body{});
   CHECK(std::abs(standard.mass_kg - 88.86) < 0.0005 / 0.971);
   CHECK(std::abs(standard.height_m - 1.80) < 0.000005 / 0.55);

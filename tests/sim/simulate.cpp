@@ -11,10 +11,12 @@
 
 #include "base/error.hpp"
 #include "base/sha256.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
+using decid::test::near;
 
 namespace {
 
@@ -34,9 +36,9 @@ Run simulate(const Simulator& simulator, const Parameters& parameters, const Ran
 // The same trial, equation by equation, every signal kept whole on the 1 ms grid. Returns the sway of every step, up
 // to and including the first out of bounds.
 std::vector<double> straightforward(const Protocol& protocol, const Parameters& parameters, const Random& noise) {
-  const Stimulus stimulus = make_stimulus(protocol);
-  const auto steps = static_cast<std::size_t>(protocol.steps());
-  const auto per_sample = static_cast<std::size_t>(protocol.steps_per_sample());
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
+  const auto steps = static_cast<std::size_t>(protocol.experiment.steps());
+  const auto per_sample = static_cast<std::size_t>(protocol.experiment.steps_per_sample());
   std::vector<double> noise_rate(static_cast<std::size_t>(protocol.samples()) + 1);
   VestibularNoiseMaker(protocol).velocity(parameters[Nv], noise, noise_rate);
 
@@ -63,7 +65,7 @@ std::vector<double> straightforward(const Protocol& protocol, const Parameters& 
       const double part = position - static_cast<double>(before);
       active = part == 0.0 ? u[before] : (1.0 - part) * u[before] + part * u[before + 1];
     }
-    const Body& body = protocol.body;
+    const Body& body = protocol.experiment.body;
     const double acceleration = (body.mass_kg * 9.81 * body.com_height_m * std::sin(sway[k]) - active -
                                  parameters[Kp_pass] * (sway[k] - f) - parameters[Kd_pass] * (sway_rate[k] - f_rate)) /
                                 body.inertia_kgm2;
@@ -80,14 +82,14 @@ double disagreement(const Protocol& protocol, const Parameters& parameters, cons
   const Run trial = simulate(simulator, parameters, noise);
   const std::vector<double> sway = straightforward(protocol, parameters, noise);
   REQUIRE(trial.outcome.valid);
-  REQUIRE(sway.size() == static_cast<std::size_t>(protocol.steps()) + 1);
+  REQUIRE(sway.size() == static_cast<std::size_t>(protocol.experiment.steps()) + 1);
   double difference = 0.0, largest = 0.0;
   for (const double a : sway) largest = std::max(largest, std::abs(a));
   for (std::size_t k = 0; k < trial.sway.size(); ++k) {
-    const double a = sway[k * static_cast<std::size_t>(protocol.steps_per_sample())];
+    const double a = sway[k * static_cast<std::size_t>(protocol.experiment.steps_per_sample())];
     difference = std::max(difference, std::abs(trial.sway[k] - a));
   }
-  CHECK(trial.outcome.largest_sway_rad == doctest::Approx(largest).epsilon(1e-11));
+  CHECK(near(trial.outcome.largest_sway_rad, largest, 1e-12));
   return difference / largest;
 }
 
@@ -138,7 +140,7 @@ TEST_CASE("Simulator: small sway follows the closed loop's transfer function") {
     // lag of the integration, pi f / 1000 Hz, is 0.4%.
     for (std::size_t k = 1; k < 73; k += 2, ++compared) {
       const Complex response = sway_spectrum[k] / tilt_spectrum[k];
-      const Complex expected = closed_loop(parameters, protocol.body, static_cast<double>(k) / 60.5);
+      const Complex expected = closed_loop(parameters, protocol.experiment.body, static_cast<double>(k) / 60.5);
       worst = std::max(worst, std::abs(response - expected) / std::abs(expected));
     }
     CHECK(compared == 36);
@@ -174,15 +176,15 @@ TEST_CASE("Simulator: equals the equations written straight down") {
   parameters[Theta] = 0.0;
   CHECK(disagreement(short_protocol(), parameters, some_noise) < 1e-12);
   Protocol coarse;
-  coarse.sample_rate_hz = 20.0;
+  coarse.experiment.sample_rate_hz = 20.0;
   coarse.sequence().amplitude_deg = 4.0;
-  coarse.body.mass_kg = 60.0;
+  coarse.experiment.body.mass_kg = 60.0;
   CHECK(disagreement(coarse, middle, some_noise) < 1e-12);
 }
 
 TEST_CASE("Simulator: the active torque starts when the delay is over") {
   Protocol protocol;
-  protocol.sample_rate_hz = 1000.0;
+  protocol.experiment.sample_rate_hz = 1000.0;
   // Starts as the platform begins to move: below the threshold, the very first command is -Kd f'.
   protocol.sequence().offset_s = 0.25;
   protocol.sequence().cycles = 1;
@@ -237,7 +239,7 @@ TEST_CASE("Simulator: Nv = 0 is exactly without noise, Nv > 0 is not") {
   CHECK(simulate(simulator, parameters).sway != simulate(simulator, parameters, other).sway);
   parameters[Nv] = 0.0;
   Protocol silent;
-  silent.vestibular_noise.scale_deg = 0.0;
+  silent.noise.vestibular.scale_deg = 0.0;
   const std::vector<double> sway = simulate(simulator, parameters).sway;
   CHECK(sway == simulate(simulator, parameters, other).sway);
   parameters[Nv] = 1.0;
@@ -368,7 +370,7 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
   Protocol protocol = short_protocol();
   protocol.sequence().offset_s = 0.001;  // a grid of 1 ms
   for (const double rate_hz : {20.0, 100.0, 1000.0}) {
-    protocol.sample_rate_hz = rate_hz;
+    protocol.experiment.sample_rate_hz = rate_hz;
     const auto trial_of = [](int index) {
       Parameters parameters = middle_parameters();
       parameters[Delay] = index == 0 ? longest_delay_s : 0.02 * index;

@@ -14,8 +14,11 @@
 #include "base/sha256.hpp"
 #include "sim/protocol.hpp"
 #include "sim/simulate.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::sim;
+using decid::test::near;
+using decid::test::within;
 
 namespace {
 
@@ -25,10 +28,10 @@ const auto not_a_number = std::numeric_limits<double>::quiet_NaN();
 Protocol playing(StimulusKind kind, double sample_rate_hz = 100.0) {
   Protocol protocol;
   protocol.name = "mine";
-  protocol.stimulus = std::move(kind);
-  protocol.sample_rate_hz = sample_rate_hz;
+  protocol.experiment.stimulus = std::move(kind);
+  protocol.experiment.sample_rate_hz = sample_rate_hz;
   // So short a trial has no harmonic in the noise's band.
-  if (protocol.duration_s() < 1.0) protocol.vestibular_noise.scale_deg = 0.0;
+  if (protocol.duration_s() < 1.0) protocol.noise.vestibular.scale_deg = 0.0;
   protocol.validate();
   return protocol;
 }
@@ -53,15 +56,15 @@ RaisedCosines cosines() {
 
 // The velocity is that of the straight line between the points.
 void check_lines(const Stimulus& stimulus, const Protocol& protocol) {
-  REQUIRE(stimulus.interval_steps == protocol.steps_per_sample());
+  REQUIRE(stimulus.interval_steps == protocol.experiment.steps_per_sample());
   REQUIRE(stimulus.tilt_rad.size() == static_cast<std::size_t>(protocol.samples()) + 1);
   REQUIRE(stimulus.rate_rad_s.size() == static_cast<std::size_t>(protocol.samples()));
   CHECK(stimulus.tilt_rad[0] == 0.0);
-  const int per_sample = protocol.steps_per_sample();
+  const int per_sample = protocol.experiment.steps_per_sample();
   double error = 0.0;
   for (int k = 0; k < protocol.samples(); ++k) {
-    const double next =
-        stimulus.tilt_rad[static_cast<std::size_t>(k)] + stimulus.rate_at(k * per_sample) / protocol.sample_rate_hz;
+    const double next = stimulus.tilt_rad[static_cast<std::size_t>(k)] +
+                        stimulus.rate_at(k * per_sample) / protocol.experiment.sample_rate_hz;
     error = std::max(error, std::abs(next - stimulus.tilt_rad[static_cast<std::size_t>(k) + 1]));
   }
   CHECK(error < 4.0 * eps * stimulus.peak_to_peak_rad());
@@ -72,17 +75,18 @@ void check_lines(const Stimulus& stimulus, const Protocol& protocol) {
 TEST_CASE("measured tilt: the samples, their first called 0, at the sample rate") {
   const Protocol protocol = playing(measured());
   CHECK(protocol.samples() == 6);
-  CHECK(protocol.cycle_s() == 0.06);
+  CHECK(protocol.experiment.cycle_s() == 0.06);
   CHECK(protocol.duration_s() == 0.06);
-  CHECK(protocol.cycles() == 1);
-  const Stimulus stimulus = make_stimulus(protocol);
+  CHECK(protocol.experiment.cycles() == 1);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   check_lines(stimulus, protocol);
   // After its last sample the platform stays.
   const std::vector<double> expected_deg{0.0, 0.25, -0.25, -0.5, 0.0, 0.5, 0.5};
   for (std::size_t k = 0; k < expected_deg.size(); ++k) CHECK(stimulus.tilt_rad[k] == expected_deg[k] * rad_per_deg);
   CHECK(stimulus.rate_rad_s[5] == 0.0);
-  CHECK(stimulus.tilt_at(15) == doctest::Approx(0.0).epsilon(1e-15));
-  CHECK(stimulus.peak_to_peak_rad() == doctest::Approx(rad_per_deg).epsilon(1e-15));
+  // Half of 0.25 to -0.25 degrees: roundings of what is below half a degree.
+  CHECK(within(stimulus.tilt_at(15), 0.0, eps * rad_per_deg));
+  CHECK(stimulus.peak_to_peak_rad() == rad_per_deg);
 }
 
 TEST_CASE("every kind: lead-in, cycles and lead-out") {
@@ -93,11 +97,11 @@ TEST_CASE("every kind: lead-in, cycles and lead-out") {
     kind.lead_out_s = 0.5;
     const Protocol protocol = playing(kind, rate_hz);
     const auto n = static_cast<std::size_t>(alone.samples()), in = static_cast<std::size_t>(0.2 * rate_hz);
-    CHECK(protocol.cycles() == 3);
-    CHECK(protocol.lead_in_s() == 0.2);
-    CHECK(protocol.cycle_s() == alone.duration_s());
+    CHECK(protocol.experiment.cycles() == 3);
+    CHECK(protocol.experiment.lead_in_s() == 0.2);
+    CHECK(protocol.experiment.cycle_s() == alone.duration_s());
     CHECK(protocol.samples() == static_cast<int>(3 * n + in + static_cast<std::size_t>(0.5 * rate_hz)));
-    const Stimulus one = make_stimulus(alone), three = make_stimulus(protocol);
+    const Stimulus one = make_stimulus(alone.experiment), three = make_stimulus(protocol.experiment);
     check_lines(three, protocol);
     for (std::size_t k = 0; k < three.tilt_rad.size(); ++k) {
       const double expected = k < in ? 0.0 : k < in + 3 * n ? one.tilt_rad[(k - in) % n] : one.tilt_rad.back();
@@ -112,7 +116,7 @@ TEST_CASE("every kind: lead-in, cycles and lead-out") {
 
 TEST_CASE("sines: their formula") {
   const Protocol protocol = playing(sines());
-  const Stimulus stimulus = make_stimulus(protocol);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   check_lines(stimulus, protocol);
   double error = 0.0;
   for (int k = 0; k <= 1000; ++k) {
@@ -128,19 +132,21 @@ TEST_CASE("sines: their formula") {
 
 TEST_CASE("raised cosines: there and back, to stay, and rest between") {
   const Protocol protocol = playing(cosines());
-  const Stimulus stimulus = make_stimulus(protocol);
+  const Stimulus stimulus = make_stimulus(protocol.experiment);
   check_lines(stimulus, protocol);
   const auto deg = [&](double t) { return stimulus.tilt_at(static_cast<int>(std::lround(1000.0 * t))) / rad_per_deg; };
   for (const double t : {0.0, 0.5, 1.0, 3.0, 7.0, 7.99, 8.0}) CHECK(std::abs(deg(t)) <= eps);
-  CHECK(deg(2.0) == doctest::Approx(1.0).epsilon(1e-15));
-  CHECK(deg(1.5) == doctest::Approx(0.5).epsilon(1e-15));
-  CHECK(deg(1.2) == doctest::Approx(0.5 * (1.0 - std::cos(2.0 * pi * 0.1))).epsilon(1e-14));
-  CHECK(deg(3.25) == doctest::Approx(-1.0).epsilon(1e-15));
-  CHECK(deg(3.1) == doctest::Approx(-1.0 + std::cos(pi * 0.2)).epsilon(1e-14));
-  for (const double t : {3.5, 3.9, 4.0, 5.0, 6.0}) CHECK(deg(t) == doctest::Approx(-2.0).epsilon(1e-15));
+  // The cosine is right to 3/4 of eps, and what takes it to degrees rounds five times; where both subtract, of 2
+  // degrees.
+  CHECK(near(deg(2.0), 1.0, 4.0 * eps));
+  CHECK(near(deg(1.5), 0.5, 4.0 * eps));
+  CHECK(within(deg(1.2), 0.5 * (1.0 - std::cos(2.0 * pi * 0.1)), 4.0 * eps));
+  CHECK(near(deg(3.25), -1.0, 4.0 * eps));
+  CHECK(within(deg(3.1), -1.0 + std::cos(pi * 0.2), 8.0 * eps));
+  for (const double t : {3.5, 3.9, 4.0, 5.0, 6.0}) CHECK(near(deg(t), -2.0, 4.0 * eps));
   // The move starts 5 ms after a sample.
-  CHECK(deg(4.5) == doctest::Approx(-2.0 + 0.25 * (1.0 - std::cos(2.0 * pi * 0.495 / 0.99))).epsilon(1e-14));
-  CHECK(deg(6.5) == doctest::Approx(-1.0).epsilon(1e-15));
+  CHECK(near(deg(4.5), -2.0 + 0.25 * (1.0 - std::cos(2.0 * pi * 0.495 / 0.99)), 4.0 * eps));
+  CHECK(near(deg(6.5), -1.0, 4.0 * eps));
 }
 
 TEST_CASE("a trial is simulated on every kind of stimulus") {
@@ -186,7 +192,7 @@ TEST_CASE("a measured tilt that is a sequence's gives its trial") {
 TEST_CASE("stimuli: the bits") {
   // Promised for every compiler and instruction set.
   const auto digest = [](const StimulusKind& kind) {
-    const Stimulus stimulus = make_stimulus(playing(kind));
+    const Stimulus stimulus = make_stimulus(playing(kind).experiment);
     return decid::sha256(
         {reinterpret_cast<const char*>(stimulus.tilt_rad.data()), stimulus.tilt_rad.size() * sizeof(double)});
   };
@@ -203,7 +209,7 @@ TEST_CASE("stimuli: every bound") {
     return [=](Protocol& p) {
       auto spoilt = kind;
       change(spoilt);
-      p.stimulus = spoilt;
+      p.experiment.stimulus = spoilt;
     };
   };
   const std::vector<Case> cases{
@@ -283,16 +289,16 @@ TEST_CASE("stimuli: the ends of the bounds are inside") {
   CHECK_NOTHROW(playing(MeasuredTilt{.tilt_deg = {0.0, 45.0}}));
 }
 
-TEST_CASE("same_experiment: kinds, and everything in them, count") {
+TEST_CASE("Experiment: equal ones; kinds, and everything in them, count") {
   const auto differs = [](auto kind, auto change) {
     const Protocol a = playing(kind);
     change(kind);
     Protocol b = a;
-    b.stimulus = kind;
-    return same_experiment(a, a) && !same_experiment(a, b);
+    b.experiment.stimulus = kind;
+    return a.experiment == a.experiment && a.experiment != b.experiment;
   };
-  CHECK_FALSE(same_experiment(playing(sines()), playing(cosines())));
-  CHECK_FALSE(same_experiment(playing(sines()), Protocol{}));
+  CHECK_FALSE(playing(sines()).experiment == playing(cosines()).experiment);
+  CHECK_FALSE(playing(sines()).experiment == Protocol{}.experiment);
   CHECK(differs(measured(), [](auto& m) { m.tilt_deg[3] += 1e-9; }));
   CHECK(differs(measured(), [](auto& m) { m.tilt_deg.push_back(0.0); }));
   CHECK(differs(measured(), [](auto& m) { m.cycles = 2; }));

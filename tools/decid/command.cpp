@@ -33,12 +33,12 @@ void add_protocol_options(const Command& command, ProtocolOptions& options) {
 }
 
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description) {
-  // Decimal, whatever it begins with: CLI11 takes 010 for octal.
+  // Always decimal: CLI11 takes 010 for octal.
   const auto to_decimal = [](std::string& text) -> std::string {
     std::uint64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size())
-      return "'" + text + "' is no whole number from 0 to 18446744073709551615";
+      return "'" + text + "' is not a whole number from 0 to 18446744073709551615";
     text = std::to_string(value);
     return {};
   };
@@ -55,7 +55,7 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
 
 sim::Protocol ProtocolOptions::load(std::vector<std::string>* files) const {
   sim::Protocol protocol = dataset::load_protocol(name, files);
-  if (!sensor_noise_deg.empty()) protocol.sensor_noise = {sensor_noise_deg.front(), sensor_noise_deg.back()};
+  if (!sensor_noise_deg.empty()) protocol.noise.sensor = {sensor_noise_deg.front(), sensor_noise_deg.back()};
   protocol.validate();
   return protocol;
 }

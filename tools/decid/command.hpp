@@ -1,4 +1,4 @@
-// What the subcommands share: options that all have, and how a command is hung into the program.
+// What the subcommands share: options that all have, and the functions that add each command to the program.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct CommonOptions {
 
 /// Adds --threads, --quiet and, for commands that print figures, --json.
 void add_common_options(const Command& command, CommonOptions& options, bool prints_figures);
-/// Puts --threads into force.
+/// Applies --threads.
 void apply(const CommonOptions& options);
 
 /// --protocol and --sensor-noise of the commands that simulate many trials.
@@ -34,8 +34,8 @@ void add_protocol_options(const Command& command, ProtocolOptions& options);
 /// --seed, from 0 to 2^64 - 1.
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);
 
-/// Throws Error if `output` is one of `others`: what was read, or is written too, would be lost. Empty names are no
-/// files.
+/// Throws Error if `output` is one of `others`, files that are read or written too and would be lost. Empty names are
+/// ignored.
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others);
 
 /// Each adds one subcommand whose callback does the work. Bad input: Error. Anything else: any other exception.

@@ -24,18 +24,20 @@ struct Options {
   std::string model, data, output, report;
   std::vector<double> sensor_noise_deg;
   int trials = 100, starts = 2;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 2026;
   long long simulations = fit::Settings{}.simulations;
 };
 
 /// The trials: the first of a data set, or fresh ones of the model's experiment.
 dataset::Dataset trials_of(const Options& options, const Model& model) {
+  using dataset::TrialIdentity;
   if (options.data.empty()) {
+    require_not_trained_on(model.origin, {TrialIdentity::Kind::stream, options.seed, {}}, Measured::all, "--seed");
     dataset::DatasetRequest request;
     request.protocol = model.protocol;
-    request.protocol.sensor_noise = {};
+    request.protocol.noise.sensor = {};
     if (!options.sensor_noise_deg.empty())
-      request.protocol.sensor_noise = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
+      request.protocol.noise.sensor = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
     request.protocol.validate();
     request.count = options.trials;
     request.seed = options.seed;
@@ -45,10 +47,16 @@ dataset::Dataset trials_of(const Options& options, const Model& model) {
     throw Error("--sensor-noise", "is for fresh trials; those of --data have their own", "leave one of them out");
   dataset::Dataset data = dataset::read_npz(options.data);
   require_same_experiment(model, model_name(options.model), data.protocol, options.data);
+  require_not_trained_on(model.origin, dataset::identity_of(data), Measured::all, options.data);
   const auto count = std::min(static_cast<std::size_t>(options.trials), data.parameters.size());
   data.parameters.resize(count);
   data.sway.resize(count * static_cast<std::size_t>(data.samples));
   return data;
+}
+
+dataset::Trial trial_of(const dataset::Dataset& data, int index) {
+  const std::span<const float> sway_rad = data.trial(index);
+  return dataset::trial_of({sway_rad.begin(), sway_rad.end()});
 }
 
 struct Stopwatch {
@@ -57,7 +65,7 @@ struct Stopwatch {
 };
 
 ComparisonFigures compare(const Options& options) {
-  Model model = model_or_built_in(options.model);
+  const Model model = model_or_built_in(options.model);
   const dataset::Dataset data = trials_of(options, model);
   const int trials = data.trials();
   ComparisonFigures figures{.version = version,
@@ -77,10 +85,11 @@ ComparisonFigures compare(const Options& options) {
     figures.methods.back().seconds = seconds / trials;
   };
 
+  Identifier identifier(model);
   const Stopwatch network_time;
   std::vector<sim::Parameters> network;
   for (int i = 0; i < trials; ++i)  // one at a time, as recordings come
-    network.push_back(ask_network(model, data.trial(i)));
+    network.push_back(ask_network(identifier, trial_of(data, i)));
   add("network", "The network's answer, no simulation", network, 0, network_time.seconds());
 
   const sim::Simulator simulator(data.protocol);
@@ -155,7 +164,7 @@ void add_compare(const Command& program) {
   command.add_option("-o,--output", options->output, "JSON file to write");
   command.add_option("--report", options->report, "Page to write: the table and a chart (.html)");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid compare --trials 100 --seed 1 --sensor-noise 0.02 --report compare.html");
+  command.footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");
   command.callback([options] {
     apply(options->common);
     run_compare(*options);

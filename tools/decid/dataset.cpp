@@ -67,7 +67,7 @@ std::string summary(const DatasetFigures& figures, double seconds) {
   return text + table(report);
 }
 
-/// Told before the work, which goes on: space may be made meanwhile, and what is done is kept.
+/// Warns before the work, which goes on: space may be made meanwhile, and what is done is kept.
 void warn_of_little_space(const Options& options, std::uint64_t bytes, const dataset::NpzPartial& partial) {
   std::error_code error;
   const auto folder = std::filesystem::path(partial.file).parent_path();
@@ -94,7 +94,7 @@ void make_dataset(const Options& options) {
   const dataset::NpzPartial partial = dataset::npz_partial(options.output);
   for (const std::string& path : {options.output, partial.file.string(), partial.journal.string()})
     refuse_same_file(path, files);
-  std::unique_ptr<PendingFile> probe;  // an unwritable place is told before the work, not after
+  std::unique_ptr<PendingFile> probe;  // reports an unwritable place before the work, not after
   if (!options.report.empty()) probe = std::make_unique<PendingFile>(options.report);
   probe.reset();
   warn_of_little_space(options, dataset::npz_bytes(options.count, figures.request.protocol), partial);

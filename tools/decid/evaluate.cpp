@@ -1,24 +1,23 @@
 // decid evaluate: a model's error on a data set.
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/npz/npz.hpp"
+#include "identify/prediction.hpp"
 #include "identify/training/training.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/firmware/quantise.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 struct Options {
   CommonOptions common;
-  std::string model, data, split = "all";
+  std::string model, data, split;
   bool int8 = false;
 };
 
@@ -30,11 +29,29 @@ std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& 
   return predict_planned(plan, model, trials, sways);
 }
 
+/// The part that was asked for, if the model was not trained on it; the other half of its own data set if none was.
+std::string split_of(const Options& options, const Origin& origin, const dataset::TrialIdentity& data) {
+  std::string split = options.split.empty() ? "all" : options.split;
+  if (options.split.empty() && trained_on(origin, data)) {
+    split = "validation";
+    if (!options.common.quiet)
+      std::cerr << "note: the model was trained on half of " << options.data
+                << "; measured on the other, its validation\n";
+  }
+  const Measured part = split == "all"        ? Measured::all
+                        : split == "training" ? Measured::training
+                                              : Measured::validation;
+  require_not_trained_on(origin, data, part, options.data);
+  return split;
+}
+
 void evaluate_model(const Options& options) {
   Model model = model_or_built_in(options.model);
   const dataset::StoredDataset stored(options.data);
   const dataset::Dataset& data = stored.about();
   require_same_experiment(model, model_name(options.model), data.protocol, options.data);
+  const dataset::TrialIdentity identity = dataset::identity_of(stored);
+  const std::string split = split_of(options, model.origin, identity);
   if (const std::string other = noise_difference(model.protocol, data.protocol);
       !other.empty() && !options.common.quiet)
     std::cerr << "warning: " << options.data << ": " << other << '\n';
@@ -42,12 +59,12 @@ void evaluate_model(const Options& options) {
   std::vector<sim::Parameters> truth;
   for (int i = 0; i < data.trials(); ++i) {
     const bool training = data.split[static_cast<std::size_t>(i)] == 0;
-    if (options.split == "all" || training == (options.split == "training")) {
+    if (split == "all" || training == (split == "training")) {
       chosen.push_back(i);
       truth.push_back(data.parameters[static_cast<std::size_t>(i)]);
     }
   }
-  if (chosen.empty()) throw Error(options.data, "has no trial in its " + options.split + " half", "leave out --split");
+  if (chosen.empty()) throw Error(options.data, "has no trial in its " + split + " half", "leave out --split");
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       thread_local std::vector<float> sway;
@@ -60,15 +77,7 @@ void evaluate_model(const Options& options) {
   const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
   const Evaluation result = evaluate(model, outputs, truth);
   if (options.common.json) {
-    Json per_parameter;
-    for (std::size_t p = 0; p < sim::parameter_count; ++p)
-      per_parameter[sim::parameter_info[p].name] = result.mse_per_parameter[p];
-    std::cout << Json{{"mse", result.mse()},
-                      {"matlab_loss", result.matlab_loss()},
-                      {"mse_per_parameter", per_parameter},
-                      {"trials", result.trials}}
-                     .dump(2)
-              << '\n';
+    std::cout << evaluation_json(result).dump(2) << '\n';
     return;
   }
   std::cout
@@ -86,8 +95,10 @@ void add_evaluate(const Command& program) {
   const Command command = program.add_subcommand("evaluate", "Measure a model's error on a data set");
   command.add_option("--model", options->model, "Model file; default: the built-in model");
   command.add_option("--data", options->data, "Data set made by decid dataset").required();
-  command.add_option("--split", options->split, "all, training or validation")
-      .show_default()
+  command
+      .add_option(
+          "--split", options->split,
+          "all, training or validation; default: all, or of the data set that the model was trained on, validation")
       .one_of({"all", "training", "validation"});
   command.add_flag("--int8", options->int8, "Of the network in 8-bit integers that decid export c --int8 writes");
   add_common_options(command, options->common, true);

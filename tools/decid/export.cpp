@@ -16,7 +16,7 @@
 #include "dataset/recording/protocol_file.hpp"
 #include "dataset/recording/recording.hpp"
 #include "dataset/recording/trial.hpp"
-#include "nn/single.hpp"
+#include "nn/predictor.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/firmware/controller.hpp"
@@ -40,7 +40,7 @@ void write_files(const std::string& folder, const std::string& name, const Firmw
   std::error_code failed;
   fs::create_directory(folder, failed);
   if (!fs::is_directory(folder))
-    throw Error(folder, "is no folder, and none can be made there", "give a folder that can be written");
+    throw Error(folder, "is not a folder, and none can be made there", "give a folder that can be written");
   const fs::path stem = fs::path(folder) / name;
   PendingFile header(stem.string() + ".h"), source(stem.string() + ".c");
   write_file(header.path(), files.header);
@@ -58,7 +58,7 @@ std::string name_of(const std::string& model) {
   return name;
 }
 
-/// What the program itself makes of the self-test's sway, with the network that identify has.
+/// What the program itself finds for the self-test's sway, with identify's network.
 TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   TestVector test;
   std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
@@ -67,7 +67,7 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   if (plan.options.int8)
     test.outputs = run_plan(plan, image);
   else
-    nn::SingleNetwork(model.network).run(image, test.outputs);
+    nn::Predictor(model.network, 1).run(image, test.outputs);
   for (const double value : model.targets.unscale(test.outputs)) test.parameters.push_back(static_cast<float>(value));
   return test;
 }
@@ -75,7 +75,7 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
 void export_model(const Options& options) {
   const std::string name = options.name.empty() ? name_of(options.model) : options.name;
   check_firmware_name(name);
-  Model model = model_or_built_in(options.model);
+  const Model model = model_or_built_in(options.model);
   FirmwarePlan plan = plan_firmware(model, options.firmware);
   if (options.firmware.int8) quantise(plan, model);
   const TestVector test = test_vector(model, plan);
@@ -133,7 +133,7 @@ sim::Parameters identified(const std::string& path, int recording) {
   const std::string remedy = "give a file written by decid identify -o";
   const Json json = Json::parse(read_file(path), nullptr, false);
   if (!json.is_object() || !json.contains("recordings") || !json["recordings"].is_array())
-    throw Error(path, "is no result of decid identify", remedy);
+    throw Error(path, "is not a result of decid identify", remedy);
   const Json& all = json["recordings"];
   if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
     throw Error(path, format("has %zu recordings, not a number %d", all.size(), recording), "choose one: --recording");
@@ -156,7 +156,7 @@ void export_controller(const ControllerOptions& options) {
   sim::Parameters parameters =
       options.result.empty() ? sim::middle_parameters() : identified(options.result, options.recording);
   for (std::size_t i = 0; i < sim::parameter_count; ++i)
-    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));  // a network may say a little less
+    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));  // a network may answer a little less
   const std::string origin =
       format("The DEC posture controller, made by decid %s%s.", version,
              options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
@@ -208,7 +208,7 @@ void export_sway(const SwayOptions& options) {
     dataset::Recording recording = dataset::read_recording(path, {});
     const dataset::Trial trial = dataset::fit_to_protocol(recording, model.protocol);
     static_assert(std::endian::native == std::endian::little);
-    bytes.append(reinterpret_cast<const char*>(trial.sway_rad.data()), trial.sway_rad.size() * sizeof(float));
+    bytes.append(reinterpret_cast<const char*>(trial.sway_rad().data()), trial.sway_rad().size() * sizeof(float));
     for (const std::string& warning : recording.warnings) std::cerr << path << ": " << warning << '\n';
   }
   write_file(options.output, bytes);

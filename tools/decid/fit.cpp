@@ -30,16 +30,16 @@ void run_fit(const Options& options) {
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
   refuse_same_file(options.output, inputs);
-  if (!options.output.empty()) PendingFile probe(options.output);  // told before the work, not after
+  if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
 
   FitRequest request = options.request;
   request.start = options.start == "network"  ? StartKind::network
                   : options.start == "middle" ? StartKind::middle
                                               : StartKind::random;
-  Model model = model_or_built_in(options.model);
+  const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = given.value_or(model.protocol);
   const auto files = static_cast<long long>(options.recordings.files.size());
-  std::vector<Fitted> all;
+  FittedRecordings all;
   {
     ProgressBar bar("fit", "recordings", files, options.common.quiet || files == 1);
     all = fit_recordings(&model, protocol, options.recordings.paths(), reading, request, [&](std::size_t done) {
@@ -47,16 +47,14 @@ void run_fit(const Options& options) {
       return !interrupted();
     });
   }
-  if (static_cast<long long>(all.size()) < files)
-    throw std::runtime_error("stopped after " + std::to_string(all.size()) + " of " + std::to_string(files) +
+  if (static_cast<long long>(all.fits.size()) < files)
+    throw std::runtime_error("stopped after " + std::to_string(all.fits.size()) + " of " + std::to_string(files) +
                              " recordings; nothing was written");
-  std::vector<Identification> identifications;
-  for (const Fitted& fitted : all) identifications.push_back(fitted.identification);
-  refuse_alone(identifications);
+  refuse_alone(all.identified.recordings);
   const std::string json = fits_json(model_name(options.model), all);
   if (!options.output.empty()) write_file(options.output, json);
   std::cout << (options.common.json ? json : fits_text(all));
-  tell_errors("fit", identifications);
+  tell_errors("fit", all.identified.recordings);
 }
 
 }  // namespace

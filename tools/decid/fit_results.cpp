@@ -10,11 +10,13 @@ namespace decid::tools {
 
 using Json = nlohmann::ordered_json;
 
-std::string fits_json(const std::string& model, const std::vector<Fitted>& all) {
+std::string fits_json(const std::string& model, const FittedRecordings& all) {
   Json recordings = Json::array();
-  for (const Fitted& fitted : all) {
-    Json& recording = recordings.emplace_back(recording_json(fitted.identification));
-    if (fitted.identification.error) continue;
+  for (std::size_t i = 0; i < all.fits.size(); ++i) {
+    const Identification& id = all.identified.recordings[i];
+    Json& recording = recordings.emplace_back(recording_json(id, all.identified.protocol));
+    if (id.error) continue;
+    const FitFigures& fitted = all.fits[i];
     const fit::Result& result = fitted.result;
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       recording["parameters"][p]["standard_error"] = result.standard_error[p];
@@ -31,10 +33,11 @@ std::string fits_json(const std::string& model, const std::vector<Fitted>& all) 
   return recordings_json(model, recordings);
 }
 
-std::string fits_text(const std::vector<Fitted>& all) {
+std::string fits_text(const FittedRecordings& all) {
   std::string text;
-  for (const Fitted& fitted : all) {
-    const Identification& id = fitted.identification;
+  for (std::size_t i = 0; i < all.fits.size(); ++i) {
+    const Identification& id = all.identified.recordings[i];
+    const FitFigures& fitted = all.fits[i];
     if (id.error) {
       text += id.file + ": not fitted\n";
       continue;
@@ -47,14 +50,15 @@ std::string fits_text(const std::vector<Fitted>& all) {
                    id.truth ? "         true" : "", "range");
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const sim::ParameterInfo& info = sim::parameter_info[p];
-      text += format("  %-8s %12.5g %10.3g %-10s ", info.name, id.parameters[p], result.standard_error[p],
+      text += format("  %-8s %12.5g %10.3g %-10s ", info.name, id.estimate.parameters[p], result.standard_error[p],
                      info.shown_unit());
-      text += info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.body.mgh()) : std::string(10, ' ');
+      text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / all.identified.protocol.experiment.body.mgh())
+                           : std::string(10, ' ');
       text += format(" %12.5g", result.likeliest[p]);
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
       text += format("  %g to %g\n", info.low, info.high);
     }
-    for (const std::string& warning : id.warnings) text += "  warning: " + warning + "\n";
+    for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
   }
   return text;
 }

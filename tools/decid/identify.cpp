@@ -1,5 +1,4 @@
 // decid identify: recordings in, parameters, JSON and report out.
-#include "identify/identify.hpp"
 
 #include <iostream>
 #include <memory>
@@ -28,20 +27,20 @@ void run_identify(const Options& options) {
   refuse_same_file(options.output, inputs);
   inputs.push_back(options.output);
   refuse_same_file(options.report, inputs);
-  // Unwritable places are told before the work, not after.
+  // Reports unwritable places before the work, not after.
   for (const std::string& path : {options.output, options.report})
     if (!path.empty()) PendingFile probe(path);
 
-  Model model = model_or_built_in(options.model);
-  const std::vector<Identification> all = identify(model, options.recordings.paths(), reading);
-  refuse_alone(all);
+  const Model model = model_or_built_in(options.model);
+  const Identifications all = identify_files(model, options.recordings.paths(), reading);
+  refuse_alone(all.recordings);
   const std::string json = identifications_json(model_name(options.model), all);
   if (!options.report.empty())
     write_file(options.report,
                report_html({model_name(options.model), nn::weights_sha256(model.network), version}, all));
   if (!options.output.empty()) write_file(options.output, json);
   std::cout << (options.common.json ? json : identifications_text(all));
-  tell_errors("identify", all);
+  tell_errors("identify", all.recordings);
 }
 
 }  // namespace
@@ -58,7 +57,8 @@ void add_identify(const Command& program) {
       "Examples: decid identify recording.csv --rate 100 -o result.json --report report.html\n"
       "          decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
       "          decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
-      "Of several recordings those that cannot be used have an \"error\" in the JSON; the exit code is then 2.");
+      "A recording that cannot be used does not stop the others: it has an \"error\" in the JSON, and the exit code is "
+      "2.");
   command.callback([options] {
     apply(options->common);
     run_identify(*options);

@@ -18,14 +18,14 @@ struct Options {
   std::string model;
 };
 
-/// Lines that run as one layer, in one line.
+/// The lines of a fused layer, in one line.
 std::string layer_text(const nn::Layer<float>& layer) {
   std::string text = layer.text();
   for (std::size_t i = text.find('\n'); i != std::string::npos; i = text.find('\n')) text.replace(i, 1, " + ");
   return text;
 }
 
-/// The JSON text without its line breaks, the samples of a measured tilt as their number.
+/// The JSON text without its line breaks, and with the number of a measured tilt's samples in their place.
 std::string compact(const std::string& text) {
   Json json = Json::parse(text);
   if (json.contains("measured") && json["measured"].contains("tilt_deg")) {
@@ -45,14 +45,14 @@ void info(const Options& options) {
   const std::string hash = nn::weights_sha256(network);
   if (options.common.json) {
     Json layers = Json::array();
-    for (const auto& layer : network.layers()) {
-      const nn::Shape& s = layer->dst_shape();
+    for (const nn::Layer<float>& layer : network.layers()) {
+      const nn::Shape s = layer.dst_shape();
       std::size_t parameters = 0;
-      for (const auto* p : layer->parameters()) parameters += p->value.size();
-      layers.push_back({{"layer", layer_text(*layer)},
+      for (const auto& p : layer.parameters()) parameters += p.value.size();
+      layers.push_back({{"layer", layer_text(layer)},
                         {"output", {s.channels, s.rows, s.columns}},
                         {"parameters", parameters},
-                        {"flops", layer->flops()}});
+                        {"flops", layer.flops()}});
     }
     const nn::Shape& in = network.input_shape();
     std::cout << Json{{"model", model_name(options.model)},
@@ -62,7 +62,7 @@ void info(const Options& options) {
                       {"flops", network.flops()},
                       {"protocol", Json::parse(sim::to_json(model.protocol))},
                       {"image", Json::parse(dataset::to_json(model.image))},
-                      {"origin", Json::parse(model.origin, nullptr, false)},
+                      {"origin", Json::parse(to_json(model.origin))},
                       {"weights_sha256", hash}}
                      .dump(2)
               << '\n';
@@ -71,16 +71,16 @@ void info(const Options& options) {
   std::cout << model_name(options.model) << '\n';
   std::cout << format("  %-48s %-16s %10s %12s\n", "layer", "output", "parameters", "FLOP");
   std::cout << format("  %-48s %-16s\n", "input", shape_text(network.input_shape()).c_str());
-  for (const auto& layer : network.layers()) {
+  for (const nn::Layer<float>& layer : network.layers()) {
     std::size_t parameters = 0;
-    for (const auto* p : layer->parameters()) parameters += p->value.size();
-    std::cout << format("  %-48s %-16s %10zu %12lld\n", layer_text(*layer).c_str(),
-                        shape_text(layer->dst_shape()).c_str(), parameters, layer->flops());
+    for (const auto& p : layer.parameters()) parameters += p.value.size();
+    std::cout << format("  %-48s %-16s %10zu %12lld\n", layer_text(layer).c_str(),
+                        shape_text(layer.dst_shape()).c_str(), parameters, layer.flops());
   }
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
   std::cout << "protocol  " << compact(sim::to_json(model.protocol)) << "\nimage     "
-            << compact(dataset::to_json(model.image)) << "\norigin    " << model.origin << "\nweights   SHA-256 "
-            << hash << '\n';
+            << compact(dataset::to_json(model.image)) << "\norigin    " << to_json(model.origin)
+            << "\nweights   SHA-256 " << hash << '\n';
 }
 
 }  // namespace

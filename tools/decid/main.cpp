@@ -15,7 +15,7 @@ void complain(const std::string& text) {
   std::cerr << "decid: " << decid::one_line(text) << '\n';
 }
 
-/// What a shell makes of a variable that is not set: no option means anything by it.
+/// Refuses empty arguments: a shell makes them of variables that are not set, and no option means anything by them.
 void refuse_empty(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -26,7 +26,7 @@ void refuse_empty(int argc, char** argv) {
   }
 }
 
-/// A full disk is told by no single write.
+/// No single write reports a full disk.
 void require_written_output() {
   std::cout.flush();
   if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
@@ -55,7 +55,7 @@ int run(int argc, char** argv) {
     program.parse(argc, argv);
   } catch (const decid::tools::UsageError& error) {
     if (error.command.empty() && argc > 1 && argv[1][0] != '-')
-      throw decid::Error(argv[1], "is no command", "decid --help lists the commands");
+      throw decid::Error(argv[1], "is not a command", "decid --help lists the commands");
     const std::string help = error.command.empty() ? std::string() : " " + error.command;
     complain(error.message + "; see decid" + help + " --help");
     return 2;

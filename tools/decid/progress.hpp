@@ -15,7 +15,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// So many are there already: rate and time left count from now and here.
+  /// `done` are there already: rate and time left are counted from now.
   void go_on_from(long long done);
   void update(long long done);
   /// A line of its own, kept on the screen.

@@ -35,7 +35,7 @@ ReadOptions RecordingFlags::read_options() const {
     throw Error("--tilt-unit, --invert", "no tilt is read", "name its column with --tilt-column");
   }
   if (begin && !tilt_column.empty()) {
-    throw Error("--begin", "the tilt tells where the protocol starts", "give the start or --tilt-column, not both");
+    throw Error("--begin", "--tilt-column already says where the protocol starts", "give one of the two");
   }
   return made;
 }
@@ -48,20 +48,21 @@ void add_recording_flags(const Command& command, RecordingFlags& flags, const st
   command.add_option("--rate", flags.rate, "Sample rate in Hz, if there is no time column or it is wrong")
       .range(1.0, 100000.0);
   command
-      .add_option("--fill-gaps", flags.fill_gaps,
-                  "Interpolate missing values and lost samples up to so many seconds; default: refuse them")
+      .add_option(
+          "--fill-gaps", flags.fill_gaps,
+          "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
       .range(0.0, 60.0);
   command.add_option(begin, flags.begin, "Where the protocol starts, in seconds after the first sample")
       .range(0.0, 1e6);
   command.add_option("--tilt-column", flags.tilt_column,
-                     "The platform's measured tilt, by name or number: it tells where the protocol starts");
+                     "The platform's measured tilt, by name or number: finds where the protocol starts");
   command.add_option("--tilt-unit", flags.tilt_unit, "deg or rad; default: from the column's name, else degrees")
       .one_of({"deg", "rad"});
   command.add_option("--invert", flags.invert, "sway, tilt or both: positive against the protocol's direction")
       .one_of({"sway", "tilt", "both"});
   command
       .add_option("--detrend", flags.detrend,
-                  "offset: take off the mean of the whole cycles; linear: a drift too; default: none")
+                  "offset: subtract the mean of the whole cycles; linear: a drift too; default: none")
       .one_of({"none", "offset", "linear"});
   command.add_option("--truth", flags.truth,
                      "Known parameters, shown beside: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");

@@ -1,4 +1,4 @@
-// The options of commands that read recordings, and what they say of those that cannot be used.
+// The options of commands that read recordings, and their errors for those that cannot be used.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace decid::tools {
 
-/// What the commands that read recordings ask for.
+/// The options themselves.
 struct RecordingFlags {
   std::vector<std::string> files;
   std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
@@ -19,15 +19,16 @@ struct RecordingFlags {
   double fill_gaps = 0.0;
 
   std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }
-  /// Throws Error for what does not go together.
+  /// Throws Error for options that contradict each other.
   ReadOptions read_options() const;
 };
 /// `begin`: the names of the option that says where the protocol starts; messages call it --begin.
 void add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);
 
-/// One recording alone is all or nothing: throws its error. Of several, the good ones are kept.
+/// Throws the error of a single recording; several are kept, each with its own.
 void refuse_alone(const std::vector<Identification>& all);
-/// When all is written: a line on standard error for each that could not be used, then Error if there is one.
+/// To be called when all is written: prints a line on standard error for each that could not be used, then throws
+/// Error if there is one.
 void tell_errors(const std::string& command, const std::vector<Identification>& all);
 
 }  // namespace decid::tools

@@ -6,75 +6,64 @@
 
 #include "base/text.hpp"
 #include "tools/report/frf.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
-namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-}  // namespace
-
-Json recording_json(const Identification& id) {
+Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   if (id.error) return {{"file", id.file}, {"error", id.error->what()}};
-  Json parameters = Json::array();
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const sim::ParameterInfo& info = sim::parameter_info[p];
-    Json parameter{{"name", info.name}, {"value", number_or_null(id.parameters[p])}, {"unit", info.unit}};
-    parameter["normalized"] = info.per_mgh ? number_or_null(id.parameters[p] / id.protocol.body.mgh()) : Json(nullptr);
-    if (id.truth) parameter["true"] = (*id.truth)[p];
-    parameters.push_back(std::move(parameter));
-  }
+  const Explanation& explanation = id.explanation;
+  const std::optional<dataset::TiltMatch>& tilt = id.estimate.trial.tilt;
   Json recording{{"file", id.file},
-                 {"parameters", std::move(parameters)},
+                 {"parameters", parameters_json(id.estimate.parameters, protocol.experiment.body.mgh(), id.truth)},
                  {"fit",
-                  {{"rms_residual_deg", number_or_null(id.rms_residual_deg)},
-                   {"variance_accounted_for", number_or_null(id.variance_accounted_for)}}},
-                 {"peak_to_peak_deg", id.peak_to_peak_deg},
-                 {"following", number_or_null(id.following)},
-                 {"unfamiliarity", number_or_null(id.unfamiliarity)}};
-  if (id.tilt) {
+                  {{"rms_residual_deg", number_or_null(explanation.rms_residual_deg)},
+                   {"variance_accounted_for", number_or_null(explanation.variance_accounted_for)}}},
+                 {"peak_to_peak_deg", id.peak_to_peak_deg()},
+                 {"following", number_or_null(explanation.following)},
+                 {"unfamiliarity", number_or_null(explanation.unfamiliarity)}};
+  if (tilt) {
     recording["tilt"] = {{"column", id.tilt_column},
-                         {"delay_s", id.tilt->delay_s},
-                         {"correlation", id.tilt->correlation},
-                         {"gain", id.tilt->gain}};
+                         {"delay_s", tilt->delay_s},
+                         {"correlation", tilt->correlation},
+                         {"gain", tilt->gain}};
   }
-  recording["frf"] = id.frf ? frf_to_json(*id.frf) : Json(nullptr);
-  recording["warnings"] = id.warnings;
+  recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
+  recording["warnings"] = id.warnings();
   return recording;
 }
 
 std::string recordings_json(const std::string& model, const Json& recordings) {
-  // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
+  // A file name need not be UTF-8; other bytes are replaced.
   return Json{{"model", model}, {"recordings", recordings}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string identifications_json(const std::string& model, const std::vector<Identification>& all) {
+std::string identifications_json(const std::string& model, const Identifications& all) {
   Json recordings = Json::array();
-  for (const Identification& id : all) recordings.push_back(recording_json(id));
+  for (const Identification& id : all.recordings) recordings.push_back(recording_json(id, all.protocol));
   return recordings_json(model, recordings);
 }
 
 std::string headline(const Identification& id) {
   std::string text =
-      format("%s (%s): peak to peak %.3f degrees", id.file.c_str(), id.column.c_str(), id.peak_to_peak_deg);
-  if (std::isfinite(id.rms_residual_deg))
-    text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.rms_residual_deg,
-                   100 * id.variance_accounted_for);
-  if (std::isfinite(id.following)) text += format(", follows the tilt %.2f", id.following);
-  if (id.tilt) {
+      format("%s (%s): peak to peak %.3f degrees", id.file.c_str(), id.column.c_str(), id.peak_to_peak_deg());
+  if (std::isfinite(id.explanation.rms_residual_deg))
+    text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.explanation.rms_residual_deg,
+                   100 * id.explanation.variance_accounted_for);
+  if (std::isfinite(id.explanation.following)) text += format(", follows the tilt %.2f", id.explanation.following);
+  if (id.estimate.trial.tilt) {
     text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
-                   id.tilt->delay_s, id.tilt_column.c_str(), id.tilt->correlation, id.tilt->gain);
+                   id.estimate.trial.tilt->delay_s, id.tilt_column.c_str(), id.estimate.trial.tilt->correlation,
+                   id.estimate.trial.tilt->gain);
   }
   return text + "\n";
 }
 
-std::string identifications_text(const std::vector<Identification>& all) {
+std::string identifications_text(const Identifications& all) {
   std::string text;
-  for (const Identification& id : all) {
+  for (const Identification& id : all.recordings) {
     if (id.error) {
       text += id.file + ": not identified\n";
       continue;
@@ -84,12 +73,13 @@ std::string identifications_text(const std::vector<Identification>& all) {
                    id.truth ? "         true" : "", "range");
     for (std::size_t p = 0; p < sim::parameter_count; ++p) {
       const sim::ParameterInfo& info = sim::parameter_info[p];
-      text += format("  %-8s %12.5g %-10s ", info.name, id.parameters[p], info.shown_unit());
-      text += info.per_mgh ? format("%10.4f", id.parameters[p] / id.protocol.body.mgh()) : std::string(10, ' ');
+      text += format("  %-8s %12.5g %-10s ", info.name, id.estimate.parameters[p], info.shown_unit());
+      text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / all.protocol.experiment.body.mgh())
+                           : std::string(10, ' ');
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
       text += format("  %g to %g\n", info.low, info.high);
     }
-    for (const std::string& warning : id.warnings) text += "  warning: " + warning + "\n";
+    for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
   }
   return text;
 }

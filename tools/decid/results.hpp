@@ -1,22 +1,22 @@
-// What `decid identify` says of recordings: as JSON for scripts, as text for people.
+// What `decid identify` reports on recordings: as JSON for scripts, as text for people.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
-#include "identify/identification.hpp"
+#include "identify/recordings.hpp"
 
 namespace decid::tools {
 
 /// {"model": ..., "recordings": [...]}: what scripts read.
-std::string identifications_json(const std::string& model, const std::vector<Identification>& all);
-/// What people read: a table a recording.
-std::string identifications_text(const std::vector<Identification>& all);
+std::string identifications_json(const std::string& model, const Identifications& all);
+/// What people read: a table for each recording.
+std::string identifications_text(const Identifications& all);
 
-/// Their parts, for commands that have more to say: a recording's object; the document of such objects; what stands
-/// above a recording's table.
-nlohmann::ordered_json recording_json(const Identification& id);
+/// Their parts, for commands that have more to report: a recording's object, the document of such objects, and the
+/// lines above a recording's table.
+nlohmann::ordered_json recording_json(const Identification& id, const sim::Protocol& protocol);
 std::string recordings_json(const std::string& model, const nlohmann::ordered_json& recordings);
 std::string headline(const Identification& id);
 

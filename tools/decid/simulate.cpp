@@ -46,8 +46,8 @@ void to_degrees(std::vector<double>& angles) {
 sim::Protocol at_rest(sim::Protocol protocol) {
   sim::Sequence small;
   small.amplitude_deg = 1e-3;
-  protocol.stimulus = small;
-  protocol.vestibular_noise.scale_deg = 0.0;  // its band may hold nothing of this trial
+  protocol.experiment.stimulus = small;
+  protocol.noise.vestibular.scale_deg = 0.0;  // its band may hold no harmonic of this trial
   return protocol;
 }
 
@@ -75,9 +75,10 @@ void print_parameters(const char* title, const sim::Parameters& parameters) {
 }
 
 void print_summary(const Options& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
-  const double noise_deg = sim::sensor_noise_level(protocol.sensor_noise, options.seed, 0) / sim::rad_per_deg;
+  const double noise_deg = sim::sensor_noise_level(protocol.noise.sensor, options.seed, 0) / sim::rad_per_deg;
   std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees%s, seed %llu, written to %s\n",
-                      protocol.samples(), protocol.sample_rate_hz, outcome.largest_sway_rad / sim::rad_per_deg,
+                      protocol.samples(), protocol.experiment.sample_rate_hz,
+                      outcome.largest_sway_rad / sim::rad_per_deg,
                       noise_deg > 0.0 ? format(" and %.4g of sensor noise", noise_deg).c_str() : "",
                       static_cast<unsigned long long>(options.seed), options.output.c_str());
 }
@@ -87,7 +88,8 @@ void simulate_single(const Options& options, sim::Protocol protocol) {
   const sim::Parameters parameters = filled(sim::middle_parameters(), options.parameters);
   std::vector<double> sway = room(simulator.samples());
   const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
-  const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp], mgh = simulator.protocol().body.mgh();
+  const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp],
+               mgh = simulator.protocol().experiment.body.mgh();
   require_standing(
       outcome, simulator.protocol(),
       [&](const sim::Protocol& other, bool without_noise) {
@@ -101,7 +103,7 @@ void simulate_single(const Options& options, sim::Protocol protocol) {
           ? format("--kp-pass and twice --kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp", stiffness,
                    mgh)
           : "shorten --delay, lower --kp or raise --kd");
-  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, sway);
+  sim::add_sensor_noise(simulator.protocol().noise.sensor, options.seed, 0, sway);
   to_degrees(sway);
   auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
   columns.insert(columns.begin() + 1, std::move(sway));
@@ -129,7 +131,7 @@ void simulate_double(const Options& options, sim::Protocol protocol) {
             .valid;
       },
       "shorten --delay or --hip-delay, or bring the gains of ankle and hip nearer to their defaults");
-  sim::add_sensor_noise(simulator.protocol().sensor_noise, options.seed, 0, com);
+  sim::add_sensor_noise(simulator.protocol().noise.sensor, options.seed, 0, com);
   auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
   for (std::vector<double>* angles : {&com, &leg, &trunk}) to_degrees(*angles);
   columns.insert(columns.begin() + 1, std::move(com));

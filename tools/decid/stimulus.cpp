@@ -30,17 +30,17 @@ void stimulus(const Options& options) {
     refuse_same_file(path, files);
     if (path.empty()) continue;
     files.push_back(path);
-    PendingFile probe(path);  // unwritable places are told before anything is written
+    PendingFile probe(path);  // reports unwritable places before anything is written
   }
-  const sim::Stimulus played = sim::make_stimulus(protocol);
+  const sim::Stimulus played = sim::make_stimulus(protocol.experiment);
   if (!options.output.empty())
     write_file(options.output, csv({"time", "tilt_deg"}, time_and_tilt(protocol, played), csv_digits));
   if (!options.plot.empty()) write_file(options.plot, stimulus_html(protocol, version));
   if (!options.written_protocol.empty()) write_file(options.written_protocol, sim::to_json(protocol) + "\n");
   if (options.common.quiet) return;
   std::cerr << format("protocol '%s': %d samples at %g Hz, %g s, tilt %.4g degrees peak to peak\n",
-                      protocol.name.c_str(), protocol.samples(), protocol.sample_rate_hz, protocol.duration_s(),
-                      played.peak_to_peak_rad() / sim::rad_per_deg);
+                      protocol.name.c_str(), protocol.samples(), protocol.experiment.sample_rate_hz,
+                      protocol.duration_s(), played.peak_to_peak_rad() / sim::rad_per_deg);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "identify/identify.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/report/comparison_page.hpp"
@@ -48,15 +47,16 @@ void prepare(const std::filesystem::path& folder) {
   PendingFile probe(folder / "report.html");
 }
 
-void add_recording(const Options& options, Model& model, Study& study) {
+void add_recording(const Options& options, const Model& model, Study& study) {
   ReadOptions how;
   how.recording.column = options.column;
   how.recording.rate_hz = options.rate;
   if (!options.unit.empty()) how.recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
-  study.recording = identify(model, {options.recording}, how).front();
+  study.recording = std::move(identify_files(model, {options.recording}, how).recordings.front());
   if (study.recording->error) throw *study.recording->error;
   for (std::size_t p = 0; p < sim::parameter_count; ++p)
-    study.recording_output[p] = (study.recording->parameters[p] - model.targets.mean[p]) / model.targets.deviation[p];
+    study.recording_output[p] =
+        (study.recording->estimate.parameters[p] - model.targets.mean[p]) / model.targets.deviation[p];
 }
 
 void run_study(const Options& options) {
@@ -87,15 +87,15 @@ void run_study(const Options& options) {
   const std::filesystem::path folder = options.output;
   prepare(folder);
 
-  const Stage stage = [&](const std::string& text) {
+  const Announce announce = [&](const std::string& text) {
     if (!options.common.quiet) std::cerr << "study: " << text << '\n';
   };
-  if (!options.recording.empty()) add_recording(options, model, study);  // bad ones are told before the work
-  if (!options.data.empty()) study_dataset(model, options.data, study, stage);
-  study_fresh(model, options.trials, options.levels_deg, study, stage);
-  study_double(model, options.realisations, study, stage);
+  if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before the work
+  if (!options.data.empty()) study_dataset(model, options.data, study, announce);
+  study_fresh(model, options.trials, options.levels_deg, study, announce);
+  study_double(model, options.realisations, study, announce);
 
-  stage("drawing");
+  announce("drawing");
   const std::vector<Figure> figures = study_figures(study);
   std::vector<std::string> inputs = options.comparisons, outputs{"table.txt", "study.json", "report.html"};
   for (const std::string& input : {options.model, options.data, log, options.recording, options.learning_curve})
@@ -103,7 +103,7 @@ void run_study(const Options& options) {
   for (const Figure& figure : figures) outputs.insert(outputs.end(), {figure.id + ".svg", figure.id + ".csv"});
   for (const std::string& output : outputs) refuse_same_file((folder / output).string(), inputs);
   const std::string text = study_text(study);
-  // A file name need not be UTF-8; what is not is replaced, not thrown at the user.
+  // A file name need not be UTF-8; other bytes are replaced.
   const std::string json =
       study_json(study).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   for (const Figure& figure : figures) {
@@ -114,7 +114,7 @@ void run_study(const Options& options) {
   write_file(folder / "study.json", json);
   write_file(folder / "report.html", study_html(study, figures));
   std::cout << (options.common.json ? json : text);
-  stage("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
+  announce("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
 }
 
 }  // namespace

@@ -11,9 +11,9 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "identify/training/training.hpp"
+#include "identify/training/checkpoint.hpp"
+#include "nn/kernels/kernels.hpp"
 #include "nn/schedule.hpp"
-#include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/progress.hpp"
 
@@ -48,80 +48,11 @@ TrainingSettings settings_from(const Options& options) {
   preset.sgd.momentum = options.momentum.value_or(preset.sgd.momentum);
   preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
   preset.schedule = options.schedule.value_or(preset.schedule);
-  nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // a wrong one is told before the work, not after
+  nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
   settings.seed = options.seed;
   settings.patience = options.patience;
   settings.scaling_trials = options.stream ? 2000 : 0;
   return settings;
-}
-
-/// Everything that decides the bits of the result, for people and for --resume.
-std::string origin_json(const TrainingSettings& settings, const std::string& architecture,
-                        const dataset::TrialSource& source) {
-  const Preset& p = settings.preset;
-  Json origin{{"program", std::string("decid ") + version},
-              {"preset", p.name},
-              {"seed", settings.seed},
-              {"epochs", p.epochs},
-              {"batch", p.batch},
-              {"learning_rate", p.learning_rate},
-              {"momentum", p.sgd.momentum},
-              {"weight_decay", p.sgd.weight_decay},
-              {"schedule", p.schedule},
-              {"warmup_epochs", p.warmup_epochs},
-              {"architecture", architecture},
-              {"trials", source.identity()},
-              {"training_trials", source.training_trials()},
-              {"validation_trials", source.validation_trials()}};
-  if (settings.patience > 0) origin["patience"] = settings.patience;
-  return origin.dump();
-}
-
-std::string progress_json(const std::vector<EpochLog>& log) {
-  Json lines = Json::array();
-  for (const EpochLog& e : log) lines.push_back({e.epoch, e.training_mse, e.validation_mse, e.learning_rate});
-  return lines.dump();
-}
-
-/// Which settings differ, "epochs 3 there, 5 here; ...".
-std::string difference(const std::string& there, const std::string& here) {
-  const Json a = Json::parse(there, nullptr, false), b = Json::parse(here, nullptr, false);
-  if (!a.is_object() || !b.is_object()) return there;
-  std::string text;
-  const auto value = [](const Json& object, const std::string& key) {
-    return object.contains(key) ? object[key].dump() : "nothing";
-  };
-  const auto add = [&](const std::string& key) {
-    text += (text.empty() ? "" : "; ") + key + " " + value(a, key) + " there, " + value(b, key) + " here";
-  };
-  for (const auto& [key, unused] : a.items())
-    if (value(a, key) != value(b, key)) add(key);
-  for (const auto& [key, unused] : b.items())
-    if (!a.contains(key)) add(key);
-  return text;
-}
-
-TrainingState resume_training(const std::string& path, const std::string& origin, const dataset::ImageSettings& image,
-                              const dataset::TrialSource& source) {
-  std::string progress;
-  TrainingState state{model_from_bytes(read_file(path), path, &progress), {}};
-  const std::string remedy = "resume with the options the training began with, or train without --resume";
-  if (state.model.origin != origin)
-    throw Error(path, "was made with other settings: " + difference(state.model.origin, origin), remedy);
-  sim::Protocol same_name = source.protocol();  // a file may have been renamed
-  same_name.name = state.model.protocol.name;
-  if (sim::to_json(state.model.protocol) != sim::to_json(same_name))
-    throw Error(path, "was made for another protocol", remedy);
-  if (state.model.image != image)
-    throw Error(path, "was made with another image (" + one_line(dataset::to_json(state.model.image)) + ")", remedy);
-  try {
-    for (const Json& line : Json::parse(progress))
-      state.log.push_back(
-          {line.at(0).get<int>(), line.at(1).get<double>(), line.at(2).get<double>(), line.at(3).get<double>()});
-  } catch (const Json::exception&) {
-    throw Error(path, "has a log that cannot be read", remedy);
-  }
-  return state;
 }
 
 double peak_memory_mb() {
@@ -139,29 +70,27 @@ void train(const Options& options) {
   std::vector<std::string> files{options.data, options.architecture_file, options.image_file};
   const sim::Protocol protocol = options.stream ? options.protocol.load(&files) : sim::default_protocol();
   for (const std::string& path : {options.output, checkpoint, log_path, best_path}) refuse_same_file(path, files);
-  // Unwritable places are told before the work, not after.
+  // Reports unwritable places before the work, not after.
   for (const std::string& path : {options.output, checkpoint, log_path}) PendingFile probe(path);
   TrainingSettings settings = settings_from(options);
   const std::unique_ptr<dataset::TrialSource> source =
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
   if (options.image_file.empty()) settings.preset.image = image_for(settings.preset, source->protocol());
-  const std::string architecture =
-      Model(source->protocol(), settings.preset.image, settings.preset.architecture).network.architecture();
-  const std::string origin = origin_json(settings, architecture, *source);
-  TrainingState state = options.resume ? resume_training(checkpoint, origin, settings.preset.image, *source)
+  const Origin origin = origin_of(settings, *source, std::string("decid ") + version);
+  TrainingState state = options.resume ? load_checkpoint(checkpoint, origin, settings.preset.image, source->protocol())
                                        : start_training(*source, settings);
   state.model.origin = origin;
   Model& model = state.model;
 
   catch_interrupt();
   const Preset& preset = settings.preset;
-  const int trials = source->training_trials();
+  const int trials = source->trials(dataset::Part::training);
   const long long total = static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size()));
   ProgressBar bar("train", "samples", total, options.common.quiet);
   bar.line(format("%s: %zu parameters, %.1f MFLOP a sample; %d training and %d validation trials; kernels %s",
                   preset.name.c_str(), model.network.parameter_count(),
-                  static_cast<double>(model.network.flops()) * 1e-6, trials, source->validation_trials(),
+                  static_cast<double>(model.network.flops()) * 1e-6, trials, source->trials(dataset::Part::validation),
                   nn::kernels<float>().name));
   if (!options.resume && std::filesystem::exists(checkpoint))
     bar.line("warning: " + checkpoint +
@@ -184,9 +113,10 @@ void train(const Options& options) {
                    "peak memory %.0f MB",
                    last.epoch, preset.epochs, last.training_mse, last.validation_mse,
                    0.5 * sim::parameter_count * last.validation_mse, trials / seconds, peak_memory_mb()));
-        // First the best, so that a checkpoint never lacks it; a kill in between makes it anew, with the same bits.
+        // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
+        // same bits.
         if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(best_path, to_bytes(model));
-        write_file(checkpoint, to_bytes(model, progress_json(state.log)));
+        write_file(checkpoint, checkpoint_bytes(state));
         write_file(log_path, log_csv(state.log));
         epoch_start = std::chrono::steady_clock::now();
       });
@@ -211,7 +141,7 @@ void train(const Options& options) {
   bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(), log_path.c_str(),
                   nn::weights_sha256(model.network).c_str()));
   if (!model.familiarity.known())
-    bar.line("too few trials, or another last layer than fc: identify will not know unfamiliar recordings");
+    bar.line("too few trials, or another last layer than fc: identify will not recognise unfamiliar recordings");
   if (options.common.json)
     std::cout << Json{{"model", options.output},
                       {"epochs", state.log.size()},

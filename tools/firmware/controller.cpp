@@ -1,4 +1,4 @@
-// The DEC controller as C files: see firmware_controller.hpp.
+// The DEC controller as C files: see controller.hpp.
 #include "tools/firmware/controller.hpp"
 
 #include <algorithm>
@@ -45,8 +45,9 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
     throw Error("export controller", format("with these parameters the body falls after %.2f s", outcome.end_s),
                 "shorten --delay, lower --kp or raise --kd");
   const sim::Stimulus& stimulus = simulator.stimulus();
-  const int samples = std::min(simulator.samples(), static_cast<int>(test_seconds * protocol.sample_rate_hz));
-  const int intervals = samples * protocol.steps_per_sample() / stimulus.interval_steps;
+  const int samples =
+      std::min(simulator.samples(), static_cast<int>(test_seconds * protocol.experiment.sample_rate_hz));
+  const int intervals = samples * protocol.experiment.steps_per_sample() / stimulus.interval_steps;
   const auto first = [&](const std::vector<double>& values) {
     return std::vector<double>(values.begin(), values.begin() + intervals);
   };
@@ -59,10 +60,10 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
                     define("DECID_FW_STEPS_PER_SECOND", sim::steps_per_second) +
                         define_double("DECID_FW_LONGEST_DELAY_S", sim::longest_delay_s) +
                         define("DECID_FW_DELAY_STEPS", delay_steps) +
-                        define_double("DECID_FW_INERTIA_KGM2", protocol.body.inertia_kgm2) +
-                        define("DECID_FW_TEST_STEPS", samples * protocol.steps_per_sample()));
+                        define_double("DECID_FW_INERTIA_KGM2", protocol.experiment.body.inertia_kgm2) +
+                        define("DECID_FW_TEST_STEPS", samples * protocol.experiment.steps_per_sample()));
 
-  const sim::Course course = sim::course_of(protocol, stimulus);
+  const sim::Course course = sim::course_of(protocol.experiment, stimulus);
   std::string source = "/* " + origin + R"(
    Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
    -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math. The self-test tells if the bits are right. */
@@ -70,8 +71,8 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
   for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_FMA_FLOAT"}) source += define(unused, 0);
   source += define("USES_FMA_DOUBLE", 1) + define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
-            define_double("STEP_OVER_INERTIA", course.step_s / protocol.body.inertia_kgm2) +
-            define_double("BODY_MGH", protocol.body.mgh()) + define_double("SINE_0", course.sine[0]) +
+            define_double("STEP_OVER_INERTIA", course.step_s / protocol.experiment.body.inertia_kgm2) +
+            define_double("BODY_MGH", protocol.experiment.body.mgh()) + define_double("SINE_0", course.sine[0]) +
             define_double("SINE_1", course.sine[1]) + define_double("SINE_2", course.sine[2]) +
             define("STEPS_PER_SAMPLE", course.steps_per_sample) + define("STEPS_PER_INTERVAL", course.interval_steps) +
             define("TEST_INTERVALS", intervals) +

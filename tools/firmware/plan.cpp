@@ -1,11 +1,10 @@
-// From a model to a firmware's layers and memory: see firmware_plan.hpp.
+// From a model to a firmware's layers and memory: see plan.hpp.
 #include "tools/firmware/plan.hpp"
 
 #include <algorithm>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "nn/pooling.hpp"
 #include "sim/fft.hpp"
 
 namespace decid::tools {
@@ -38,7 +37,6 @@ class Chain {
     finished_ = true;
     return layers_.back();
   }
-  const nn::Shape& last() const { return shapes_.back(); }
   std::vector<FirmwareLayer> layers() && { return std::move(layers_); }
   const std::vector<nn::Shape>& shapes() const { return shapes_; }
 
@@ -48,18 +46,17 @@ class Chain {
   bool finished_ = false;
 };
 
-void add_sums(Chain& chain, const nn::Stage<float>& stage, nn::Shape dst) {
-  const nn::Shape src = chain.last();
-  FirmwareLayer& layer = chain.add(stage.conv != nullptr ? Kind::convolution : Kind::all, dst);
-  layer.kernel = {src.rows, src.columns};
-  if (stage.conv != nullptr) {
-    layer.kernel = {stage.conv->kernel_rows, stage.conv->kernel_columns};
-    layer.stride = {stage.conv->stride_rows, stage.conv->stride_columns};
-    layer.pad = {stage.conv->pad_rows, stage.conv->pad_columns};
+void add_sums(Chain& chain, const nn::Step<float>& step) {
+  const bool convolution = step.kind == nn::Step<float>::Kind::convolution;
+  FirmwareLayer& layer = chain.add(convolution ? Kind::convolution : Kind::all, step.dst);
+  layer.kernel = {step.conv.kernel_rows, step.conv.kernel_columns};
+  if (convolution) {
+    layer.stride = {step.conv.stride_rows, step.conv.stride_columns};
+    layer.pad = {step.conv.pad_rows, step.conv.pad_columns};
   }
-  layer.taps = src.channels * layer.kernel.rows * layer.kernel.columns;
-  layer.weight.assign(stage.weight, stage.weight + 1LL * dst.channels * layer.taps);
-  layer.bias.assign(stage.bias, stage.bias + dst.channels);
+  layer.taps = step.src.channels * layer.kernel.rows * layer.kernel.columns;
+  layer.weight = step.weight;
+  layer.bias = step.bias;
 }
 
 void add_pool(Chain& chain, const nn::Pool& pool) {
@@ -69,20 +66,18 @@ void add_pool(Chain& chain, const nn::Pool& pool) {
   layer.taps = layer.kernel.rows * layer.kernel.columns;
 }
 
-/// The steps of nn::SingleNetwork, whose bits these are.
-Chain chain_of(const nn::Network<float>& network) {
-  Chain chain(network.input_shape());
-  for (const auto& layer : network.layers()) {
-    const nn::Stage<float> stage = layer->stage();
-    if (stage.conv != nullptr || stage.fully_connected) {
-      add_sums(chain, stage, layer->dst_shape());
+Chain chain_of(const nn::Inference<float>& inference) {
+  Chain chain(inference.input_shape());
+  for (const nn::Step<float>& step : inference.steps()) {
+    if (step.kind != nn::Step<float>::Kind::activation) {
+      add_sums(chain, step);
       continue;
     }
     FirmwareLayer& finished = chain.to_finish();
-    finished.affine = stage.affine;
-    finished.normalises = stage.affine.scale.empty();
-    finished.rectifies = stage.relu;
-    if (stage.pool != nullptr) add_pool(chain, *stage.pool);
+    finished.affine = step.affine;
+    finished.normalises = step.affine.scale.empty();
+    finished.rectifies = step.relu;
+    if (step.pool) add_pool(chain, *step.pool);
   }
   return chain;
 }
@@ -143,7 +138,7 @@ void plan_memory(FirmwarePlan& plan, const Model& model) {
   arena.bytes = aligned(std::max(network_end, end));
 }
 
-FirmwarePlan plan_by(const Chain& chain, Model& model, const FirmwareOptions& options, bool stream_rows) {
+FirmwarePlan plan_by(const Chain& chain, const Model& model, const FirmwareOptions& options, bool stream_rows) {
   FirmwarePlan plan;
   plan.options = options;
   plan.stream_rows = stream_rows;
@@ -181,9 +176,8 @@ long long FirmwarePlan::whole_map_bytes() const {
   return values * (options.int8 ? 1 : 4);
 }
 
-FirmwarePlan plan_firmware(Model& model, const FirmwareOptions& options) {
-  model.network.plan(1, nn::Mode::inference);
-  const Chain chain = chain_of(model.network);
+FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
+  const Chain chain = chain_of(nn::Inference<float>(model.network));
   if (chain.shapes().size() > most_layers)
     throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, most_layers),
                 "export a smaller network");

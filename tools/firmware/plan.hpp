@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "identify/model.hpp"
+#include "nn/inference.hpp"
 
 namespace decid::tools {
 
-/// What lies between two layers; see network_map in firmware/types.c, which has the same members.
+/// What lies between two layers; see network_map in runtime/types.c, which has the same members.
 struct FirmwareMap {
   nn::Shape shape;
   bool whole = false;  ///< all lines are kept, channel by channel as in an image; else the last `capacity` of them
@@ -23,7 +24,7 @@ struct FirmwareMap {
   long long values() const { return whole ? shape.size() : 1LL * capacity * shape.channels * positions; }
 };
 
-/// Rows and columns of one thing.
+/// Rows and columns of a kernel, a stride or a pool.
 struct Extent {
   int rows = 1, columns = 1;
 };
@@ -67,12 +68,12 @@ struct FirmwarePlan {
   int largest_radix() const;
   /// Of weights and what belongs to them (biases, scales).
   long long weight_bytes() const;
-  /// Of all maps, were they kept whole.
+  /// Of all maps if they were kept whole.
   long long whole_map_bytes() const;
 };
 
-/// Plans the way that needs the smaller arena; incremental ones go by columns if the image has several. Plans `model`'s
-/// network for inference. Throws Error for what a firmware cannot hold: more than 250 layers, an arena above 1 GiB.
-FirmwarePlan plan_firmware(Model& model, const FirmwareOptions& options);
+/// Plans by rows or by columns, whichever needs the smaller arena; incremental plans go by columns if the image has
+/// several. Throws Error for what a firmware cannot hold: more than 250 layers, an arena above 1 GiB.
+FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
 
 }  // namespace decid::tools

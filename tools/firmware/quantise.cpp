@@ -1,4 +1,4 @@
-// A firmware's network in 8-bit integers: see firmware_quantise.hpp.
+// A firmware's network in 8-bit integers: see quantise.hpp.
 #include "tools/firmware/quantise.hpp"
 
 #include <algorithm>
@@ -15,10 +15,10 @@ namespace {
 
 using Kind = FirmwareLayer::Kind;
 constexpr std::uint64_t calibration_seed = 0x63616c6962;
-constexpr int most_taps = 1 << 17;  // 127 times 128 so many times fits 31 bits
+constexpr int most_taps = 1 << 17;  // this many products of 127 and 128 fit 31 bits
 constexpr int parts = 16;           // of the trials; each is one thread's
 
-/// As in firmware/network.c.
+/// As in runtime/network.c.
 int to_integer(float value, const FirmwareMap& map) {
   const float steps = value * map.steps_per_unit + static_cast<float>(map.zero);
   const float clamped = !(steps > -128.0F) ? -128.0F : std::min(steps, 127.0F);
@@ -142,9 +142,10 @@ std::vector<Range> ranges(const FirmwarePlan& plan, const Model& model) {
   std::vector<float> images(static_cast<std::size_t>(trials) * size);
   std::vector<int> indices(static_cast<std::size_t>(trials));
   std::iota(indices.begin(), indices.end(), 0);
-  source->training(0, indices, [&](std::size_t place, const sim::Parameters&, std::span<const float> sway) {
-    model.make_input(sway, std::span(images).subspan(place * size, size));
-  });
+  source->take(dataset::Part::training, 0, indices,
+               [&](std::size_t place, const sim::Parameters&, std::span<const float> sway) {
+                 model.make_input(sway, std::span(images).subspan(place * size, size));
+               });
   std::vector<std::vector<Range>> found(parts, std::vector<Range>(plan.maps.size()));
   parallel_for(parts, [&](int part) {
     for (int i = part; i < trials; i += parts) {

@@ -1,4 +1,4 @@
-// A firmware's files: see firmware_text.hpp.
+// A firmware's files: see text.hpp.
 #include "tools/firmware/text.hpp"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ int transform_length(const Model& model) {
   return model.image.window % 2 == 0 ? model.image.window / 2 : model.image.window;
 }
 
-/// What the runtime's parts are told by the preprocessor.
+/// The preprocessor's settings of the runtime's parts.
 std::string settings(const Model& model, const FirmwarePlan& plan) {
   const dataset::ImageSettings& image = model.image;
   const dataset::ImageShape shape = model.images().shape();
@@ -125,7 +125,7 @@ std::string map_table(const FirmwarePlan& plan) {
   return text + "};\n\n";
 }
 
-/// The name of a layer's table, declared in `text`; NULL if there is nothing in it.
+/// The name of a layer's table, declared in `text`; NULL if the table is empty.
 template <class T>
 std::string named(std::string& text, const char* type, const std::string& name, const std::vector<T>& values) {
   if (values.empty()) return "NULL";
@@ -168,7 +168,7 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   const dataset::ImageShape shape = model.images().shape();
   std::string text = "#define DECID_FW_PARAMETERS 7\n";
   text += define("DECID_FW_SAMPLES", model.protocol.samples());
-  text += "#define DECID_FW_RATE_HZ " + literal(model.protocol.sample_rate_hz) + "\n";
+  text += "#define DECID_FW_RATE_HZ " + literal(model.protocol.experiment.sample_rate_hz) + "\n";
   text += define("DECID_FW_IMAGE_CHANNELS", shape.channels) + define("DECID_FW_IMAGE_ROWS", shape.rows) +
           define("DECID_FW_IMAGE_COLUMNS", shape.columns);
   text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());

@@ -1,4 +1,4 @@
-// A firmware's files: the runtime of tools/firmware/ with the tables that a plan fills in.
+// A firmware's files: tools/firmware/runtime/ with the tables that a plan fills in.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ std::string with_name(std::string text, const std::string& name);
 /// `text` with its first `what`, which is there, replaced.
 std::string replaced(std::string text, const std::string& what, const std::string& by);
 std::string define(const std::string& name, long long value);
-/// A C literal with these very bits. Throws Error for a value that is not finite.
+/// A C literal with exactly these bits. Throws Error for a value that is not finite.
 std::string literal(float value);
 std::string literal(double value, int digits = 17);
 /// `text` as a comment can hold it.

@@ -1,5 +1,5 @@
 // What every page shares: its data, text and elements, and the checks that its charts are drawn.
-// Text goes in through textContent only, never as markup. When all is drawn, the body says so:
+// Text goes in through textContent only, never as markup. When all is drawn, the body's attributes say so:
 // data-charts-drawn="drawn/all", data-error if anything was thrown.
 "use strict";
 const blame = message => { document.body.dataset.error = String(message); };
@@ -8,7 +8,7 @@ window.addEventListener("unhandledrejection", event => blame(event.reason));
 
 const report = JSON.parse(document.getElementById("report-data").textContent);
 const checks = [];   // a function each canvas: does it show what it should?
-const redraws = [];  // heat maps, which Chart.js does not look after
+const redraws = [];  // heat maps, which Chart.js does not redraw
 
 // ---- text ----------------------------------------------------------------------------------------------------------
 

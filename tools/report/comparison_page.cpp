@@ -1,4 +1,4 @@
-// The comparison of methods: see compare.hpp. tools/report/page.cpp makes the page, tools/report/compare.js draws it.
+// The comparison of methods: see comparison_page.hpp. page.cpp makes the page, compare.js draws it.
 #include "tools/report/comparison_page.hpp"
 
 #include <nlohmann/json.hpp>
@@ -10,6 +10,7 @@
 #include "embedded/compare_js.hpp"
 #include "embedded/comparison_js.hpp"
 #include "tools/report/page.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -21,14 +22,11 @@ using json = nlohmann::ordered_json;
 json comparison_json(const ComparisonFigures& figures) {
   json methods = json::array();
   for (const MethodFigures& method : figures.methods) {
-    json per_parameter;
-    for (std::size_t p = 0; p < sim::parameter_count; ++p)
-      per_parameter[sim::parameter_info[p].name] = method.mse_per_parameter[p];
     methods.push_back({{"name", method.name},
                        {"description", method.description},
                        {"mse", method.mse},
                        {"mse_standard_error", method.mse_standard_error},
-                       {"mse_per_parameter", std::move(per_parameter)},
+                       {"mse_per_parameter", by_parameter(method.mse_per_parameter)},
                        {"error_per_standard_error",
                         method.error_per_standard_error ? json(*method.error_per_standard_error) : json(nullptr)},
                        {"simulations", method.simulations},
@@ -39,7 +37,7 @@ json comparison_json(const ComparisonFigures& figures) {
           {"weights_sha256", figures.sha256},
           {"trials_from", figures.trials_from},
           {"protocol", figures.protocol.name},
-          {"sensor_noise_deg", {figures.protocol.sensor_noise.low_deg, figures.protocol.sensor_noise.high_deg}},
+          {"sensor_noise_deg", {figures.protocol.noise.sensor.low_deg, figures.protocol.noise.sensor.high_deg}},
           {"trials", figures.trials},
           {"threads", figures.threads},
           {"budget", figures.budget},

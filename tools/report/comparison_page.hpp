@@ -12,7 +12,7 @@ namespace decid::tools {
 /// methods: for each name, description, mse, mse_standard_error, mse_per_parameter, error_per_standard_error (or null),
 /// simulations, seconds (both a trial).
 nlohmann::ordered_json comparison_json(const ComparisonFigures& figures);
-/// What comparison_json() gave: a table, a line a method; as Markdown, so that it can go into a document.
+/// comparison_json()'s as a Markdown table, a line for each method.
 std::string comparison_text(const nlohmann::ordered_json& comparison);
 /// The JSON file that `decid compare -o` wrote. Throws Error if it is not one.
 nlohmann::ordered_json read_comparison(const std::string& file);

@@ -1,5 +1,4 @@
-// The report of a data set: see dataset_report.hpp. tools/report/page.cpp makes the page, tools/report/dataset.js draws
-// it.
+// The report of a data set: see dataset_page.hpp. page.cpp makes the page, dataset.js draws it.
 #include "tools/report/dataset_page.hpp"
 
 #include "embedded/dataset_js.hpp"

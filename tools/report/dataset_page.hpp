@@ -1,4 +1,4 @@
-// What `decid dataset` says about the set it made: the paper's table and its histogram of amplitudes, as JSON and as a
+// What `decid dataset` reports on the set it made: the paper's table and its histogram of amplitudes, as JSON and as a
 // page like that of `decid identify`.
 #pragma once
 

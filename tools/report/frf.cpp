@@ -34,7 +34,7 @@ Json frf_to_json(const FrequencyResponses& frf) {
       "frequency_hz",   "harmonics", "gain",       "gain_low",        "gain_high",   "phase_deg",       "phase_low_deg",
       "phase_high_deg", "coherence", "model_gain", "model_phase_deg", "linear_gain", "linear_phase_deg"};
   for (const char* key : keys) json[key] = Json::array();
-  double linear_deg = 0.0;  // followed from band to band; all other phases are given near it
+  double linear_deg = 0.0;  // unwrapped from band to band; all other phases are given near it
   for (std::size_t i = 0; i < frf.recorded.size(); ++i) {
     const sim::FrfPoint& point = frf.recorded[i];
     linear_deg = phase_near(frf.linear[i], linear_deg);

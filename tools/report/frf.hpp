@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "identify/identification.hpp"
+#include "identify/estimate.hpp"
 
 namespace decid::tools {
 

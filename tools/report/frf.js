@@ -59,7 +59,7 @@ function frfFigure(recording) {
     element("figcaption", {}, `Sway over tilt at the harmonics of the stimulus, from ${frf.cycles} cycle${frf.cycles === 1 ? "" : "s"}, neighbours averaged. ` +
       (known ? "Shaded: what the 95 % confidence circle about the response spans, its noise taken from frequencies that the " +
         "stimulus leaves out; where the circle holds zero the phase is undetermined and left out. Where coherence is low, the recording " +
-        "says nothing about the response. " : "All frequencies of the stimulus are excited, so there is none to tell the noise from, and no band. ") +
+        "says nothing about the response. " : "All frequencies of the stimulus are excited, so there is none to read the noise from, and no band. ") +
       "A controller that explains the recording has its curves within the band."));
   return { made, start: () => charts.forEach(chart => chart.start()) };
 }

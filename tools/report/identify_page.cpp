@@ -1,5 +1,5 @@
 // The report's data as JSON: numbers rounded to what can be seen, so that a page stays small.
-// tools/report/page.cpp makes the page, tools/report/identify.js draws it.
+// page.cpp makes the page, identify.js draws it.
 #include "tools/report/identify_page.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-json parameters_to_json(const Identification& recording) {
+json parameters_to_json(const Identification& recording, const sim::Protocol& protocol) {
   json list = json::array();
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     const sim::ParameterInfo& info = sim::parameter_info[i];
@@ -29,8 +29,9 @@ json parameters_to_json(const Identification& recording) {
                   {"unit", info.unit},
                   {"low", page_number(info.low)},
                   {"high", page_number(info.high)},
-                  {"value", page_number(recording.parameters[i])}};
-    if (info.per_mgh) entry["normalized"] = page_number(recording.parameters[i] / recording.protocol.body.mgh());
+                  {"value", page_number(recording.estimate.parameters[i])}};
+    if (info.per_mgh)
+      entry["normalized"] = page_number(recording.estimate.parameters[i] / protocol.experiment.body.mgh());
     if (recording.truth) entry["truth"] = page_number((*recording.truth)[i]);
     list.push_back(std::move(entry));
   }
@@ -38,10 +39,12 @@ json parameters_to_json(const Identification& recording) {
 }
 
 // The angles as whole multiples of a decimal unit between a thousandth and a ten-thousandth of the widest excursion.
-json series_to_json(const Identification& recording) {
+json series_to_json(const Identification& recording, const std::vector<float>& tilt_rad) {
+  const std::vector<float>& sway_rad = recording.estimate.trial.sway_rad();
+  const std::vector<float>& fitted_rad = recording.explanation.fitted_rad;
   double widest = 1e-6;
   const auto degrees = [](float angle_rad) { return double{angle_rad} / sim::rad_per_deg; };
-  const std::vector<float>* const signals[] = {&recording.sway_rad, &recording.fitted_rad, &recording.tilt_rad};
+  const std::vector<float>* const signals[] = {&sway_rad, &fitted_rad, &tilt_rad};
   for (const std::vector<float>* signal : signals) {
     double low = 0.0, high = 0.0;
     bool any = false;
@@ -67,9 +70,9 @@ json series_to_json(const Identification& recording) {
     return list;
   };
   return {{"per_degree", per_degree},
-          {"sway", counts(recording.sway_rad)},
-          {"fitted", counts(recording.fitted_rad)},
-          {"tilt", counts(recording.tilt_rad)}};
+          {"sway", counts(sway_rad)},
+          {"fitted", counts(fitted_rad)},
+          {"tilt", counts(tilt_rad)}};
 }
 
 // How a channel's values become colours: the limits of its scale and its kind, which is the choice of colours.
@@ -85,7 +88,7 @@ double quantile(std::vector<double>& values, double fraction) {
   return *nth;
 }
 
-// A few bins hold most of the power: limits are quantiles, and what lies beyond takes the last colour.
+// A few bins hold most of the power, so the limits are quantiles, and values beyond take the last colour.
 ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   using dataset::Channel;
   if (channel == Channel::phase) return {"cyclic", -sim::pi, sim::pi, false};
@@ -128,71 +131,75 @@ json channel_to_json(dataset::Channel channel, std::span<const float> values) {
 }
 
 // The rows up to half the sample rate; those above mirror them and would show nothing new.
-json image_to_json(const Identification& recording) {
-  if (recording.image.empty()) return nullptr;
-  const dataset::ImageShape& shape = recording.image_shape;
-  const std::vector<dataset::Channel>& channels = recording.image_settings.channels;
+json image_to_json(const Identification& recording, const Identifications& of) {
+  const std::vector<float>& image = recording.estimate.image;
+  if (image.empty()) return nullptr;
+  const dataset::ImageShape& shape = of.image_shape;
+  const double rate_hz = of.protocol.experiment.sample_rate_hz;
+  const std::vector<dataset::Channel>& channels = of.image.channels;
   if (shape.channels != static_cast<int>(channels.size()) || shape.rows < 1 || shape.columns < 1 ||
-      static_cast<std::size_t>(shape.size()) != recording.image.size()) {
+      static_cast<std::size_t>(shape.size()) != image.size()) {
     throw Error("report of " + recording.file,
-                "an image of " + std::to_string(recording.image.size()) + " values does not match its shape of " +
+                "an image of " + std::to_string(image.size()) + " values does not match its shape of " +
                     std::to_string(shape.channels) + " x " + std::to_string(shape.rows) + " x " +
                     std::to_string(shape.columns),
                 "give the image and the shape of the same ImageMaker");
   }
-  const int window = recording.image_settings.window;
+  const int window = of.image.window;
   const int rows = std::min(shape.rows, window / 2 + 1);
   json list = json::array();
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const std::size_t size = static_cast<std::size_t>(shape.rows) * static_cast<std::size_t>(shape.columns);
-    const std::span<const float> all(recording.image);
+    const std::span<const float> all(image);
     list.push_back(channel_to_json(
         channels[c], all.subspan(c * size, static_cast<std::size_t>(rows) * static_cast<std::size_t>(shape.columns))));
   }
   return {{"rows", rows},
           {"columns", shape.columns},
-          {"row_hz", page_number(recording.protocol.sample_rate_hz / window)},
-          {"column_s", page_number(window / recording.protocol.sample_rate_hz)},
-          {"start_s", page_number(recording.image_settings.first_sample / recording.protocol.sample_rate_hz)},
-          {"fold", recording.image_settings.fold},
+          {"row_hz", page_number(rate_hz / window)},
+          {"column_s", page_number(window / rate_hz)},
+          {"start_s", page_number(of.image.first_sample / rate_hz)},
+          {"fold", of.image.fold},
           {"mirrored", shape.rows > rows},
           {"channels", std::move(list)}};
 }
 
 json tilt_to_json(const Identification& recording) {
-  if (!recording.tilt) return nullptr;
+  const std::optional<dataset::TiltMatch>& tilt = recording.estimate.trial.tilt;
+  if (!tilt) return nullptr;
   return {{"column", recording.tilt_column},
-          {"delay_s", page_number(recording.tilt->delay_s)},
-          {"correlation", page_number(recording.tilt->correlation)},
-          {"gain", page_number(recording.tilt->gain)}};
+          {"delay_s", page_number(tilt->delay_s)},
+          {"correlation", page_number(tilt->correlation)},
+          {"gain", page_number(tilt->gain)}};
 }
 
-json recording_to_json(const Identification& recording) {
+json recording_to_json(const Identification& recording, const Identifications& of) {
+  const Explanation& explanation = recording.explanation;
   return {{"file", recording.file},
           {"column", recording.column},
           {"tilt", tilt_to_json(recording)},
-          {"protocol", protocol_figures(recording.protocol)},
-          {"parameters", parameters_to_json(recording)},
-          {"rms_residual_deg", page_number(recording.rms_residual_deg)},
-          {"variance_accounted_for", page_number(recording.variance_accounted_for)},
-          {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg)},
-          {"warnings", recording.warnings},
-          {"series", series_to_json(recording)},
-          {"frf", recording.frf ? frf_to_json(*recording.frf) : json(nullptr)},
-          {"image", image_to_json(recording)}};
+          {"protocol", protocol_figures(of.protocol)},
+          {"parameters", parameters_to_json(recording, of.protocol)},
+          {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
+          {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
+          {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
+          {"warnings", recording.warnings()},
+          {"series", series_to_json(recording, of.tilt_rad)},
+          {"frf", explanation.frf ? frf_to_json(*explanation.frf) : json(nullptr)},
+          {"image", image_to_json(recording, of)}};
 }
 
 }  // namespace
 
-std::string report_html(const ReportModel& model, const std::vector<Identification>& recordings) {
+std::string report_html(const ReportModel& model, const Identifications& all) {
   json data = {{"model", {{"name", model.name}, {"sha256", model.sha256}, {"version", model.version}}},
                {"recordings", json::array()}};
   data["failed"] = json::array();
-  for (const Identification& recording : recordings) {
+  for (const Identification& recording : all.recordings) {
     if (recording.error) {
       data["failed"].push_back(recording.error->what());
     } else {
-      data["recordings"].push_back(recording_to_json(recording));
+      data["recordings"].push_back(recording_to_json(recording, all));
     }
   }
   return page_html({.title = "Posture control report",

@@ -3,9 +3,8 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "identify/identification.hpp"
+#include "identify/recordings.hpp"
 
 namespace decid::tools {
 
@@ -16,6 +15,6 @@ struct ReportModel {
 };
 
 /// The page. Every string from outside (file names, warnings) is escaped. Deterministic: no dates, no random ids.
-std::string report_html(const ReportModel& model, const std::vector<Identification>& recordings);
+std::string report_html(const ReportModel& model, const Identifications& all);
 
 }  // namespace decid::tools

@@ -43,19 +43,19 @@ json page_number(double value) {
 json protocol_figures(const sim::Protocol& protocol) {
   return {{"name", protocol.name},
           {"duration_s", page_number(protocol.duration_s())},
-          {"sample_rate_hz", page_number(protocol.sample_rate_hz)},
-          {"amplitude_deg", page_number(sim::make_stimulus(protocol).peak_to_peak_rad() / sim::rad_per_deg)},
-          {"cycle_s", page_number(protocol.cycle_s())},
-          {"cycles", protocol.cycles()},
-          {"lead_in_s", page_number(protocol.lead_in_s())},
-          {"mass_kg", page_number(protocol.body.mass_kg)},
-          {"com_height_m", page_number(protocol.body.com_height_m)},
-          {"mgh", page_number(protocol.body.mgh())}};
+          {"sample_rate_hz", page_number(protocol.experiment.sample_rate_hz)},
+          {"amplitude_deg", page_number(sim::make_stimulus(protocol.experiment).peak_to_peak_rad() / sim::rad_per_deg)},
+          {"cycle_s", page_number(protocol.experiment.cycle_s())},
+          {"cycles", protocol.experiment.cycles()},
+          {"lead_in_s", page_number(protocol.experiment.lead_in_s())},
+          {"mass_kg", page_number(protocol.experiment.body.mass_kg)},
+          {"com_height_m", page_number(protocol.experiment.body.com_height_m)},
+          {"mgh", page_number(protocol.experiment.body.mgh())}};
 }
 
 std::string page_html(const Page& page, const json& data) {
   const std::string block = script_json(data);
-  // One pass over the page alone: what is put in is never searched for marks.
+  // One pass over the page alone: inserted text is never searched for marks.
   const std::pair<std::string_view, std::string_view> parts[] = {{"{{title}}", page.title},
                                                                  {"{{css}}", embedded::report_css()},
                                                                  {"{{title}}", page.title},

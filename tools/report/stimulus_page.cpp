@@ -1,4 +1,4 @@
-// The page of a stimulus: see stimulus_page.hpp. tools/report/stimulus.js draws it.
+// The page of a stimulus: see stimulus_page.hpp. stimulus.js draws it.
 #include "tools/report/stimulus_page.hpp"
 
 #include <algorithm>
@@ -49,9 +49,9 @@ Points thinned(const Points& all) {
 template <class Value>
 Points sampled(const sim::Protocol& protocol, const Value& value) {
   Points points;
-  const int samples = protocol.samples(), steps_per_sample = protocol.steps_per_sample();
+  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
   for (int k = 0; k < samples; ++k) {
-    points.x.push_back(k / protocol.sample_rate_hz);
+    points.x.push_back(k / protocol.experiment.sample_rate_hz);
     points.y.push_back(value(k * steps_per_sample) / sim::rad_per_deg);
   }
   return thinned(points);
@@ -85,10 +85,11 @@ Json spectrum_json(const sim::Protocol& protocol) {
 }  // namespace
 
 AmplitudeSpectrum amplitude_spectrum(const sim::Protocol& protocol) {
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol);
-  const int steps_per_sample = protocol.steps_per_sample();
-  const auto first = static_cast<int>(std::lround(protocol.lead_in_s() * sim::steps_per_second));
-  auto samples = static_cast<int>(std::lround(protocol.cycle_s() * sim::steps_per_second)) / steps_per_sample;
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  const int steps_per_sample = protocol.experiment.steps_per_sample();
+  const auto first = static_cast<int>(std::lround(protocol.experiment.lead_in_s() * sim::steps_per_second));
+  auto samples =
+      static_cast<int>(std::lround(protocol.experiment.cycle_s() * sim::steps_per_second)) / steps_per_sample;
   while (sim::largest_prime_factor(samples) > 100) --samples;
   std::vector<double> tilt;
   double sum = 0.0;
@@ -101,7 +102,7 @@ AmplitudeSpectrum amplitude_spectrum(const sim::Protocol& protocol) {
   std::vector<sim::Complex> bins(static_cast<std::size_t>(fft.bins()));
   std::vector<sim::Complex> work(static_cast<std::size_t>(fft.work_length()));
   fft.forward(tilt, bins, work);
-  AmplitudeSpectrum spectrum{protocol.sample_rate_hz / samples, {0.0}};
+  AmplitudeSpectrum spectrum{protocol.experiment.sample_rate_hz / samples, {0.0}};
   for (std::size_t k = 1; k < bins.size(); ++k) {
     const bool alone = 2 * k == static_cast<std::size_t>(samples);  // its mirror image is itself
     spectrum.amplitude_deg.push_back((alone ? 1.0 : 2.0) / samples * std::abs(bins[k]));
@@ -110,17 +111,17 @@ AmplitudeSpectrum amplitude_spectrum(const sim::Protocol& protocol) {
 }
 
 std::string stimulus_html(const sim::Protocol& protocol, const std::string& version) {
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol);
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
   double fastest = 0.0;
   for (const double rate : stimulus.rate_rad_s) fastest = std::max(fastest, std::abs(rate));
   const Json data{{"version", version},
                   {"name", protocol.name},
-                  {"kind", std::visit([](const auto& kind) { return kind_name(kind); }, protocol.stimulus)},
+                  {"kind", std::visit([](const auto& kind) { return kind_name(kind); }, protocol.experiment.stimulus)},
                   {"duration_s", page_number(protocol.duration_s())},
-                  {"sample_rate_hz", page_number(protocol.sample_rate_hz)},
-                  {"cycles", protocol.cycles()},
-                  {"cycle_s", page_number(protocol.cycle_s())},
-                  {"lead_in_s", page_number(protocol.lead_in_s())},
+                  {"sample_rate_hz", page_number(protocol.experiment.sample_rate_hz)},
+                  {"cycles", protocol.experiment.cycles()},
+                  {"cycle_s", page_number(protocol.experiment.cycle_s())},
+                  {"lead_in_s", page_number(protocol.experiment.lead_in_s())},
                   {"peak_to_peak_deg", page_number(stimulus.peak_to_peak_rad() / sim::rad_per_deg)},
                   {"fastest_deg_s", page_number(fastest / sim::rad_per_deg)},
                   {"tilt", sampled(protocol, [&](int step) { return stimulus.tilt_at(step); }).to_json()},

@@ -13,8 +13,8 @@ namespace decid::tools {
 std::string stimulus_html(const sim::Protocol& protocol, const std::string& version);
 
 /// One cycle's amplitude spectrum in degrees, mean removed: element k is at k / length Hz, k = 1 .. half the samples.
-/// A cycle whose number of samples has a prime factor above 100 is shortened by the few samples that cost its
-/// transform's speed.
+/// A cycle whose number of samples has a prime factor above 100 is shortened by a few samples, to keep its transform
+/// fast.
 struct AmplitudeSpectrum {
   double resolution_hz;
   std::vector<double> amplitude_deg;  ///< element 0, the mean, is 0

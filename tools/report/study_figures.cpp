@@ -1,4 +1,4 @@
-// The figures of the paper: see study_figures.hpp. study_worth.cpp draws those of what the estimate is worth.
+// The figures of the paper: see study_figures.hpp. study_worth.cpp draws what an estimate is worth.
 #include "tools/report/study_figures.hpp"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ std::vector<double> in_degrees(std::span<const float> angles) {
   return degrees;
 }
 
-/// Limits of what is worth colours: a few values lie far beyond the others.
+/// Limits of the colour scale: a few values lie far beyond the others.
 std::pair<double, double> usual_range(std::vector<double> values) {
   const auto quantile = [&](double part) {
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
@@ -107,7 +107,7 @@ Figure input_image(const Study& study) {
   const double side = 330, step = side + 75;
   const std::size_t panels = channels + (as_paper ? 1 : 0);
   Sheet sheet(step * static_cast<double>(panels) + 20, side + 95);
-  const double rate = study.protocol.sample_rate_hz, window = study.image.window;
+  const double rate = study.protocol.experiment.sample_rate_hz, window = study.image.window;
   const auto panel = [&](std::size_t index, const Bitmap& map, const std::string& title) {
     const Sheet::Point corner{65 + step * static_cast<double>(index), 35};
     Plot(sheet, corner, side, side, {"Time (s)", 0, shape.columns * window / rate},
@@ -237,7 +237,7 @@ Figure known(const Study& study, const KnownTrial& trial, const std::string& id,
              const std::string& target, const std::string& sway, const std::string& caption) {
   const std::string simulated = "simulated from the identified parameters, noise-free";
   const auto recorded = in_degrees(trial.sway_rad), fitted = in_degrees(trial.fitted_rad);
-  const double rate = study.protocol.sample_rate_hz;
+  const double rate = study.protocol.experiment.sample_rate_hz;
   return {id,
           title,
           caption + format(" Squared error, the sum over the 7: %.4f; their mean: %.4f.", trial.squared_error(),
@@ -274,17 +274,17 @@ std::vector<Figure> study_figures(const Study& study) {
   }
   if (study.recording) {
     const Identification& id = *study.recording;
-    const auto recorded = in_degrees(id.sway_rad), fitted = in_degrees(id.fitted_rad);
+    const auto recorded = in_degrees(id.estimate.trial.sway_rad()), fitted = in_degrees(id.explanation.fitted_rad);
     figures.push_back(
         {"recording",
          "A recording",
          format("%s: identified parameters (z-scores of the training set), and its sway, %.4f degrees peak "
                 "to peak, beside that simulated from them without noise.",
-                id.file.c_str(), id.peak_to_peak_deg),
+                id.file.c_str(), id.peak_to_peak_deg()),
          parameters_and_sway({{"identified", &study.recording_output}},
                              {{"recorded", recorded}, {"simulated, noise-free", fitted}},
-                             study.protocol.sample_rate_hz),
-         sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, study.protocol.sample_rate_hz),
+                             study.protocol.experiment.sample_rate_hz),
+         sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, study.protocol.experiment.sample_rate_hz),
          {blue, orange}});
   }
   add_worth_figures(study, figures);

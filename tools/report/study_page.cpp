@@ -1,4 +1,4 @@
-// What decid study says: see study_page.hpp. tools/report/page.cpp makes the page, tools/report/study.js fills it.
+// What decid study reports: see study_page.hpp. page.cpp makes the page, study.js fills it.
 #include "tools/report/study_page.hpp"
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include "embedded/study_js.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/page.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -17,33 +18,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr auto outputs = sim::parameter_count;
 
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-template <class Values>
-Json by_parameter(const Values& values) {
-  Json json;
-  for (std::size_t p = 0; p < outputs; ++p) json[sim::parameter_info[p].name] = number(values[p]);
-  return json;
-}
-
-Json error_json(const Evaluation& error) {
-  return {{"mse", error.mse()},
-          {"matlab_loss", error.matlab_loss()},
-          {"mse_per_parameter", by_parameter(error.mse_per_parameter)},
-          {"trials", error.trials}};
-}
-
 Json bins_json(const std::vector<Bin>& bins) {
   Json list = Json::array();
   for (const Bin& bin : bins)
     list.push_back({{"low", bin.low},
                     {"high", bin.high},
                     {"trials", bin.trials},
-                    {"mse", number(mean_of(bin.mse))},
+                    {"mse", number_or_null(mean_of(bin.mse))},
                     {"mse_per_parameter", by_parameter(bin.mse)},
-                    {"mean_guess_mse", number(mean_of(bin.baseline))}});
+                    {"mean_guess_mse", number_or_null(mean_of(bin.baseline))}});
   return list;
 }
 
@@ -65,8 +48,7 @@ Json distribution_json(const dataset::TrialDistributions& trials) {
 
 /// The epoch whose model was kept: with patience the best one, else the last.
 int kept_epoch(const Study& study) {
-  const Json origin = Json::parse(study.origin, nullptr, false);
-  return origin.is_object() && origin.contains("patience") ? best_epoch(study.log) : study.log.back().epoch;
+  return study.origin.patience > 0 ? best_epoch(study.log) : study.log.back().epoch;
 }
 
 Json data_json(const StudyData& data) {
@@ -138,7 +120,7 @@ std::vector<Row> rows_of(const Study& study) {
                     format("%.4f", mean(study.dip->squared_errors)), "", ""});
   }
   if (study.recording)
-    rows.push_back({"recording, peak to peak (deg)", format("%.4f", study.recording->peak_to_peak_deg), "",
+    rows.push_back({"recording, peak to peak (deg)", format("%.4f", study.recording->peak_to_peak_deg()), "",
                     format("%.4f", paper::human_peak_to_peak_deg)});
   for (const auto& [name, seconds] : study.seconds)
     rows.push_back({"time, " + name, duration_text(seconds), "", "not given"});
@@ -171,16 +153,15 @@ Json study_json(const Study& study) {
   Json json{{"model", study.model},
             {"weights_sha256", study.sha256},
             {"version", study.version},
-            {"origin", Json::parse(study.origin, nullptr, false)},
+            {"origin", Json::parse(to_json(study.origin))},
             {"architecture", study.architecture},
             {"network_parameters", study.network_parameters},
             {"data_set", study.data ? data_json(*study.data) : Json(nullptr)},
             {"training", nullptr}};
-  if (json["origin"].is_discarded()) json["origin"] = study.origin;
   if (!study.log.empty()) json["training"] = {{"epochs", study.log.size()}, {"kept_epoch", kept_epoch(study)}};
-  json["errors"] = {{"training", study.data ? error_json(study.data->training) : Json(nullptr)},
-                    {"validation", study.data ? error_json(study.data->validation) : Json(nullptr)},
-                    {"fresh", error_json(study.levels.front().all)}};
+  json["errors"] = {{"training", study.data ? evaluation_json(study.data->training) : Json(nullptr)},
+                    {"validation", study.data ? evaluation_json(study.data->validation) : Json(nullptr)},
+                    {"fresh", evaluation_json(study.levels.front().all)}};
   json["sample"] = known_json(study.sample.trial);
   json["sample"]["from"] = study.sample.from;
   json["sample"]["index"] = study.sample.index;
@@ -192,16 +173,17 @@ Json study_json(const Study& study) {
   }
   json["recording"] = nullptr;
   if (study.recording)
-    json["recording"] = {{"file", study.recording->file},
-                         {"identified", by_parameter(study.recording->parameters)},
-                         {"peak_to_peak_deg", study.recording->peak_to_peak_deg},
-                         {"rms_residual_deg", number(study.recording->rms_residual_deg)},
-                         {"variance_accounted_for", number(study.recording->variance_accounted_for)},
-                         {"warnings", study.recording->warnings}};
+    json["recording"] = {
+        {"file", study.recording->file},
+        {"identified", by_parameter(study.recording->estimate.parameters)},
+        {"peak_to_peak_deg", study.recording->peak_to_peak_deg()},
+        {"rms_residual_deg", number_or_null(study.recording->explanation.rms_residual_deg)},
+        {"variance_accounted_for", number_or_null(study.recording->explanation.variance_accounted_for)},
+        {"warnings", study.recording->warnings()}};
   json["worth"] = Json::array();
   for (const NoiseLevel& level : study.levels) {
     Json entry{{"sensor_noise_deg", level.sensor_noise_deg}};
-    entry.update(error_json(level.all));
+    entry.update(evaluation_json(level.all));
     entry["by_amplitude_deg"] = bins_json(level.by_amplitude_deg);
     entry["by_nv"] = bins_json(level.by_nv);
     json["worth"].push_back(std::move(entry));

@@ -1,4 +1,4 @@
-// What the estimate is worth, drawn: see study_worth.hpp.
+// Figures of what an estimate is worth: see study_worth.hpp.
 #include "tools/report/study_worth.hpp"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ std::string table(const std::vector<NoiseLevel>& levels, std::vector<Bin> NoiseL
   return csv(header, columns, 6);
 }
 
-/// A panel a parameter and one for their mean; a line a level.
+/// A panel for each parameter and one for their mean; a line for each level.
 std::string panels(const std::vector<NoiseLevel>& levels, std::vector<Bin> NoiseLevel::*bins, const std::string& x) {
   Sheet sheet(1160, 640);
   std::vector<std::pair<std::string, std::string>> names;

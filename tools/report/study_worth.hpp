@@ -1,4 +1,4 @@
-// What the estimate is worth, drawn: see study_figures.hpp.
+// Figures of what an estimate is worth, for study_figures.hpp.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace decid::tools {
 
-/// A bin of fewer trials says nothing and is not drawn; the table has it.
+/// A bin of fewer trials is not drawn; the table has it.
 inline constexpr int fewest_trials_drawn = 10;
 
 /// Error against sway and against noise at each level of sensor noise, and the learning curve if there is one.

@@ -17,7 +17,7 @@ struct DrawRequest {
   int rows, columns;       ///< of the image
   int lanes;               ///< windows that are there, 1 .. image_lanes
   const double* mean;      ///< complex, of each bin
-  const double* residual;  ///< of each bin
+  const double* residual;  ///< real, of each bin
   float* const* planes;    ///< row 0 of the channel at each window's column, of the lanes that are there
 };
 

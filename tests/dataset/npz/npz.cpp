@@ -21,8 +21,8 @@ namespace {
 Dataset small_dataset(int trials = 5) {
   Dataset data;
   data.protocol = tiny_protocol();
-  data.protocol.sensor_noise = {0.001, 0.1};
-  data.protocol.body.mass_kg = 70.0 + 1.0 / 3.0;
+  data.protocol.noise.sensor = {0.001, 0.1};
+  data.protocol.experiment.body.mass_kg = 70.0 + 1.0 / 3.0;
   data.seed = 0xFFFFFFFFFFFFFFFEu;
   data.samples = data.protocol.samples();
   for (int i = 0; i < trials; ++i) {
@@ -182,7 +182,7 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
       {"del about['protocol']", {"decid.json", "'protocol' is missing"}},
       {"del about['seed']", {"decid.json", "'seed' is missing"}},
       {"about['seed'] = -1", {"decid.json", "'seed' is -1"}},
-      {"about['parameters'].reverse()", {"decid.json", "other parameters than Kp"}},
+      {"about['parameters'].reverse()", {"decid.json", "parameters other than Kp"}},
       {"about['protocol']['sample_rate_hz'] = 200.", {"400 samples", "'tiny' makes 800"}},
       {"about['protocol']['sample_rate'] = 100.", {"decid.json", "unknown key 'sample_rate'"}},
   };
@@ -235,7 +235,7 @@ TEST_CASE("damaged bytes are noticed") {
     content[position] = value;
     return write_text(folder / "damaged.npz", content);
   };
-  // A value of the sway: only the checksum can tell.
+  // A value of the sway: only the checksum can show it.
   const std::size_t magic = whole.find("\x93NUMPY");
   REQUIRE(magic != std::string::npos);
   check_error([&] { read_npz(damaged(magic + 1000, '\x01')); }, {"damaged.npz: sway", "is damaged", "CRC"});

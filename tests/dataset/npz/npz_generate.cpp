@@ -26,7 +26,7 @@ constexpr const char* program = "decid test";
 /// Two chunks of base trials and one of children at least.
 DatasetRequest request() {
   DatasetRequest wanted{tiny_protocol(), 1300, 1150, 3};
-  wanted.protocol.sensor_noise = {0.001, 0.1};
+  wanted.protocol.noise.sensor = {0.001, 0.1};
   return wanted;
 }
 
@@ -111,8 +111,8 @@ TEST_CASE("a data set made into its file is the one made in memory, for any numb
   }
   omp_set_num_threads(before);
   CHECK(files_in(folder) == 1);
-  CHECK(npz_bytes(1300, request().protocol) ==
-        doctest::Approx(static_cast<double>(fs::file_size(folder / "a.npz"))).epsilon(0.005));
+  CHECK(near(static_cast<double>(npz_bytes(1300, request().protocol)),
+             static_cast<double>(fs::file_size(folder / "a.npz")), 0.005));
 }
 
 TEST_CASE("a stopped data set goes on where it stopped, more than once, with the same report") {
@@ -217,7 +217,7 @@ TEST_CASE("an unfinished file of another request is refused and left as it is") 
   other.base = 0;
   refused(other, program, {"base 1150, not 1301"});
   other = request();
-  other.protocol.sensor_noise = {0.001, 0.2};
+  other.protocol.noise.sensor = {0.001, 0.2};
   refused(other, program, {"another protocol", "give the options"});
   refused(request(), "decid other", {"program \"decid test\", not \"decid other\""});
   // Without the journal nobody knows what is in the file.
@@ -296,7 +296,7 @@ TEST_CASE("outputs that cannot be, and requests that cannot be met, leave nothin
   check_error([&] { generate_npz("/dev/null", wanted, program); }, {"/dev/null", "not a regular file"});
   DatasetRequest quiet = wanted;
   quiet.protocol.sequence().amplitude_deg = 0.01;
-  quiet.protocol.vestibular_noise.scale_deg = 0.0;
+  quiet.protocol.noise.vestibular.scale_deg = 0.0;
   check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, {"none of the 5 base trials"});
   DatasetRequest none = wanted;
   none.count = 0;

@@ -21,9 +21,9 @@ std::filesystem::path made(const char* name) {
 /// 1/8, 2/8, ... 20/8 degrees at 50 Hz, times `factor`.
 void check_made(const Recording& recording, double factor = 1.0) {
   CHECK(recording.rate_hz == 50.0);
-  REQUIRE(recording.sway_rad.size() == 20);
+  REQUIRE(recording.signals.at(com_sway).rad.size() == 20);
   for (std::size_t k = 0; k < 20; ++k) {
-    CHECK(recording.sway_rad[k] == factor * static_cast<double>(k + 1) / 8.0 * sim::rad_per_deg);
+    CHECK(recording.signals.at(com_sway).rad[k] == factor * static_cast<double>(k + 1) / 8.0 * sim::rad_per_deg);
   }
 }
 
@@ -35,10 +35,10 @@ auto reading(const std::filesystem::path& path, const RecordingOptions& options 
 
 TEST_CASE("variables of versions 4 and 5 are columns") {
   const Recording recording = read_recording(made("v4.mat"), {.tilt_column = "tilt_deg"});
-  CHECK(recording.column == "COM_x");
+  CHECK(recording.signals.at(com_sway).column == "COM_x");
   check_made(recording);
-  REQUIRE(recording.tilt_rad.size() == 20);
-  CHECK(recording.tilt_rad[19] == -5.0 * sim::rad_per_deg);
+  REQUIRE(recording.signals.at(platform_tilt).rad.size() == 20);
+  CHECK(recording.signals.at(platform_tilt).rad[19] == -5.0 * sim::rad_per_deg);
   check_made(read_recording(made("v5.mat"), {}));
   check_made(read_recording(made("v5.mat"), {.column = "k"}), 8.0);  // whole numbers
 }
@@ -53,7 +53,7 @@ TEST_CASE("fields of structs are columns, and a scalar fs is the rate") {
 
 TEST_CASE("a matrix has its columns by number, its times are seen") {
   check_made(read_recording(made("matrix.mat"), {.column = "2"}));
-  CHECK(read_recording(made("matrix.mat"), {.column = "2"}).column == "data(:,2)");
+  CHECK(read_recording(made("matrix.mat"), {.column = "2"}).signals.at(com_sway).column == "data(:,2)");
   check_error(reading(made("matrix.mat")), {"'data(:,2)', 'data(:,3)'", "--column"});
   check_made(read_recording(made("wide.mat"), {.column = "1"}));  // a signal a row
   check_made(read_recording(made("wide.mat"), {.column = "data(2,:)"}), -2.0);
@@ -89,7 +89,7 @@ TEST_CASE("files without numbers, damaged ones and those that are none are refus
   const TemporaryFolder folder;
   check_error(reading(folder / "absent.mat"), {"absent.mat"});
   check_error(reading(made("nothing.mat")), {"no vector or matrix of numbers", "note (1 x 6 text)", "complex"});
-  check_error(reading(write_text(folder / "csv.mat", "time,sway\n0,1\n0.01,2\n")), {"csv.mat", "no MAT-file"});
+  check_error(reading(write_text(folder / "csv.mat", "time,sway\n0,1\n0.01,2\n")), {"csv.mat", "not a MAT-file"});
   check_error(reading(write_text(folder / "empty.mat", "")), {"empty.mat"});
   // Cut anywhere, or with any byte changed, a file is read or refused; nothing else happens.
   for (const char* name : {"v4.mat", "v5.mat", "v7_struct.mat"}) {

@@ -19,20 +19,20 @@ TEST_CASE("a measured tilt is read from the file beside its protocol") {
     return load_protocol(write_text(folder / "p.json", R"({"measured": {)" + measured + "}" + more + "}").string());
   };
   const sim::Protocol protocol = load(R"("file": "tilt.csv", "cycles": 2)");
-  const auto& tilt = std::get<sim::MeasuredTilt>(protocol.stimulus).tilt_deg;
+  const auto& tilt = std::get<sim::MeasuredTilt>(protocol.experiment.stimulus).tilt_deg;
   REQUIRE(tilt.size() == 50);
   for (std::size_t k = 0; k < 50; ++k) CHECK(tilt[k] == 0.125 * static_cast<double>(k % 8) + 1.0);
   CHECK(protocol.samples() == 100);
   // Its JSON needs the file no more.
   std::filesystem::remove(folder / "tilt.csv");
-  CHECK(sim::protocol_from_json(to_json(protocol), "copy").stimulus == protocol.stimulus);
+  CHECK(sim::protocol_from_json(to_json(protocol), "copy").experiment.stimulus == protocol.experiment.stimulus);
 
   // By number, in radians, without header and time, at half the rate: the resampler's work.
   std::string plain;
   for (int k = 0; k < 500; ++k) plain += "7 " + std::to_string(0.017 * std::sin(0.02 * k)) + "\n";
   write_text(folder / "plain.txt", plain);
   const sim::Protocol slow = load(R"("file": "plain.txt", "column": "2", "unit": "rad", "rate_hz": 50)");
-  const auto& resampled = std::get<sim::MeasuredTilt>(slow.stimulus).tilt_deg;
+  const auto& resampled = std::get<sim::MeasuredTilt>(slow.experiment.stimulus).tilt_deg;
   REQUIRE(resampled.size() == 1000);
   // Text of six decimals, and the resampler's 80 dB.
   for (std::size_t k = 100; k < 900; ++k)
@@ -40,7 +40,7 @@ TEST_CASE("a measured tilt is read from the file beside its protocol") {
           (0.5e-6 + 0.017e-4) / sim::rad_per_deg);
   // An absolute name is itself.
   CHECK(load("\"file\": \"" + (folder / "plain.txt").string() + R"(", "column": "2", "unit": "rad", "rate_hz": 50)")
-            .stimulus == slow.stimulus);
+            .experiment.stimulus == slow.experiment.stimulus);
 }
 
 TEST_CASE("measured tilts that cannot be read are refused with file and setting") {
@@ -97,7 +97,8 @@ TEST_CASE("a rate that is given beside times") {
   const auto samples = [&](const std::string& csv) {
     write_text(folder / "t.csv", csv);
     const std::string text = R"({"measured": {"file": "t.csv", "rate_hz": 100, "lead_out_s": 2}})";
-    return std::get<sim::MeasuredTilt>(load_protocol(write_text(folder / "p.json", text).string()).stimulus).tilt_deg;
+    return std::get<sim::MeasuredTilt>(load_protocol(write_text(folder / "p.json", text).string()).experiment.stimulus)
+        .tilt_deg;
   };
   // Rounded times that are even are 1% off at most; uneven ones may be of no use.
   CHECK(samples("time,tilt_deg\n0,0\n0.0099,1\n0.0198,2\n").size() == 3);
@@ -127,7 +128,7 @@ TEST_CASE("a measured cycle that is resampled goes round") {
       write(rate_hz, static_cast<int>(10 * rate_hz), phase);
       const sim::Protocol protocol = load();
       REQUIRE(protocol.samples() == 3000);
-      const sim::Stimulus stimulus = sim::make_stimulus(protocol);
+      const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
       double worst = 0.0;
       for (int k = 0; k + 1 < 3000; ++k) {
         const double exact = 0.4 * sim::pi * std::cos(0.4 * sim::pi * (k + 0.5) / 100.0 + phase);

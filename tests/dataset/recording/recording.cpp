@@ -28,9 +28,9 @@ void check_one_two_three(const std::string& text, const RecordingOptions& option
   INFO(text);
   const Recording recording = read(text, options);
   CHECK(recording.rate_hz == 100.0);
-  REQUIRE(recording.sway_rad.size() == 3);
+  REQUIRE(recording.signals.at(com_sway).rad.size() == 3);
   for (std::size_t k = 0; k < 3; ++k) {
-    CHECK(recording.sway_rad[k] == static_cast<double>(k + 1) * sim::rad_per_deg);
+    CHECK(recording.signals.at(com_sway).rad[k] == static_cast<double>(k + 1) * sim::rad_per_deg);
   }
 }
 
@@ -85,16 +85,16 @@ TEST_CASE("dialects of CSV") {
 }
 
 TEST_CASE("the sway is found by name, or named") {
-  CHECK(read("time,tilt_deg,com_sway_deg\n0,9,1\n1,9,2\n", {}).column == "com_sway_deg");
-  CHECK(read("COM_y,COM_x,time\n9,1,0\n9,2,0.01\n").column == "COM_x");
-  CHECK(read("time,angle\n0,1\n0.01,2\n").column == "angle");
+  CHECK(read("time,tilt_deg,com_sway_deg\n0,9,1\n1,9,2\n", {}).signals.at(com_sway).column == "com_sway_deg");
+  CHECK(read("COM_y,COM_x,time\n9,1,0\n9,2,0.01\n").signals.at(com_sway).column == "COM_x");
+  CHECK(read("time,angle\n0,1\n0.01,2\n").signals.at(com_sway).column == "angle");
   CHECK(warns(read("time,angle\n0,1\n0.01,2\n"), "'angle' is taken as the sway"));
   CHECK_FALSE(warns(read("time,sway\n0,1\n0.01,2\n"), "is taken as the sway"));
-  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "b"}).sway_rad[0] == 5.0 * sim::rad_per_deg);
-  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "B"}).column == "b");
-  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "3"}).column == "b");
-  CHECK(read("time,a,A\n0,1,5\n0.01,2,6\n", {.column = "A"}).sway_rad[0] == 5.0 * sim::rad_per_deg);
-  CHECK(read("0,1,5\n0.01,2,6\n0.02,3,9\n", {.column = "2"}).column == "column 2");
+  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "b"}).signals.at(com_sway).rad[0] == 5.0 * sim::rad_per_deg);
+  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "B"}).signals.at(com_sway).column == "b");
+  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "3"}).signals.at(com_sway).column == "b");
+  CHECK(read("time,a,A\n0,1,5\n0.01,2,6\n", {.column = "A"}).signals.at(com_sway).rad[0] == 5.0 * sim::rad_per_deg);
+  CHECK(read("0,1,5\n0.01,2,6\n0.02,3,9\n", {.column = "2"}).signals.at(com_sway).column == "column 2");
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n"), {"r.csv", "'a', 'b'", "--column"});
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "c"}), {"no column 'c'", "'time', 'a', 'b'"});
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "4"}), {"no column '4'"});
@@ -105,13 +105,14 @@ TEST_CASE("the sway is found by name, or named") {
 
 TEST_CASE("the unit is the option's, else the name's, else degrees with a word about it") {
   const RecordingOptions at_100{.rate_hz = 100.0};
-  CHECK(read("sway_deg\n1\n2\n", at_100).sway_rad[1] == 2.0 * sim::rad_per_deg);
+  CHECK(read("sway_deg\n1\n2\n", at_100).signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
   CHECK(read("sway_deg\n1\n2\n", at_100).warnings.empty());
   CHECK(read("sway (deg)\n1\n2\n", at_100).warnings.empty());
-  CHECK(read("sway_rad\n0.1\n0.2\n", at_100).sway_rad[1] == 0.2);
-  CHECK(read("sway [rad]\n0.1\n0.2\n", at_100).sway_rad[1] == 0.2);
-  CHECK(read("sway_deg\n0.1\n0.2\n", {.unit = Unit::radian, .rate_hz = 100.0}).sway_rad[1] == 0.2);
-  CHECK(read("sway_rad\n1\n2\n", {.unit = Unit::degree, .rate_hz = 100.0}).sway_rad[1] == 2.0 * sim::rad_per_deg);
+  CHECK(read("sway_rad\n0.1\n0.2\n", at_100).signals.at(com_sway).rad[1] == 0.2);
+  CHECK(read("sway [rad]\n0.1\n0.2\n", at_100).signals.at(com_sway).rad[1] == 0.2);
+  CHECK(read("sway_deg\n0.1\n0.2\n", {.unit = Unit::radian, .rate_hz = 100.0}).signals.at(com_sway).rad[1] == 0.2);
+  CHECK(read("sway_rad\n1\n2\n", {.unit = Unit::degree, .rate_hz = 100.0}).signals.at(com_sway).rad[1] ==
+        2.0 * sim::rad_per_deg);
   CHECK(warns(read("sway\n1\n2\n", at_100), "degrees are assumed"));
 }
 
@@ -181,9 +182,10 @@ TEST_CASE("absurd sizes are refused") {
 TEST_CASE("a recording of the protocol's length is taken as it is") {
   const sim::Protocol protocol = tiny_protocol();  // 400 samples at 100 Hz
   Recording recording = read(cosine(400, 100.0));
-  const std::vector<float> sway = fit_to_protocol(recording, protocol).sway_rad;
+  const std::vector<float> sway = fit_to_protocol(recording, protocol).sway_rad();
   REQUIRE(sway.size() == 400);
-  for (std::size_t k = 0; k < sway.size(); ++k) CHECK(sway[k] == static_cast<float>(recording.sway_rad[k]));
+  for (std::size_t k = 0; k < sway.size(); ++k)
+    CHECK(sway[k] == static_cast<float>(recording.signals.at(com_sway).rad[k]));
   CHECK(recording.warnings.empty());
 }
 
@@ -191,7 +193,7 @@ TEST_CASE("another rate is resampled") {
   const sim::Protocol protocol = tiny_protocol();
   for (const double rate : {50.0, 60.0, 250.0, 99.98}) {
     Recording recording = read(cosine(static_cast<int>(std::ceil(4.0 * rate)), rate));
-    const std::vector<float> sway = fit_to_protocol(recording, protocol).sway_rad;
+    const std::vector<float> sway = fit_to_protocol(recording, protocol).sway_rad();
     REQUIRE(sway.size() == 400);
     CHECK(warns(recording, "resampled from"));
     double largest = 0.0;
@@ -203,7 +205,7 @@ TEST_CASE("another rate is resampled") {
   }
   // 0.005% off is the same rate.
   Recording close = read(cosine(400, 100.0), {.rate_hz = 100.005});
-  CHECK(fit_to_protocol(close, protocol).sway_rad.size() == 400);
+  CHECK(fit_to_protocol(close, protocol).sway_rad().size() == 400);
   CHECK_FALSE(warns(close, "resampled"));
   Recording wrong = read(cosine(400, 200.0));
   check_error([&] { fit_to_protocol(wrong, protocol); },

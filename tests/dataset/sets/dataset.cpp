@@ -66,7 +66,7 @@ long long in_half(const std::vector<std::uint8_t>& split, int half) {
 
 TEST_CASE("the bits of a data set do not depend on the number of threads") {
   DatasetRequest wanted = request(400, 290);
-  wanted.protocol.sensor_noise = {0.001, 0.1};
+  wanted.protocol.noise.sensor = {0.001, 0.1};
   std::vector<Dataset> sets;
   std::vector<DatasetReport> reports(3);
   for (int threads = 1; threads <= 3; ++threads) {
@@ -185,7 +185,7 @@ TEST_CASE("no group is divided and the halves are equal") {
 TEST_CASE("sensor noise is added to the stored sway, by attempt, and changes nothing else") {
   const Dataset exact = generate(request(150, 100));
   DatasetRequest noisy_request = request(150, 100);
-  noisy_request.protocol.sensor_noise = {0.5, 0.5};  // large enough to change peak-to-peak values
+  noisy_request.protocol.noise.sensor = {0.5, 0.5};  // large enough to change peak-to-peak values
   DatasetReport report;
   const Dataset noisy = generate(noisy_request, &report);
   CHECK(noisy.parameters == exact.parameters);
@@ -201,15 +201,17 @@ TEST_CASE("sensor noise is added to the stored sway, by attempt, and changes not
   const double deviation = 0.5 * sim::rad_per_deg;
   // Five standard errors of the mean, and of the deviation.
   CHECK(std::abs(sum / count) < 5.0 * deviation / std::sqrt(count));
-  CHECK(std::sqrt(squares / count) == doctest::Approx(deviation).epsilon(5.0 / std::sqrt(2.0 * count)));
+  CHECK(near(std::sqrt(squares / count), deviation, 5.0 / std::sqrt(2.0 * count)));
   // The last trial of each kind is its last attempt. Children's noises are other ones than those of base trials.
   const auto last_base = static_cast<std::uint64_t>(report.base_attempts - 1);
   const auto last_child = static_cast<std::uint64_t>(report.child_attempts - 1) | std::uint64_t{1} << 63;
   for (const auto& [trial, item] : {std::pair(99, last_base), std::pair(149, last_child)}) {
     std::vector<double> zero(400, 0.0);
-    sim::add_sensor_noise(noisy_request.protocol.sensor_noise, 3, item, zero);
+    sim::add_sensor_noise(noisy_request.protocol.noise.sensor, 3, item, zero);
     for (std::size_t k = 0; k < 400; ++k) {
-      CHECK(noisy.trial(trial)[k] - exact.trial(trial)[k] == doctest::Approx(zero[k]).epsilon(1e-4).scale(0.01));
+      // Both are rounded to float, below a quarter of a radian.
+      const double noise = static_cast<double>(noisy.trial(trial)[k]) - static_cast<double>(exact.trial(trial)[k]);
+      CHECK(within(noise, zero[k], 0x1p-26));
     }
   }
 }
@@ -236,14 +238,14 @@ TEST_CASE("requests that cannot be met are refused") {
   check_error([] { generate(request(10, -1)); }, {"-1 base trials of 10"});
   DatasetRequest quiet = request(10, 5);
   quiet.protocol.sequence().amplitude_deg = 0.01;
-  quiet.protocol.vestibular_noise.scale_deg = 0.0;
+  quiet.protocol.noise.vestibular.scale_deg = 0.0;
   check_error([&] { generate(quiet); }, {"none of the 5 base trials sways more than 0.05 rad", "more base trials"});
   DatasetRequest falling = request(10, 0);
   falling.protocol.sequence().amplitude_deg = 45.0;
-  falling.protocol.body.mass_kg = 400.0;  // more than any of the controllers can hold
+  falling.protocol.experiment.body.mass_kg = 400.0;  // more than any of the controllers can hold
   check_error([&] { generate(falling); }, {"of 10000 simulated trials stay within 5 degrees", "amplitude"});
   DatasetRequest invalid = request(10, 0);
-  invalid.protocol.sample_rate_hz = -1.0;
+  invalid.protocol.experiment.sample_rate_hz = -1.0;
   check_error([&] { generate(invalid); }, {"sample_rate_hz"});
 #ifndef DECID_SANITIZED  // sanitizers end the program instead of throwing bad_alloc
   DatasetRequest huge = request(std::numeric_limits<int>::max(), 0);
@@ -289,19 +291,21 @@ TEST_CASE("targets are z-scored by the chosen trials") {
     for (std::size_t i = 0; i < sim::parameter_count; ++i) {
       sum[i] += target[i];
       squares[i] += static_cast<double>(target[i]) * target[i];
-      CHECK(back[i] == doctest::Approx(parameters[i]).epsilon(1e-6));
+      // The target is rounded to float; what is left are roundings of doubles.
+      CHECK(within(back[i], parameters[i],
+                   0x1p-24 * std::abs(target[i]) * scaling.deviation[i] + 1e-15 * scaling.mean[i]));
     }
   }
   for (std::size_t i = 0; i < sim::parameter_count; ++i) {
     CHECK(std::abs(sum[i] / 30.0) < 1e-6);
-    CHECK(squares[i] / 30.0 == doctest::Approx(1.0).epsilon(1e-6));
+    CHECK(near(squares[i] / 30.0, 1.0, 0x1.01p-23));  // squares of floats
   }
 }
 
 TEST_CASE("targets without spread, and no targets") {
   const std::vector<sim::Parameters> equal(3, sim::middle_parameters());
   const TargetScaling scaling = target_scaling(equal);
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) CHECK(scaling.mean[i] == doctest::Approx(equal[0][i]));
+  for (std::size_t i = 0; i < sim::parameter_count; ++i) CHECK(near(scaling.mean[i], equal[0][i], 0x1p-51));
   for (const double deviation : scaling.deviation) CHECK(deviation == 1.0);
   check_error([&] { target_scaling({}); }, {"no trials"});
   check_error([&] { scaling.unscale(std::vector<float>(6)); }, {"6 values for 7 parameters"});

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "tests/near.hpp"
 
 namespace decid::fit {
 namespace {
@@ -80,8 +81,25 @@ TEST_CASE("fit: what is known beforehand holds the estimate, and widens its erro
   }
 }
 
+TEST_CASE("fit: what is known beforehand to a hundredth, and agrees with the recording, stays known to that") {
+  const sim::Simulator simulator(sim::short_protocol());
+  const sim::Parameters truth = from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5});
+  const Start start{truth, 0.1, 0.01};
+  const Result result = fit(simulator, trial(simulator, truth), std::vector{start}, {small_budget, 1});
+  // A trial says little within a hundredth of a range, so the draws have the prior's deviation, which counts 2.5 times.
+  // Of n effective draws each is known to 1 / sqrt(2 n), the mean of seven to a bit more than a third of that.
+  REQUIRE(result.effective_samples > 20);
+  double ratio = 0;
+  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+    const double range = sim::parameter_info[p].high - sim::parameter_info[p].low;
+    ratio += result.standard_error[p] / (2.5 * 0.01 * range) / static_cast<double>(sim::parameter_count);
+    CHECK(test::within(result.parameters[p], truth[p], 3.5 * 0.01 * range));
+  }
+  CHECK(test::within(ratio, 1.0, 4 / std::sqrt(14 * result.effective_samples)));
+}
+
 TEST_CASE("fit: starts") {
-  for (const double u : to_unit(middle_start().parameters)) CHECK(u == doctest::Approx(0.5).epsilon(1e-12));
+  for (const double u : to_unit(middle_start().parameters)) CHECK(test::near(u, 0.5, 4e-15));
   for (const double u : to_unit(random_start(1, 0).parameters)) CHECK((u > 0 && u < 1));
   CHECK(random_start(1, 0).parameters != random_start(1, 1).parameters);
   CHECK(random_start(1, 0).parameters != random_start(2, 0).parameters);

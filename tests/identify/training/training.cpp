@@ -8,6 +8,8 @@
 
 #include "base/error.hpp"
 #include "base/sha256.hpp"
+#include "identify/prediction.hpp"
+#include "tests/near.hpp"
 
 namespace decid::tools {
 namespace {
@@ -16,7 +18,7 @@ sim::Protocol quick_protocol() {
   sim::Protocol protocol = sim::short_protocol();
   protocol.sequence().cycles = 1;
   protocol.sequence().lead_in_s = protocol.sequence().lead_out_s = 0.0;
-  protocol.sensor_noise = {0.001, 0.1};
+  protocol.noise.sensor = {0.001, 0.1};
   return protocol;
 }
 
@@ -81,10 +83,14 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   int batches = 0;
   // Stops in the middle of epoch 2; what was kept is the end of epoch 1.
   CHECK_FALSE(run_training(
-      *source, settings, state, [&](int, int) { return ++batches < 3; }, [&] { kept = to_bytes(state.model, "1"); }));
-  std::string progress;
-  TrainingState resumed{model_from_bytes(kept, "checkpoint", &progress), {state.log.at(0)}};
-  CHECK(progress == "1");
+      *source, settings, state, [&](int, int) { return ++batches < 3; },
+      [&] {
+        const Checkpoint there{"1", state.velocities};
+        kept = to_bytes(state.model, &there);
+      }));
+  Checkpoint checkpoint;
+  TrainingState resumed{model_from_bytes(kept, "checkpoint", &checkpoint), {state.log.at(0)}, checkpoint.velocities};
+  CHECK(checkpoint.progress == "1");
   CHECK(run_training(
       *source, settings, resumed, [](int, int) { return true; }, [] {}));
   CHECK(nn::weights_sha256(resumed.model.network) + sha256(log_csv(resumed.log)) == straight);
@@ -110,6 +116,88 @@ TEST_CASE("patience ends a training that no longer improves, resumed or not") {
   CHECK(run());  // nothing is left
   CHECK(static_cast<int>(state.log.size()) == epochs);
   CHECK(best_epoch({}) == 0);
+}
+
+TEST_CASE("the log's errors are those of the trials, training and validation") {
+  // Weights that hardly change, and no batch normalisation, which is another in training.
+  const auto source = quick_source();
+  TrainingSettings settings = quick_settings();
+  settings.preset.architecture = "conv 4 5x5 stride 4x4; relu; fc 7";
+  settings.preset.learning_rate = 1e-30;
+  settings.preset.epochs = 1;
+  TrainingState state = start_training(*source, settings);
+  run_training(
+      *source, settings, state, [](int, int) { return true; }, [] {});
+  const dataset::Dataset data = dataset::generate({.protocol = quick_protocol(), .count = 70, .seed = 11});
+  for (const int half : {0, 1}) {
+    std::vector<std::span<const float>> sways;
+    std::vector<sim::Parameters> truth;
+    for (int i = 0; i < data.trials(); ++i)
+      if (data.split[static_cast<std::size_t>(i)] == half) {
+        sways.push_back(data.trial(i));
+        truth.push_back(data.parameters[static_cast<std::size_t>(i)]);
+      }
+    const std::vector<float> outputs =
+        predict(state.model, static_cast<int>(sways.size()), 64,
+                sways_in_memory([&](int i) { return sways[static_cast<std::size_t>(i)]; }));
+    double sum = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const auto target = state.model.targets.scale(truth[i]);
+      for (std::size_t p = 0; p < target.size(); ++p) {
+        const double error = static_cast<double>(outputs[i * target.size() + p]) - static_cast<double>(target[p]);
+        sum += error * error / static_cast<double>(truth.size() * target.size());
+      }
+    }
+    CAPTURE(half);
+    // Other kernels in training: float's roundings of sums of some hundred.
+    CHECK(test::near(half == 0 ? state.log[0].training_mse : state.log[0].validation_mse, sum, 1e-5));
+  }
+}
+
+TEST_CASE("the rate rises during the epochs of warm-up, and follows its schedule from there") {
+  const auto source = quick_source();  // 35 trials: two batches an epoch
+  TrainingSettings settings = quick_settings();
+  settings.preset.epochs = 4;
+  settings.preset.warmup_epochs = 2;
+  settings.preset.schedule = "constant";
+  const double rate = settings.preset.learning_rate;
+  const auto rates = [&] {
+    TrainingState state = start_training(*source, settings);
+    run_training(
+        *source, settings, state, [](int, int) { return true; }, [] {});
+    std::vector<double> logged;
+    for (const EpochLog& e : state.log) logged.push_back(e.learning_rate);
+    return logged;
+  };
+  // At an epoch's last step.
+  CHECK(rates() == std::vector<double>{0.5 * rate, rate, rate, rate});
+  settings.preset.warmup_epochs = 0;
+  settings.preset.schedule = "step:2:0.5";
+  CHECK(rates() == std::vector<double>{rate, rate, 0.5 * rate, 0.5 * rate});
+}
+
+TEST_CASE("weights begin as the seed says, and trials come in its order") {
+  const auto source = quick_source();
+  TrainingSettings settings = quick_settings();
+  const auto first_weights = [&](std::uint64_t seed) {
+    settings.seed = seed;
+    return nn::weights_sha256(start_training(*source, settings).model.network);
+  };
+  CHECK(first_weights(1) != first_weights(2));
+  Model fresh(quick_protocol(), settings.preset.image, settings.preset.architecture);
+  fresh.network.initialise(7);
+  CHECK(first_weights(7) == nn::weights_sha256(fresh.network));
+
+  // The same weights at first, another order of the trials.
+  const auto trained = [&](std::uint64_t order) {
+    settings.seed = 5;
+    TrainingState state = start_training(*source, settings);
+    settings.seed = order;
+    run_training(
+        *source, settings, state, [](int, int) { return true; }, [] {});
+    return nn::weights_sha256(state.model.network);
+  };
+  CHECK(trained(5) != trained(6));
 }
 
 TEST_CASE("a training that diverges says so") {

@@ -107,7 +107,7 @@ TEST_CASE("a file beyond the shell's limit is an error, and nothing is left") {
 
 TEST_CASE("wrong usage") {
   check_refused("", {"--help"});
-  check_refused("identfy x.csv", {"identfy", "no command", "--help"});
+  check_refused("identfy x.csv", {"identfy", "not a command", "--help"});
   // What a shell makes of a variable that is not set.
   check_refused("simulate --kp '' -o x.csv", {"--kp ''", "is empty"});
   check_refused("simulate --kp= -o x.csv", {"--kp=", "is empty"});

@@ -1,21 +1,23 @@
-// The model inside the program: the weights that the README names, and the error that it quotes for them.
+// The model inside the program: the weights that docs/models.md names, and their error on fixed trials.
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <functional>
 
 #include "base/random.hpp"
-#include "identify/following.hpp"
+#include "identify/identify.hpp"
+#include "identify/prediction.hpp"
 #include "identify/training/training.hpp"
+#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 namespace decid::tools {
 
-TEST_CASE("the built-in model is the one that the README describes") {
+TEST_CASE("the built-in model is the one that docs/models.md describes") {
   const std::string hash = nn::weights_sha256(built_in_model().network);
-  const std::string readme = test::read_text(DECID_SOURCE_DIR "/README.md");
+  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/models.md");
   CAPTURE(hash);
-  CHECK(readme.find(hash) != std::string::npos);
+  CHECK(page.find(hash) != std::string::npos);
   CHECK(std::filesystem::file_size(DECID_SOURCE_DIR "/models/built_in.safetensors") < 4'000'000);
 }
 
@@ -28,14 +30,14 @@ TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
   request.seed = 4242;  // the model was trained on seed 1
   const dataset::Dataset data = dataset::generate(request);
   Model model = built_in_model();
-  CHECK(sim::same_experiment(model.protocol, data.protocol));
+  CHECK(model.protocol.experiment == data.protocol.experiment);
   const std::vector<float> outputs =
       predict(model, data.trials(), 64, sways_in_memory([&](int i) { return data.trial(i); }));
   const Evaluation result = evaluate(model, outputs, data.parameters);
   CHECK(result.trials == 100);
   // The bits are promised: any other figure means that simulator, image, kernels or weights have changed.
-  CHECK(result.mse() == doctest::Approx(built_in_mse).epsilon(1e-12));
-  CHECK(result.matlab_loss() == doctest::Approx(3.5 * built_in_mse).epsilon(1e-12));
+  CHECK(result.mse() == built_in_mse);
+  CHECK(test::near(result.matlab_loss(), 3.5 * built_in_mse, 1e-15));
 }
 
 namespace {
@@ -50,7 +52,7 @@ constexpr bool sanitized = false;
 /// Valid fresh trials of a protocol as recordings with 0.02 degrees of sensor noise.
 std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int count) {
   sim::Protocol noisy = protocol;
-  noisy.sensor_noise = {.low_deg = 0.02, .high_deg = 0.02};
+  noisy.noise.sensor = {.low_deg = 0.02, .high_deg = 0.02};
   const dataset::Dataset data = dataset::generate({.protocol = noisy, .count = count, .seed = 823});
   std::vector<std::vector<float>> all;
   for (int i = 0; i < count; ++i) all.emplace_back(data.trial(i).begin(), data.trial(i).end());
@@ -58,26 +60,13 @@ std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int
 }
 
 /// The part of the recordings that identify would warn of.
-double part_unfamiliar(Model& model, const std::vector<std::vector<float>>& recordings) {
-  const auto outputs =
-      predict(model, static_cast<int>(recordings.size()), 64,
-              sways_in_memory([&](int i) { return std::span(recordings[static_cast<std::size_t>(i)]); }));
-  const sim::Simulator simulator(model.protocol);
-  const Following following(simulator);
-  const auto values = static_cast<std::size_t>(model.images().shape().size());
-  std::vector<float> images(recordings.size() * values);
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    model.make_input(recordings[i], std::span(images).subspan(i * values, values));
-  }
-  int warned = 0;
-  const std::vector<double> distance = distances(model, static_cast<int>(recordings.size()), images);
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const sim::Parameters identified =
-        model.targets.unscale(std::span(outputs).subspan(i * sim::parameter_count, sim::parameter_count));
-    const double follows = following.measure(identified, recordings[i]);
-    warned += unfamiliarity(distance[i], model.familiarity.usual, follows) > 1.0 ? 1 : 0;
-  }
-  return warned / static_cast<double>(recordings.size());
+double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>& recordings) {
+  Identifier identifier(model);
+  std::vector<dataset::Trial> trials;
+  for (const std::vector<float>& sway_rad : recordings) trials.push_back(dataset::trial_of(sway_rad));
+  const std::vector<Explanation> all = identifier.explain(identifier.estimate(std::move(trials)));
+  const auto warned = std::ranges::count_if(all, [](const Explanation& e) { return e.unfamiliarity > 1.0; });
+  return static_cast<double>(warned) / static_cast<double>(recordings.size());
 }
 
 }  // namespace
@@ -113,8 +102,19 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
         }) >= 0.95);
   // A platform that plays a sine.
   sim::Protocol sine = model.protocol;
-  sine.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5}}, .cycle_s = 121.0};
+  sine.experiment.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5}}, .cycle_s = 121.0};
   CHECK(part_unfamiliar(model, recordings_of(sine, count)) >= 0.95);
+}
+
+TEST_CASE("the built-in model is not measured on trials of the seed it was trained on") {
+  const test::Folder folder;
+  REQUIRE(test::run_decid("dataset --quiet --count 4 --seed 1 -o " + folder / "one.npz").code == 0);
+  REQUIRE(test::run_decid("dataset --quiet --count 4 --seed 2 -o " + folder / "two.npz").code == 0);
+  test::check_refused("evaluate --data " + folder / "one.npz", {"one.npz", "seed 1", "--seed"});
+  CHECK(test::run_decid("evaluate --data " + folder / "two.npz").code == 0);
+  test::check_refused("compare --quiet --trials 1 --data " + folder / "one.npz", {"one.npz", "seed 1"});
+  test::check_refused("compare --quiet --trials 1 --seed 1", {"--seed", "seed 1"});
+  test::check_refused("study --quiet --trials 1 --seed 1 -o " + folder / "study", {"--seed", "seed 1"});
 }
 
 }  // namespace decid::tools

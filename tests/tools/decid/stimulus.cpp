@@ -8,11 +8,13 @@
 #include <sstream>
 
 #include "sim/segments.hpp"
+#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/stimulus_page.hpp"
 
 using decid::test::check_refused;
 using decid::test::Folder;
+using decid::test::near;
 using decid::test::read_text;
 using decid::test::run_decid;
 using decid::test::write_text;
@@ -47,12 +49,13 @@ Json data_of(const std::string& page) {
 sim::Protocol sines() {
   sim::Protocol protocol;
   protocol.name = "</script><b>";
-  protocol.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5},
-                                                {.frequency_hz = 2.0, .amplitude_deg = 0.125, .phase_deg = 30.0}},
-                                 .cycle_s = 20.0,
-                                 .cycles = 2,
-                                 .lead_in_s = 1.0,
-                                 .lead_out_s = 2.0};
+  protocol.experiment.stimulus =
+      sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5},
+                                {.frequency_hz = 2.0, .amplitude_deg = 0.125, .phase_deg = 30.0}},
+                 .cycle_s = 20.0,
+                 .cycles = 2,
+                 .lead_in_s = 1.0,
+                 .lead_out_s = 2.0};
   return protocol;
 }
 
@@ -160,7 +163,7 @@ TEST_CASE("simulate: errors show the digits that were given") {
 
 TEST_CASE("amplitude_spectrum: a sine's amplitude stands at its frequency") {
   const auto spectrum = decid::tools::amplitude_spectrum(sines());
-  REQUIRE(spectrum.resolution_hz == doctest::Approx(0.05).epsilon(1e-14));
+  REQUIRE(near(spectrum.resolution_hz, 0.05, 1e-15));
   REQUIRE(spectrum.amplitude_deg.size() == 1001);
   for (std::size_t k = 0; k < spectrum.amplitude_deg.size(); ++k) {
     const double expected = k == 5 ? 0.5 : k == 40 ? 0.125 : 0.0;
@@ -168,7 +171,7 @@ TEST_CASE("amplitude_spectrum: a sine's amplitude stands at its frequency") {
   }
   // 1,009 is a prime: the cycle is shortened to 1,008 samples.
   sim::Protocol odd;
-  odd.stimulus = sim::MeasuredTilt{.tilt_deg = std::vector<double>(1009, 0.0)};
+  odd.experiment.stimulus = sim::MeasuredTilt{.tilt_deg = std::vector<double>(1009, 0.0)};
   CHECK(decid::tools::amplitude_spectrum(odd).amplitude_deg.size() == 505);
 }
 
@@ -195,7 +198,7 @@ TEST_CASE("stimulus_html: what it shows, escaped and thinned") {
   CHECK(data["fastest_deg_s"].get<double>() > 0.9 * fastest);
 
   sim::Protocol lengthy = sines();
-  std::get<sim::Sines>(lengthy.stimulus).cycles = 150;
+  std::get<sim::Sines>(lengthy.experiment.stimulus).cycles = 150;
   const Json thin = data_of(decid::tools::stimulus_html(lengthy, "1"));
   CHECK(thin["tilt"]["x"].size() <= 20'000);
   CHECK(thin["tilt"]["x"].size() > 10'000);

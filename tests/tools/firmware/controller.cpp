@@ -16,11 +16,11 @@ using test::shell;
 /// What controller_harness.c reads.
 std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim::Parameters& p, const Random& noise) {
   const sim::Protocol& protocol = simulator.protocol();
-  const sim::Course course = sim::course_of(protocol, simulator.stimulus());
+  const sim::Course course = sim::course_of(protocol.experiment, simulator.stimulus());
   const auto samples = static_cast<std::size_t>(simulator.samples());
   const std::size_t intervals = simulator.stimulus().rate_rad_s.size() / samples;
-  std::vector<double> trial{course.step_s / protocol.body.inertia_kgm2,
-                            protocol.body.mgh(),
+  std::vector<double> trial{course.step_s / protocol.experiment.body.inertia_kgm2,
+                            protocol.experiment.body.mgh(),
                             course.sine[0],
                             course.sine[1],
                             course.sine[2],

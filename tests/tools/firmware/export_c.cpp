@@ -176,7 +176,7 @@ TEST_CASE("the firmware model: the hash that is written down, its error, and wha
   CAPTURE(hash);
   CHECK(test::read_text(DECID_SOURCE_DIR "/docs/firmware.md").find(hash) != std::string::npos);
   sim::Protocol protocol = model.protocol;
-  CHECK(protocol.sensor_noise.high_deg == doctest::Approx(0.1));
+  CHECK(protocol.noise.sensor.high_deg == 0.1);
   const dataset::Dataset data = dataset::generate({.protocol = protocol, .count = 500, .seed = 4242});
   const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
   Model best = built_in_model();
@@ -238,7 +238,7 @@ TEST_CASE("bad input of decid export") {
   fails("c " + model + " -o " + folder / "no/such/folder", "folder");
   fails("c " + model + " -o /proc", "/proc");
   test::write_text(folder / "file", "");
-  fails("c " + model + " -o " + folder / "file", "no folder");
+  fails("c " + model + " -o " + folder / "file", "not a folder");
   fails("c " + model + " --name 7up" + out, "7up");
   fails("c " + model + " --name 'a b'" + out, "a b");
   fails("c " + folder / "file" + out, "file");
@@ -258,7 +258,7 @@ TEST_CASE("bad input of decid export") {
   fails("c " + folder / "infinite.safetensors" + out, "");
   CHECK(!std::filesystem::exists(folder / "out"));
   fails("sway " + folder / "none.csv -o " + folder / "s.bin", "none.csv");
-  fails("controller " + folder / "file" + out, "no result");
+  fails("controller " + folder / "file" + out, "not a result");
   fails("controller --delay 0.9" + out, "falls");
   fails("controller --delay 3" + out, "delay");
   fails("controller --kp -1" + out, "Kp");

@@ -8,6 +8,7 @@
 
 #include "base/file.hpp"
 #include "identify/model.hpp"
+#include "identify/prediction.hpp"
 #include "tests/tools/decid/run.hpp"
 
 namespace decid::test {
@@ -24,10 +25,10 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
   for (nn::Parameter<float>* p : model.network.parameters())
     if (p->name == "bias" || p->name == "beta")
       for (std::size_t i = 0; i < p->value.size(); ++i) p->value[i] = vary(i);
-  for (const auto& layer : model.network.layers())
-    for (nn::Statistic<float>* s : layer->statistics())
-      for (std::size_t i = 0; i < s->value.size(); ++i)
-        s->value[i] = s->never_negative ? 0.3F + vary(i + 2) + 0.5F : vary(i);
+  for (nn::Layer<float>& layer : model.network.layers())
+    for (nn::Statistic<float>& s : layer.statistics())
+      for (std::size_t i = 0; i < s.value.size(); ++i)
+        s.value[i] = s.never_negative ? 0.3F + vary(i + 2) + 0.5F : vary(i);
   for (int i = 0; image.standardize_rows && i < shape.channels * shape.rows; ++i) {
     model.rows.mean.push_back(vary(static_cast<std::size_t>(i)));
     model.rows.deviation.push_back(1.0F + vary(static_cast<std::size_t>(i)));
@@ -36,14 +37,13 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
     model.targets.mean[i] = sim::parameter_info[i].middle();
     model.targets.deviation[i] = 0.3 * sim::parameter_info[i].high;
   }
-  model.origin = "{}";
   return model;
 }
 
 /// Valid trials of the model's experiment with 0.02 degrees of sensor noise.
 inline dataset::Dataset noisy_trials(const Model& model, int count, std::uint64_t seed) {
   sim::Protocol protocol = model.protocol;
-  protocol.sensor_noise = {.low_deg = 0.02, .high_deg = 0.02};
+  protocol.noise.sensor = {.low_deg = 0.02, .high_deg = 0.02};
   return dataset::generate({.protocol = protocol, .count = count, .seed = seed});
 }
 
@@ -52,7 +52,7 @@ inline std::string as_bytes(std::span<const float> values) {
 }
 
 /// What identify says of the trials, seven floats each, as bytes.
-inline std::string identified_bytes(Model& model, const dataset::Dataset& data) {
+inline std::string identified_bytes(const Model& model, const dataset::Dataset& data) {
   std::vector<float> all;
   for (int i = 0; i < data.trials(); ++i) {  // one by one, as decid identify does
     const auto sways = sways_in_memory([&](int) { return data.trial(i); });
@@ -62,7 +62,7 @@ inline std::string identified_bytes(Model& model, const dataset::Dataset& data) 
   return as_bytes(all);
 }
 
-/// A command of the shell: its exit code; what it printed is told if that is not 0.
+/// A command of the shell: its exit code; if that is not 0, prints what it printed.
 inline int shell(const std::string& command) {
   const Folder folder;
   const int status = std::system((command + " >" + folder / "out" + " 2>&1 </dev/null").c_str());

@@ -1,5 +1,5 @@
 // An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F and M7, run under QEMU on
-// trials, bits compared with identify's. What it costs is printed; the README has it as a table.
+// trials, bits compared with identify's. What it costs is printed; docs/firmware.md has it as a table.
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -31,7 +31,7 @@ std::string run_example(const Folder& folder, const std::string& options, const 
   return test::read_text(folder / "out/costs.txt");
 }
 
-/// The row of the README's table, and the controller's.
+/// The row of the table, and the controller's.
 std::string row(const std::string& what, const std::string& costs) {
   const auto kilo = [&](const std::string& name) {
     return format("%.1f", 1e-3 * static_cast<double>(cost(costs, name)));
@@ -74,7 +74,7 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
     const dataset::Dataset data = test::noisy_trials(model, trials, 77);
     const std::string costs = run_example(folder, "--cpu " + cpu, data);
     check_costs(costs, trials);
-    check_written("README.md", row(name + ", float", costs));
+    check_written("docs/firmware.md", row(name + ", float", costs));
     check_written("docs/firmware.md", controller_row(name, costs));
     CHECK(test::read_text(folder / "out/results.bin") == test::identified_bytes(model, data));
   }
@@ -82,7 +82,7 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
   const dataset::Dataset data = test::noisy_trials(model, 2, 78);
   const std::string costs = run_example(folder, "--int8 --cpu " + cpu, data);
   check_costs(costs, 2);
-  check_written("README.md", row(name + ", 8 bits", costs));
+  check_written("docs/firmware.md", row(name + ", 8 bits", costs));
   FirmwarePlan plan = plan_firmware(model, {.int8 = true});
   quantise(plan, model);
   std::vector<float> expected;

@@ -11,39 +11,45 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "tests/near.hpp"
 
 namespace {
 
 using decid::Identification;
+using decid::Identifications;
+using decid::test::near;
 using decid::tools::ReportModel;
 using json = nlohmann::json;
 namespace sim = decid::sim;
 
+/// What rounding to six significant digits changes at most, of a number that begins with 1.
+constexpr double six_digits = 5e-6;
 constexpr float nan_float = std::numeric_limits<float>::quiet_NaN();
 constexpr double nan_double = std::numeric_limits<double>::quiet_NaN();
 
 const ReportModel model{"built-in", "0123abcd", "9.8.7"};
 
-Identification recording() {
-  Identification made;
+Identifications recording() {
+  Identifications all;
+  Identification& made = all.recordings.emplace_back();
   made.file = "trial.csv";
   made.column = "com_sway_deg";
-  made.parameters = sim::middle_parameters();
-  made.parameters[sim::Kp] = 838.99;
-  made.rms_residual_deg = 0.25;
-  made.variance_accounted_for = 0.75;
-  made.peak_to_peak_deg = 2.0;
+  made.estimate.parameters = sim::middle_parameters();
+  made.estimate.parameters[sim::Kp] = 838.99;
+  made.explanation.rms_residual_deg = 0.25;
+  made.explanation.variance_accounted_for = 0.75;
+  made.estimate.trial = decid::dataset::trial_of({});
   for (int k = 0; k < 12100; ++k) {
     const double phase = 2.0 * sim::pi * k / 1000.0;
-    made.sway_rad.push_back(static_cast<float>(sim::rad_per_deg * std::sin(phase)));
-    made.fitted_rad.push_back(static_cast<float>(0.9 * sim::rad_per_deg * std::sin(phase)));
-    made.tilt_rad.push_back(static_cast<float>(0.5 * sim::rad_per_deg * std::cos(phase)));
+    made.estimate.trial.sway_rad().push_back(static_cast<float>(sim::rad_per_deg * std::sin(phase)));
+    made.explanation.fitted_rad.push_back(static_cast<float>(0.9 * sim::rad_per_deg * std::sin(phase)));
+    all.tilt_rad.push_back(static_cast<float>(0.5 * sim::rad_per_deg * std::cos(phase)));
   }
-  made.image_shape = {2, 110, 110};
-  for (int i = 0; i < made.image_shape.size(); ++i) {
-    made.image.push_back(static_cast<float>(3.0 * std::sin(0.37 * i) * std::exp(-0.0005 * (i % 12100))));
+  all.image_shape = {2, 110, 110};
+  for (int i = 0; i < all.image_shape.size(); ++i) {
+    made.estimate.image.push_back(static_cast<float>(3.0 * std::sin(0.37 * i) * std::exp(-0.0005 * (i % 12100))));
   }
-  return made;
+  return all;
 }
 
 std::size_t count(const std::string& text, const std::string& part) {
@@ -59,14 +65,14 @@ std::string block_of(const std::string& page) {
   return page.substr(start, page.find("</script", start) - start);
 }
 
-json data_of(const Identification& identification) {
-  return json::parse(block_of(report_html(model, {identification})));
+json data_of(const Identifications& all) {
+  return json::parse(block_of(report_html(model, all)));
 }
 
 }  // namespace
 
 TEST_CASE("the page is whole, self-contained and small") {
-  const std::string page = report_html(model, {recording()});
+  const std::string page = report_html(model, recording());
   CHECK(page.starts_with("<!doctype html>"));
   CHECK(page.ends_with("</html>\n"));
   for (const char* mark :
@@ -83,10 +89,11 @@ TEST_CASE("the page is whole, self-contained and small") {
 }
 
 TEST_CASE("the data are those of the identification") {
-  Identification made = recording();
+  Identifications all = recording();
+  Identification& made = all.recordings.front();
   made.truth = sim::middle_parameters();
-  made.warnings = {"the recording is short"};
-  const json data = data_of(made);
+  made.estimate.warnings = {"the recording is short"};
+  const json data = data_of(all);
   CHECK(data["model"]["name"] == "built-in");
   CHECK(data["model"]["sha256"] == "0123abcd");
   CHECK(data["model"]["version"] == "9.8.7");
@@ -103,43 +110,47 @@ TEST_CASE("the data are those of the identification") {
     const json& parameter = shown["parameters"][i];
     CAPTURE(i);
     CHECK(parameter["name"] == sim::parameter_info[i].name);
-    CHECK(parameter["value"].get<double>() == doctest::Approx(made.parameters[i]).epsilon(1e-5));
-    CHECK(parameter["truth"].get<double>() == doctest::Approx((*made.truth)[i]).epsilon(1e-5));
+    CHECK(near(parameter["value"].get<double>(), made.estimate.parameters[i], six_digits));
+    CHECK(near(parameter["truth"].get<double>(), (*made.truth)[i], six_digits));
     CHECK(parameter.contains("normalized") == sim::parameter_info[i].per_mgh);
   }
-  CHECK(shown["parameters"][0]["normalized"].get<double>() == doctest::Approx(1.0).epsilon(1e-4));
+  CHECK(near(shown["parameters"][0]["normalized"].get<double>(), 838.99 / sim::Body{}.mgh(), six_digits));
 }
 
 TEST_CASE("curves keep a thousandth of their width") {
-  const Identification made = recording();
-  const json series = data_of(made)["recordings"][0]["series"];
+  const Identifications all = recording();
+  const Identification& made = all.recordings.front();
+  const json series = data_of(all)["recordings"][0]["series"];
   const double per_degree = series["per_degree"];
   CHECK(1.0 / per_degree <= 2.0 / 1000);
-  REQUIRE(series["sway"].size() == made.sway_rad.size());
-  for (std::size_t k = 0; k < made.sway_rad.size(); ++k) {
+  REQUIRE(series["sway"].size() == made.estimate.trial.sway_rad().size());
+  for (std::size_t k = 0; k < made.estimate.trial.sway_rad().size(); ++k) {
     const double shown_deg = series["sway"][k].get<double>() / per_degree;
-    REQUIRE(std::abs(shown_deg - made.sway_rad[k] / sim::rad_per_deg) <= 0.5001 / per_degree);
+    REQUIRE(std::abs(shown_deg - made.estimate.trial.sway_rad()[k] / sim::rad_per_deg) <= 0.5001 / per_degree);
   }
 }
 
 TEST_CASE("a recording without movement, or of one sample, or of none makes a page") {
-  Identification still = recording();
-  for (std::vector<float>* signal : {&still.sway_rad, &still.fitted_rad, &still.tilt_rad}) signal->assign(12100, 0.0F);
-  CHECK(data_of(still)["recordings"][0]["series"]["sway"][5] == 0);
-  still.sway_rad.resize(1);
-  still.fitted_rad.clear();
-  CHECK(data_of(still)["recordings"][0]["series"]["fitted"].empty());
-  still.sway_rad.clear();
-  still.tilt_rad.clear();
-  still.image.clear();
-  CHECK(data_of(still)["recordings"][0]["image"].is_null());
+  Identifications all = recording();
+  Identification& still = all.recordings.front();
+  for (std::vector<float>* signal : {&still.estimate.trial.sway_rad(), &still.explanation.fitted_rad, &all.tilt_rad})
+    signal->assign(12100, 0.0F);
+  CHECK(data_of(all)["recordings"][0]["series"]["sway"][5] == 0);
+  still.estimate.trial.sway_rad().resize(1);
+  still.explanation.fitted_rad.clear();
+  CHECK(data_of(all)["recordings"][0]["series"]["fitted"].empty());
+  still.estimate.trial.sway_rad().clear();
+  all.tilt_rad.clear();
+  still.estimate.image.clear();
+  CHECK(data_of(all)["recordings"][0]["image"].is_null());
   CHECK(json::parse(block_of(report_html(model, {})))["recordings"].empty());
 }
 
 TEST_CASE("the image keeps the rows below half the sample rate and its limits") {
-  Identification made = recording();
-  made.image[3] = nan_float;
-  const json image = data_of(made)["recordings"][0]["image"];
+  Identifications all = recording();
+  Identification& made = all.recordings.front();
+  made.estimate.image[3] = nan_float;
+  const json image = data_of(all)["recordings"][0]["image"];
   CHECK(image["rows"] == 56);
   CHECK(image["columns"] == 110);
   CHECK(image["mirrored"] == true);
@@ -153,20 +164,20 @@ TEST_CASE("the image keeps the rows below half the sample rate and its limits") 
     if (!level.is_null()) REQUIRE((level >= 0 && level <= 255));
   }
   CHECK(image["channels"][1]["kind"] == "cyclic");
-  CHECK(image["channels"][1]["low"].get<double>() == doctest::Approx(-sim::pi).epsilon(1e-5));
-  made.image.pop_back();
-  CHECK_THROWS_AS(report_html(model, {made}), decid::Error);
+  CHECK(near(image["channels"][1]["low"].get<double>(), -sim::pi, six_digits));
+  made.estimate.image.pop_back();
+  CHECK_THROWS_AS(report_html(model, all), decid::Error);
 }
 
 TEST_CASE("what is not a number becomes null") {
-  Identification made = recording();
-  made.rms_residual_deg = nan_double;
-  made.variance_accounted_for = -std::numeric_limits<double>::infinity();
-  made.peak_to_peak_deg = nan_double;
-  made.parameters[sim::Kd] = nan_double;
-  made.sway_rad[17] = nan_float;
-  made.fitted_rad.resize(100);
-  const json shown = data_of(made)["recordings"][0];
+  Identifications all = recording();
+  Identification& made = all.recordings.front();
+  made.explanation.rms_residual_deg = nan_double;
+  made.explanation.variance_accounted_for = -std::numeric_limits<double>::infinity();
+  made.estimate.parameters[sim::Kd] = nan_double;
+  made.estimate.trial.sway_rad()[17] = nan_float;
+  made.explanation.fitted_rad.resize(100);
+  const json shown = data_of(all)["recordings"][0];
   CHECK(shown["rms_residual_deg"].is_null());
   CHECK(shown["variance_accounted_for"].is_null());
   CHECK(shown["peak_to_peak_deg"].is_null());
@@ -178,11 +189,12 @@ TEST_CASE("what is not a number becomes null") {
 
 TEST_CASE("text from outside cannot leave its block") {
   const std::string hostile = "</script><script>alert(1)</script><!--<script>{{page_js}}&amp;\" \\u003c\xff\x01";
-  Identification made = recording();
+  Identifications all = recording();
+  Identification& made = all.recordings.front();
   made.file = made.column = hostile;
-  made.protocol.name = hostile;
-  made.warnings = {hostile};
-  const std::string page = decid::tools::report_html({hostile, hostile, hostile}, {made});
+  all.protocol.name = hostile;
+  made.estimate.warnings = {hostile};
+  const std::string page = decid::tools::report_html({hostile, hostile, hostile}, all);
   CHECK(count(page, "</script>") == 3);
   CHECK(page.find("<script>alert") == std::string::npos);
   const std::string block = block_of(page);
@@ -196,6 +208,7 @@ TEST_CASE("text from outside cannot leave its block") {
 }
 
 TEST_CASE("the same identification makes the same page") {
-  const std::vector<Identification> recordings{recording(), recording()};
+  Identifications recordings = recording();
+  recordings.recordings.push_back(recordings.recordings.front());
   CHECK(report_html(model, recordings) == report_html(model, recordings));
 }

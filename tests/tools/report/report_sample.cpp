@@ -1,5 +1,5 @@
 // Writes a report of made-up recordings, for looking at and for report_chromium.sh:
-//   report_sample PAGE.html [several|dataset]
+//   report_sample PAGE.html [several|folded|dataset]
 // One simulated trial with known parameters; "several" adds one whose fit fell over and one with an odd name;
 // "dataset": the report of a data set.
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "base/file.hpp"
 #include "base/random.hpp"
 #include "dataset/image/image.hpp"
-#include "identify/frequency_response.hpp"
+#include "identify/explanation.hpp"
 #include "sim/simulate.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/frf.hpp"
@@ -21,6 +21,7 @@
 namespace {
 
 using decid::Identification;
+using decid::Identifications;
 namespace sim = decid::sim;
 
 std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& parameters) {
@@ -29,51 +30,53 @@ std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& p
   return {sway_rad.begin(), sway_rad.end()};
 }
 
-Identification recording(std::vector<decid::dataset::Channel> channels, int fold = 1) {
-  const sim::Simulator simulator(sim::default_protocol());
+/// What the recordings of a page have in common.
+Identifications nothing_yet(const sim::Simulator& simulator, std::vector<decid::dataset::Channel> channels, int fold) {
+  const decid::Explainer explainer(simulator);
+  Identifications all;
+  all.protocol = simulator.protocol();
+  all.tilt_rad.assign(explainer.tilt_rad().begin(), explainer.tilt_rad().end());
+  all.image.channels = std::move(channels);
+  all.image.fold = fold;
+  all.image_shape = decid::dataset::ImageMaker(all.image, simulator.samples()).shape();
+  return all;
+}
+
+Identification recording(const sim::Simulator& simulator, const Identifications& of) {
   Identification made;
   made.file = "recordings/subject-04/trial-2.csv";
   made.column = "com_sway_deg";
-  made.protocol = simulator.protocol();
   made.truth = sim::Parameters{790.0, 265.0, 171.0, 118.0, 0.62, 0.0017, 0.121};
-  made.parameters = {823.4, 251.9, 183.2, 124.6, 0.57, 0.0021, 0.114};
-  made.sway_rad = run(simulator, *made.truth);
-  sim::Parameters noise_free = made.parameters;
-  noise_free[sim::Nv] = 0.0;
-  made.fitted_rad = run(simulator, noise_free);
-  for (int k = 0; k < simulator.samples(); ++k) {
-    const int step = k * simulator.protocol().steps_per_sample();
-    made.tilt_rad.push_back(static_cast<float>(simulator.stimulus().tilt_at(step)));
-  }
-  decid::add_frequency_response(made);
-  made.rms_residual_deg = 0.2874;
-  made.variance_accounted_for = 0.631;
-  made.peak_to_peak_deg = 2.148;
-  made.image_settings.channels = std::move(channels);
-  made.image_settings.fold = fold;
-  const decid::dataset::ImageMaker maker(made.image_settings, simulator.samples());
-  made.image_shape = maker.shape();
-  made.image.resize(static_cast<std::size_t>(made.image_shape.size()));
-  maker.make(made.sway_rad, made.image);
+  made.estimate.parameters = {823.4, 251.9, 183.2, 124.6, 0.57, 0.0021, 0.114};
+  made.estimate.trial = decid::dataset::trial_of(run(simulator, *made.truth));
+  made.explanation = decid::Explainer(simulator).explain({made.estimate.parameters, made.estimate.trial});
+  made.explanation.warnings.clear();
+  made.explanation.rms_residual_deg = 0.2874;
+  made.explanation.variance_accounted_for = 0.631;
+  made.estimate.image.resize(static_cast<std::size_t>(of.image_shape.size()));
+  decid::dataset::ImageMaker(of.image, simulator.samples()).make(made.estimate.trial.sway_rad(), made.estimate.image);
   return made;
 }
 
-std::vector<Identification> several() {
-  using decid::dataset::Channel;
-  Identification fallen = recording({Channel::log_modulus, Channel::cos_phase, Channel::sin_phase});
+Identifications several(std::vector<decid::dataset::Channel> channels, int fold = 1) {
+  const sim::Simulator simulator(sim::default_protocol());
+  Identifications all = nothing_yet(simulator, std::move(channels), fold);
+  Identification fallen = recording(simulator, all);
   fallen.file = "recordings/subject-05/trial-1.csv";
   fallen.truth.reset();
-  fallen.fitted_rad.resize(3417);
-  fallen.rms_residual_deg = fallen.variance_accounted_for = std::numeric_limits<double>::quiet_NaN();
-  fallen.parameters[sim::Delay] = 0.262;
-  fallen.warnings = {"delay is outside the range the model was trained on; do not rely on it",
-                     "the body simulated from the identified parameters fell over after 34.2 s"};
-  decid::add_frequency_response(fallen);
-  Identification odd = recording({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2);
+  fallen.estimate.parameters[sim::Delay] = 0.262;
+  fallen.explanation.fitted_rad.resize(3417);
+  fallen.explanation.frf->model.clear();
+  fallen.explanation.rms_residual_deg = fallen.explanation.variance_accounted_for =
+      std::numeric_limits<double>::quiet_NaN();
+  fallen.estimate.warnings = {"delay is outside the range the model was trained on; do not rely on it",
+                              "the body simulated from the identified parameters fell over after 34.2 s"};
+  Identification odd = recording(simulator, all);
   odd.file = "</script><script>document.body.dataset.error='markup'</script>.csv";
   Identification failed;
   failed.error = decid::Error("recordings/<b>subject-06</b>.csv", "line 3, sway: the cell is empty", "give a value");
-  return {recording({Channel::modulus, Channel::phase}), failed, fallen, odd};
+  all.recordings = {recording(simulator, all), failed, fallen, odd};
+  return all;
 }
 
 std::string dataset_page() {
@@ -91,14 +94,17 @@ std::string page_of(const std::string& kind) {
   using decid::dataset::Channel;
   if (kind == "dataset") return dataset_page();
   const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
-  return report_html(model, kind == "several" ? several() : std::vector{recording({Channel::modulus, Channel::phase})});
+  if (kind == "folded")
+    return report_html(model, several({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2));
+  return report_html(
+      model, several({Channel::modulus, Channel::phase, Channel::log_modulus, Channel::cos_phase, Channel::sin_phase}));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fputs("usage: report_sample PAGE.html [several|dataset]\n", stderr);
+    std::fputs("usage: report_sample PAGE.html [several|folded|dataset]\n", stderr);
     return 2;
   }
   try {

@@ -1,0 +1,48 @@
+// An identified trial: its parameters, and how well they explain what was recorded.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dataset/recording/trial.hpp"
+#include "sim/frf.hpp"
+#include "sim/parameters.hpp"
+
+namespace decid {
+
+/// What a model's network finds in one trial.
+struct Estimate {
+  sim::Parameters parameters{};  ///< SI units; they may lie a little outside of their ranges
+  dataset::Trial trial;          ///< what was identified: the recording at the protocol's rate and length
+  std::vector<float> image;      ///< of the trial, before row scaling, channel-major; its shape is the model's
+  /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.
+  double distance = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::string> warnings;  ///< for people: what was assumed or changed, what looks odd
+};
+
+/// Frequency response of sway to tilt: the recording's, and that of the identified controller, band by band.
+struct FrequencyResponses {
+  int cycles = 0;  ///< of the stimulus, that were analysed
+  std::vector<sim::FrfPoint> recorded;
+  std::vector<sim::FrfPoint> model;  ///< of the noise-free trial; empty if that fell over
+  std::vector<sim::Complex> linear;  ///< of the closed loop at theta = 0
+};
+
+/// What trials simulated from a set of parameters show about the trial that they were identified from.
+struct Explanation {
+  std::vector<float> fitted_rad;  ///< the noise-free trial; shorter than the protocol if the body fell
+  /// Of the noise-free trial beside the recording, means removed; NaN if it fell.
+  double rms_residual_deg = std::numeric_limits<double>::quiet_NaN();
+  double variance_accounted_for = std::numeric_limits<double>::quiet_NaN();  ///< 1 - var(residual) / var(sway)
+  /// How much of the controller's response to the tilt is in the recording (following.hpp): 1 all, 0 none; NaN unknown.
+  double following = std::numeric_limits<double>::quiet_NaN();
+  /// How little the recording is like what the model was trained on (following.hpp); 96 of 100 simulated trials are
+  /// below 1. NaN if the model has no familiarity.
+  double unfamiliarity = std::numeric_limits<double>::quiet_NaN();
+  std::optional<FrequencyResponses> frf;  ///< empty if the stimulus has none; a warning says why
+  std::vector<std::string> warnings;
+};
+
+}  // namespace decid

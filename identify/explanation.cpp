@@ -1,0 +1,201 @@
+// How well parameters explain a trial: see explanation.hpp.
+#include "identify/explanation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+
+namespace decid {
+namespace {
+
+/// How many noisy trials the noise-free one is compared with, as it is with the recording.
+constexpr int compared = 5;
+/// Trials of one answer: those with noise and the noise-free one.
+constexpr int trials_of_answer = Following::trials + 1;
+/// Answers that are simulated together: 264 trials fill the lanes, and take 25 MB.
+constexpr std::size_t together = 8;
+constexpr int fewest_cycles_to_skip_one = 3;
+
+struct Residual {
+  double rms_deg, variance_accounted_for;
+};
+
+double mean(std::span<const float> values) {
+  double sum = 0;
+  for (const float v : values) sum += static_cast<double>(v);
+  return sum / static_cast<double>(values.size());
+}
+
+/// How much of `sway` the trial `fitted` explains, means removed. NaN if it fell over before its end.
+Residual residual_of(std::span<const float> sway, std::span<const float> fitted) {
+  if (fitted.size() < sway.size()) return {std::nan(""), std::nan("")};
+  const double sway_mean = mean(sway), fitted_mean = mean(fitted);
+  double residual = 0, variance = 0;
+  for (std::size_t k = 0; k < sway.size(); ++k) {
+    const double centred = static_cast<double>(sway[k]) - sway_mean;
+    const double difference = centred - (static_cast<double>(fitted[k]) - fitted_mean);
+    residual += difference * difference;
+    variance += centred * centred;
+  }
+  return {std::sqrt(residual / static_cast<double>(sway.size())) / sim::rad_per_deg, 1 - residual / variance};
+}
+
+sim::Parameters without_noise(sim::Parameters parameters) {
+  parameters[sim::Nv] = 0.0;
+  return parameters;
+}
+
+/// The samples before the body fell.
+std::span<const double> standing(const sim::Outcome& outcome, std::span<const double> sway_rad, double rate_hz) {
+  if (outcome.valid) return sway_rad;
+  return sway_rad.first(std::min(static_cast<std::size_t>(outcome.end_s * rate_hz), sway_rad.size()));
+}
+
+/// Warns if the residual is larger than noise explains.
+void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& explanation) {
+  if (!std::isfinite(explanation.variance_accounted_for)) {
+    explanation.warnings.push_back(
+        "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
+    return;
+  }
+  std::vector<double> usual;
+  for (const std::vector<float>& trial : noisy) {
+    if (trial.size() < explanation.fitted_rad.size()) continue;  // skips a trial that fell
+    usual.push_back(residual_of(trial, explanation.fitted_rad).variance_accounted_for);
+  }
+  if (usual.empty()) {
+    explanation.warnings.push_back(
+        "the identified controller stands without its noise but falls with it: it is near the border "
+        "of what stands");
+    return;
+  }
+  const auto [low, high] = std::ranges::minmax(usual);
+  if (explanation.variance_accounted_for < low - (high - low) - 0.1)
+    explanation.warnings.push_back(format(
+        "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
+        "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this kind "
+        "of controller",
+        100 * explanation.variance_accounted_for, 100 * low, 100 * high));
+}
+
+}  // namespace
+
+/// An answer's trials up to where the body falls.
+struct Explainer::Simulated {
+  std::vector<float> fitted;
+  std::array<std::vector<float>, compared> noisy;
+  Following::Simulated following;
+};
+
+Explainer::Explainer(const sim::Simulator& simulator) : simulator_(simulator) {
+  const sim::Protocol& protocol = simulator_.protocol();
+  const int samples = simulator_.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
+  for (int k = 0; k < samples; ++k)
+    tilt_rad_.push_back(static_cast<float>(simulator_.stimulus().tilt_at(k * steps_per_sample)));
+  try {
+    following_.emplace(protocol);
+  } catch (const Error&) {  // it stays unknown
+  }
+  try {
+    frf_.emplace(frequency_analysis(protocol.experiment));
+  } catch (const Error& error) {
+    no_frf_ = "no frequency response: " + error.problem();
+  }
+}
+
+std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> answers) const {
+  std::vector<Simulated> all;
+  std::vector<sim::Parameters> with_noise;
+  for (const Answer& answer : answers) {
+    all.push_back({{}, {}, Following::Simulated(simulator_.samples())});
+    with_noise.push_back(simulable(answer.parameters));
+  }
+  simulator_.run_all(
+      trials_of_answer * static_cast<int>(answers.size()),
+      [&](int i) {
+        const int trial = i % trials_of_answer - 1;
+        const sim::Parameters& parameters = with_noise[static_cast<std::size_t>(i / trials_of_answer)];
+        return sim::Trial{trial < 0 ? without_noise(parameters) : parameters,
+                          Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
+      },
+      [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
+        const int trial = i % trials_of_answer - 1;
+        Simulated& simulated = all[static_cast<std::size_t>(i / trials_of_answer)];
+        if (trial >= 0 && outcome.valid) simulated.following.put(trial, sway);
+        if (trial >= compared) return;
+        std::vector<float>& kept = trial < 0 ? simulated.fitted : simulated.noisy[static_cast<std::size_t>(trial)];
+        const auto part = standing(outcome, sway, simulator_.protocol().experiment.sample_rate_hz);
+        kept.assign(part.begin(), part.end());
+      });
+  return all;
+}
+
+Explanation Explainer::explain(const Answer& answer, Simulated simulated) const {
+  Explanation explanation;
+  explanation.fitted_rad = std::move(simulated.fitted);
+  const Residual found = residual_of(answer.trial.sway_rad(), explanation.fitted_rad);
+  explanation.rms_residual_deg = found.rms_deg;
+  explanation.variance_accounted_for = found.variance_accounted_for;
+  warn_of_residual(simulated.noisy, explanation);
+  if (following_) explanation.following = following_->measure(simulated.following, answer.trial.sway_rad());
+  if (frf_)
+    explanation.frf =
+        frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment.body);
+  else
+    explanation.warnings.push_back(no_frf_);
+  return explanation;
+}
+
+std::vector<Explanation> Explainer::explain(std::span<const Answer> answers) const {
+  std::vector<Explanation> all(answers.size());
+  for (std::size_t first = 0; first < answers.size(); first += together) {
+    const auto some = answers.subspan(first, std::min(together, answers.size() - first));
+    std::vector<Simulated> simulated = simulate(some);
+    parallel_for(static_cast<int>(some.size()), [&](int i) {
+      const auto place = static_cast<std::size_t>(i);
+      all[first + place] = explain(some[place], std::move(simulated[place]));
+    });
+  }
+  return all;
+}
+
+std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters) {
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  const sim::Outcome outcome =
+      simulator.run(without_noise(simulable(parameters)), Random(0, Stream::vestibular_noise, 0), sway);
+  const auto part = standing(outcome, sway, simulator.protocol().experiment.sample_rate_hz);
+  return {part.begin(), part.end()};
+}
+
+sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment) {
+  return sim::FrequencyResponse(experiment, experiment.cycles() >= fewest_cycles_to_skip_one ? 1 : 0);
+}
+
+FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, const Answer& answer,
+                                       std::span<const float> fitted_rad, std::span<const float> tilt_rad,
+                                       const sim::Body& body) {
+  const dataset::Trial& trial = answer.trial;
+  FrequencyResponses found;
+  found.cycles = analysis.cycles();
+  const dataset::Signal<float>* measured = trial.signals.find(dataset::platform_tilt);
+  found.recorded = analysis.measure(trial.sway_rad(), measured ? measured->rad : tilt_rad);
+  if (fitted_rad.size() == trial.sway_rad().size()) found.model = analysis.measure(fitted_rad, tilt_rad);
+  found.linear = analysis.linear(answer.parameters, body);
+  return found;
+}
+
+void warn_unless_following(Explanation& explanation) {
+  constexpr double least = 0.3;
+  if (explanation.following >= least || std::isnan(explanation.following)) return;
+  explanation.warnings.push_back(
+      format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller would "
+             "have (8%% of valid simulated trials have less than %g, where noise drowns it); was it this protocol, and "
+             "in time with the recording?",
+             explanation.following, least));
+}
+
+}  // namespace decid

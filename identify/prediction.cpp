@@ -1,0 +1,58 @@
+// Outputs for many trials: see prediction.hpp.
+#include "identify/prediction.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/parallel.hpp"
+#include "nn/predictor.hpp"
+
+namespace decid {
+namespace {
+
+constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
+
+}  // namespace
+
+Sways sways_in_memory(std::function<std::span<const float>(int)> sway) {
+  return [sway = std::move(sway)](std::span<const int> indices, const TakeSway& take) {
+    parallel_for(static_cast<int>(indices.size()), [&](int i) {
+      const auto place = static_cast<std::size_t>(i);
+      take(place, sway(indices[place]));
+    });
+  };
+}
+
+std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways) {
+  const auto outputs = static_cast<std::size_t>(model.network.output_shape().size());
+  const auto values = static_cast<std::size_t>(model.network.input_shape().size());
+  const auto fitting = static_cast<int>(std::min(most_image_bytes / (values * sizeof(float)), std::size_t{1} << 20));
+  at_once = std::clamp(at_once, 1, std::max(fitting, 1));
+  nn::Predictor predictor(model.network, std::min(trials, at_once));
+  std::vector<float> result(static_cast<std::size_t>(trials) * outputs), images;
+  for (int first = 0; first < trials; first += at_once) {
+    std::vector<int> indices(static_cast<std::size_t>(std::min(at_once, trials - first)));
+    std::iota(indices.begin(), indices.end(), first);
+    images.resize(indices.size() * values);
+    dataset::encode_all(
+        model.encoding(), [&](const TakeSway& take) { sways(indices, take); }, images);
+    predictor.run(images,
+                  std::span(result).subspan(static_cast<std::size_t>(first) * outputs, indices.size() * outputs));
+  }
+  return result;
+}
+
+Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part) {
+  Predicted predicted;
+  predicted.truth.resize(static_cast<std::size_t>(source.trials(part)));
+  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+    source.take(part, 0, indices, [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
+      predicted.truth[static_cast<std::size_t>(indices[place])] = truth;
+      take(place, sway);
+    });
+  };
+  predicted.outputs = predict(model, source.trials(part), source.trials_at_once(), sways);
+  return predicted;
+}
+
+}  // namespace decid

@@ -1,0 +1,29 @@
+// A model's outputs for many trials from any source.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "identify/model.hpp"
+
+namespace decid {
+
+/// Runs the network over trials in batches: outputs[trial * 7 + parameter], z-scored. `sways` is asked for up to
+/// `at_once` trials at a time: it calls take(place, sway_rad) for trial indices[place], in any order and from many
+/// threads.
+using dataset::TakeSway;
+using Sways = std::function<void(std::span<const int> indices, const TakeSway& take)>;
+/// For trials in memory: sway(i) gives trial i.
+Sways sways_in_memory(std::function<std::span<const float>(int)> sway);
+std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways);
+
+/// The outputs for a part of a source's trials, and what these were simulated with.
+struct Predicted {
+  std::vector<float> outputs;
+  std::vector<sim::Parameters> truth;
+};
+/// Of epoch 0.
+Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part);
+
+}  // namespace decid

@@ -1,0 +1,25 @@
+// An architecture's text, a layer a line, and the layers that it makes.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nn/layer.hpp"
+
+namespace decid::nn {
+
+/// The layers that the lines of an architecture describe, for inputs of shape `src`:
+///   conv CHANNELS ROWSxCOLUMNS [stride RxC] [pad RxC]    batchnorm    relu
+///   maxpool RxC [stride RxC]    avgpool RxC [stride RxC]    globalavgpool    fc OUTPUTS
+/// A batchnorm line and the relu and pool lines behind it are fused into one layer. Throws Error, naming the line, for
+/// an unknown word or a geometry that leaves no output.
+template <class T>
+std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lines);
+/// The layer of a single line.
+template <class T>
+Layer<T> make_layer(Shape src, const std::string& line) {
+  return std::move(make_layers<T>(src, {line}).front());
+}
+
+}  // namespace decid::nn

@@ -1,0 +1,46 @@
+// Fusion in training: a convolution takes the sums of the BatchNorm behind it while the rows that it has just written
+// are in the cache. (BatchNorm's fusion with ReLU and pool is a matter of make_layers, its folding into weights one of
+// inference.)
+#pragma once
+
+#include <cstddef>
+
+#include "nn/layer.hpp"
+
+namespace decid::nn {
+
+/// A BatchNorm's two sums a channel over a batch, in double: in each lane row after row, then over the lanes of a
+/// block, then over the blocks, by the trees of kernels.hpp. The bits do not depend on who takes them.
+template <class T>
+class BatchSums {
+ public:
+  /// `running_mean`: the forward sums are taken around it, and it must outlive this.
+  BatchSums(const Statistic<T>& running_mean, int largest_batch)
+      : running_mean_(running_mean), channels_(running_mean.value.size()) {
+    parts_.reserve(TensorView<T>::blocks_of(largest_batch) * channels_ * 2);
+  }
+
+  /// Forward: adds rows of a channel to its sums of each lane, `sums` (2 x lanes); calls in order of rows.
+  void add_rows(Plane<const T> rows, int channel, double* sums) const {
+    kernels<T>().batchnorm_sums(rows, running_mean_.value[static_cast<std::size_t>(channel)], sums);
+  }
+  /// Keeps the sums of a whole plane, of which `valid` lanes hold samples.
+  void keep(const double* sums, int valid, int block, int channel) {
+    double* const part =
+        parts_.data() + (static_cast<std::size_t>(block) * channels_ + static_cast<std::size_t>(channel)) * 2;
+    part[0] = lane_sum(sums, valid);
+    part[1] = lane_sum(sums + lanes, valid);
+  }
+  /// When all planes of `blocks` blocks are kept: both sums of channel 0, of channel 1, ...
+  const double* total(int blocks) {
+    tree_sum(parts_.data(), blocks, channels_ * 2, channels_ * 2);
+    return parts_.data();
+  }
+
+ private:
+  const Statistic<T>& running_mean_;
+  std::size_t channels_;
+  AlignedBuffer<double> parts_;  // two sums a block and channel
+};
+
+}  // namespace decid::nn

@@ -1,0 +1,139 @@
+// Training of a network: its memory, forward and backward.
+#include "nn/trainer.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "nn/training_layer.hpp"
+
+namespace decid::nn {
+
+template <class T>
+Trainer<T>::Trainer(Network<T>& network, int largest_batch)
+    : network_(network), largest_batch_(largest_batch), parameters_(network.parameters()) {
+  if (largest_batch < 1 || largest_batch > 65536)
+    throw Error("batch", "of " + std::to_string(largest_batch) + " samples", "give 1 to 65536");
+  for (Layer<T>& layer : network.layers()) {
+    layers_.push_back(make_training_layer(layer, largest_batch, layers_.empty() ? nullptr : layers_.back().get()));
+    for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.push_back(&layers_.back()->gradient(k));
+  }
+  for (const Parameter<T>* p : parameters_) velocities_.emplace_back(p->value.size(), T(0));
+  plan();
+}
+
+template <class T>
+Trainer<T>::Trainer(Trainer&&) noexcept = default;
+template <class T>
+Trainer<T>::~Trainer() = default;
+
+// The tensor behind activation `index` is read by the layers that follow it, up to the first not in place.
+template <class T>
+int Trainer<T>::activation_halo(std::size_t index) const {
+  int halo = 0;
+  for (std::size_t i = index; i < layers_.size(); ++i) {
+    halo = std::max(halo, layers_[i]->src_halo());
+    if (!layers_[i]->in_place()) break;
+  }
+  return halo;
+}
+
+// Its derivative is read by the layer that made it, before any that worked in place.
+template <class T>
+int Trainer<T>::difference_halo(std::size_t index) const {
+  while (index > 0 && layers_[index - 1]->in_place()) --index;
+  return index > 0 ? layers_[index - 1]->diff_dst_halo() : 0;
+}
+
+// The derivative by activation `index` takes its place: the layer that follows allows it, and the one before has no
+// more use for what it made. (The derivative by the input is not computed.)
+template <class T>
+bool Trainer<T>::difference_replaces_activation(std::size_t index) const {
+  return index > 0 && index < layers_.size() && layers_[index]->diff_may_replace_src() &&
+         !layers_[index - 1]->backward_reads_dst();
+}
+
+// Every activation is kept for backward; of the derivatives that do not replace one, two at a time.
+template <class T>
+void Trainer<T>::plan() {
+  struct Place {
+    Shape shape;
+    std::size_t activation = 0;  // offset
+    int turn = 0;                // which of the two
+    int activation_halo = 0, difference_halo = 0;
+  };
+  std::vector<Place> places(layers_.size() + 1);
+  std::size_t kept = 0, pair[2] = {0, 0};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Place& place = places[i];
+    place.shape = i > 0 ? layers_[i - 1]->layer().dst_shape() : network_.input_shape();
+    place.activation_halo = activation_halo(i);
+    place.difference_halo = difference_halo(i);
+    if (difference_replaces_activation(i))
+      place.activation_halo = place.difference_halo = std::max(place.activation_halo, place.difference_halo);
+    if (i > 0 && layers_[i - 1]->in_place()) {
+      place.activation = places[i - 1].activation;
+      place.turn = places[i - 1].turn;
+      continue;
+    }
+    place.turn = i > 0 ? 1 - places[i - 1].turn : 0;
+    place.activation = kept;
+    kept += TensorView<T>::required(place.shape, largest_batch_, place.activation_halo);
+    if (i > 0 && !difference_replaces_activation(i))
+      pair[place.turn] =
+          std::max(pair[place.turn], TensorView<T>::required(place.shape, largest_batch_, place.difference_halo));
+  }
+  memory_.reserve(kept + pair[0] + pair[1]);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Place& place = places[i];
+    T* const own = memory_.data() + place.activation;
+    T* const shared = memory_.data() + kept + (place.turn == 0 ? 0 : pair[0]);
+    activations_.emplace_back(own, place.shape, largest_batch_, place.activation_halo);
+    differences_.emplace_back(difference_replaces_activation(i) ? own : shared, place.shape, largest_batch_,
+                              place.difference_halo);
+  }
+}
+
+template <class T>
+void Trainer<T>::set_batch(int batch) {
+  if (batch < 1 || batch > largest_batch_)
+    throw Error("batch",
+                "of " + std::to_string(batch) + " samples where the largest is " + std::to_string(largest_batch_),
+                "make the trainer for the largest batch");
+  for (TensorView<T>& t : activations_) t.set_batch(batch);
+  for (TensorView<T>& t : differences_) t.set_batch(batch);
+}
+
+template <class T>
+void Trainer<T>::forward() {
+  for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i]->forward(activations_[i], activations_[i + 1]);
+}
+
+template <class T>
+void Trainer<T>::backward() {
+  differences_.back().clear_halo();
+  for (std::size_t i = layers_.size(); i-- > 0;) {
+    const TensorView<T>* const diff_src = i > 0 ? &differences_[i] : nullptr;
+    if (diff_src != nullptr && !layers_[i]->in_place()) diff_src->clear_halo();
+    layers_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
+  }
+}
+
+template <class T>
+void Trainer<T>::step(double learning_rate, const SgdSettings& settings) {
+  for (std::size_t k = 0; k < parameters_.size(); ++k)
+    sgd_step<T>(*parameters_[k], *gradients_[k], velocities_[k], learning_rate, settings);
+}
+
+template <class T>
+void Trainer<T>::set_velocities(Velocities<T> velocities) {
+  const auto same_size = [](const auto& a, const auto& b) { return a.size() == b.size(); };
+  if (!std::ranges::equal(velocities, velocities_, same_size))
+    throw Error("velocities", "are not those of this network's parameters",
+                "give those of a trainer of the same network");
+  velocities_ = std::move(velocities);
+}
+
+template class Trainer<float>;
+template class Trainer<double>;
+
+}  // namespace decid::nn

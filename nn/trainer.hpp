@@ -1,0 +1,74 @@
+// Training of a network: forward and backward over batches, and the optimiser's steps. All that training needs besides
+// the weights lies here and is gone with it: gradients, velocities, activations, scratch.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "nn/network.hpp"
+#include "nn/sgd.hpp"
+#include "nn/tensor.hpp"
+
+namespace decid::nn {
+
+template <class T>
+class TrainingLayer;
+
+/// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). Nothing is
+/// allocated after construction, except by threads that join later, once each.
+template <class T>
+class Trainer {
+ public:
+  /// For steps of up to `largest_batch` samples, 1 .. 65536. The network must outlive the trainer and stay in its
+  /// place; forward() moves its running statistics, step() its parameters. Velocities begin at 0.
+  Trainer(Network<T>& network, int largest_batch);
+  Trainer(Trainer&&) noexcept;
+  ~Trainer();
+
+  const Network<T>& network() const { return network_; }
+  int largest_batch() const { return largest_batch_; }
+  /// Of activations and their derivatives.
+  std::size_t memory_bytes() const { return memory_.size() * sizeof(T); }
+  /// Samples of the next step, 1 .. largest_batch().
+  void set_batch(int batch);
+
+  /// Where to load the samples.
+  TensorView<T> input() { return activations_.front(); }
+  TensorView<T> output() { return activations_.back(); }
+  TensorView<const T> output() const { return activations_.back(); }
+  /// Where to put d loss / d output before backward().
+  TensorView<T> output_diff() { return differences_.back(); }
+
+  /// With the batch's statistics in BatchNorm.
+  void forward();
+  /// Gradients of all parameters from output_diff(), which it overwrites.
+  void backward();
+  /// One step of stochastic gradient descent from the gradients (nn/sgd.hpp).
+  void step(double learning_rate, const SgdSettings& settings);
+
+  /// d loss / d parameter, by the parameter's index in network().parameters(); shaped as its value.
+  std::span<T> gradient(std::size_t parameter) { return *gradients_.at(parameter); }
+  std::span<const T> gradient(std::size_t parameter) const { return *gradients_.at(parameter); }
+  const Velocities<T>& velocities() const { return velocities_; }
+  /// Those of a training that goes on. Throws Error unless there is one for each value of each parameter.
+  void set_velocities(Velocities<T> velocities);
+
+ private:
+  void plan();
+  int activation_halo(std::size_t index) const;
+  int difference_halo(std::size_t index) const;
+  bool difference_replaces_activation(std::size_t index) const;
+
+  Network<T>& network_;
+  int largest_batch_;
+  std::vector<Parameter<T>*> parameters_;
+  std::vector<std::unique_ptr<TrainingLayer<T>>> layers_;
+  std::vector<std::vector<T>*> gradients_;  // the layers'
+  Velocities<T> velocities_;
+  AlignedBuffer<T> memory_;
+  std::vector<TensorView<T>> activations_;  // [0] the input, [i + 1] the output of layer i
+  std::vector<TensorView<T>> differences_;  // the loss's derivative by each of them
+};
+
+}  // namespace decid::nn

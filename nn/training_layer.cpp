@@ -1,0 +1,21 @@
+// Which TrainingLayer trains which kind of layer.
+#include "nn/training_layer.hpp"
+
+#include "nn/training_layers.hpp"
+
+namespace decid::nn {
+
+template <class T>
+std::unique_ptr<TrainingLayer<T>> make_training_layer(Layer<T>& layer, int largest_batch, TrainingLayer<T>* before) {
+  if (const auto* conv = std::get_if<Conv2d>(&layer.kind())) return make_training(layer, *conv, largest_batch);
+  if (const auto* fc = std::get_if<FullyConnected>(&layer.kind())) return make_training(layer, *fc, largest_batch);
+  if (const auto* norm = std::get_if<BatchNorm>(&layer.kind()))
+    return make_training(layer, *norm, largest_batch, before);
+  if (const auto* relu = std::get_if<Relu>(&layer.kind())) return make_training(layer, *relu);
+  return make_training(layer, std::get<Pool>(layer.kind()));
+}
+
+template std::unique_ptr<TrainingLayer<float>> make_training_layer(Layer<float>&, int, TrainingLayer<float>*);
+template std::unique_ptr<TrainingLayer<double>> make_training_layer(Layer<double>&, int, TrainingLayer<double>*);
+
+}  // namespace decid::nn

@@ -1,0 +1,200 @@
+// Explanations: what trials simulated from the parameters say of a recording, alone and in company.
+#include "identify/explanation.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/random.hpp"
+#include "tests/near.hpp"
+
+namespace decid {
+namespace {
+
+using test::near;
+using test::within;
+
+const sim::Simulator& simulator() {
+  static const sim::Simulator one(sim::short_protocol());
+  return one;
+}
+const Explainer& explainer() {
+  static const Explainer one(simulator());
+  return one;
+}
+
+sim::Parameters controller(double nv) {
+  sim::Parameters parameters = sim::middle_parameters();
+  parameters[sim::Nv] = nv;
+  return parameters;
+}
+
+sim::Outcome run(const sim::Parameters& parameters, const Random& noise, std::vector<double>& sway) {
+  sway.resize(static_cast<std::size_t>(simulator().samples()));
+  return simulator().run(parameters, noise, sway);
+}
+
+std::vector<double> trial(const sim::Parameters& parameters, std::uint64_t item) {
+  std::vector<double> sway;
+  REQUIRE(run(parameters, Random(8, Stream::vestibular_noise, item), sway).valid);
+  return sway;
+}
+
+dataset::Trial as_trial(const std::vector<double>& sway) {
+  return dataset::trial_of({sway.begin(), sway.end()});
+}
+
+/// `sway`, explained by `parameters`.
+Explanation recording(const std::vector<double>& sway, const sim::Parameters& parameters) {
+  const dataset::Trial made = as_trial(sway);
+  return explainer().explain({parameters, made});
+}
+
+bool warns(const Explanation& explanation, const std::string& part) {
+  return std::ranges::any_of(explanation.warnings,
+                             [&](const std::string& w) { return w.find(part) != std::string::npos; });
+}
+
+}  // namespace
+
+TEST_CASE("explanation: without noise the controller's responses are its own") {
+  const sim::Parameters parameters = controller(0.0);
+  const dataset::Trial own = as_trial(trial(parameters, 0));
+  const Explanation found = explainer().explain({parameters, own});
+  CHECK(found.fitted_rad == own.sway_rad());
+  CHECK(found.rms_residual_deg == 0.0);
+  CHECK(found.variance_accounted_for == 1.0);
+  CHECK(noise_free_trial(simulator(), parameters) == own.sway_rad());
+  REQUIRE(found.frf.has_value());
+  CHECK(found.frf->cycles == 2);  // of three the first is left out
+  REQUIRE(found.frf->recorded.size() == found.frf->model.size());
+  for (std::size_t i = 0; i < found.frf->recorded.size(); ++i)
+    CHECK(found.frf->recorded[i].response == found.frf->model[i].response);
+}
+
+TEST_CASE("explain: what a recording has besides the noise-free trial is its residual, an offset is not") {
+  const sim::Parameters parameters = controller(0.3);
+  const std::vector<double> exact = trial(controller(0.0), 0);
+  const auto samples = static_cast<double>(exact.size());
+  double mean = 0, variance = 0;
+  for (const double value : exact) mean += value / samples;
+  for (const double value : exact) variance += (value - mean) * (value - mean) / samples;
+
+  std::vector<double> shifted = exact;
+  for (double& value : shifted) value += 0.01;
+  const Explanation same = recording(shifted, parameters);
+  REQUIRE(same.fitted_rad.size() == exact.size());
+  for (std::size_t k = 0; k < exact.size(); ++k) REQUIRE(same.fitted_rad[k] == static_cast<float>(exact[k]));
+  // Rounding to float below 1/32 rad, at most: half of 2^-29.
+  CHECK(same.rms_residual_deg < 0x1p-29 / sim::rad_per_deg);
+  CHECK(within(same.variance_accounted_for, 1.0, 0x1p-58 / variance));
+  CHECK(near(same.following, 1.0, 0.1));  // in noise the dead band hears a little more
+  CHECK_FALSE(warns(same, "explains"));
+
+  // 50 whole periods of a sine of 0.1 degrees; it and the trial have next to nothing in common.
+  std::vector<double> disturbed = exact;
+  const double amplitude = 0.1 * sim::rad_per_deg;
+  double common = 0;
+  for (std::size_t k = 0; k < exact.size(); ++k) {
+    const double sine = amplitude * std::sin(2.0 * sim::pi * 50.0 * static_cast<double>(k) / samples);
+    disturbed[k] += sine;
+    common += 2.0 * sine * (exact[k] - mean) / samples;
+  }
+  const Explanation other = recording(disturbed, parameters);
+  const double residual = 0.5 * amplitude * amplitude;
+  CHECK(near(other.rms_residual_deg, 0.1 / std::sqrt(2.0), 1e-6));
+  CHECK(within(other.variance_accounted_for, 1.0 - residual / (variance + residual + common), 1e-6));
+}
+
+TEST_CASE("explain: noise of the controller's own is no misfit, another sway is one") {
+  for (const std::uint64_t item : {0U, 1U, 2U, 3U, 4U, 5U}) {
+    const Explanation own = recording(trial(controller(0.3), item), controller(0.3));
+    CHECK(own.variance_accounted_for < 1.0);
+    CHECK_FALSE(warns(own, "explains"));
+  }
+  std::vector<double> reversed = trial(controller(0.3), 0);
+  for (double& value : reversed) value = -value;
+  const Explanation misfit = recording(reversed, controller(0.3));
+  CHECK(misfit.variance_accounted_for < 0.0);
+  CHECK(warns(misfit, "explains"));
+  CHECK(misfit.following < -0.5);
+}
+
+TEST_CASE("explain: a controller that falls, always or with its noise, explains nothing and says why") {
+  const std::vector<double> sway = trial(controller(0.3), 0);
+  sim::Parameters falling = controller(0.3);
+  falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
+  const Explanation fallen = recording(sway, falling);
+  CHECK(warns(fallen, "does not stand"));
+  CHECK(std::isnan(fallen.rms_residual_deg));
+  CHECK(std::isnan(fallen.variance_accounted_for));
+  CHECK(std::isnan(fallen.following));
+  CHECK(fallen.fitted_rad.size() < sway.size());
+  CHECK_FALSE(fallen.fitted_rad.empty());
+
+  // With more and more noise there comes a level at which it never stands.
+  sim::Parameters border = controller(1.0);
+  const auto any_stands = [&] {
+    std::vector<double> unused;
+    for (const std::uint64_t item : {0U, 1U, 2U, 3U, 4U})
+      if (run(border, Random(0, Stream::vestibular_noise, item), unused).valid) return true;
+    return false;
+  };
+  while (border[sim::Nv] < 100 && any_stands()) border[sim::Nv] *= 1.5;
+  const Explanation bordering = recording(sway, border);
+  CHECK(warns(bordering, "stands without its noise but falls with it"));
+  CHECK_FALSE(warns(bordering, "does not stand"));
+  CHECK(std::isfinite(bordering.variance_accounted_for));
+}
+
+TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that cannot be judged gets none") {
+  Explanation id;
+  for (const double following : {0.3, 1.0, std::nan("")}) {
+    id.following = following;
+    warn_unless_following(id);
+    CHECK(id.warnings.empty());
+  }
+  id.following = 0.29;
+  warn_unless_following(id);
+  CHECK(warns(id, "hardly follows the protocol's tilt: 0.29"));
+}
+
+TEST_CASE("explanation: one of many is the same as alone") {
+  std::vector<sim::Parameters> parameters;
+  std::vector<dataset::Trial> trials;
+  for (int i = 0; i < 11; ++i) {  // more than are simulated together
+    parameters.push_back(controller(0.05 * i));
+    trials.push_back(as_trial(trial(parameters.back(), static_cast<std::uint64_t>(i))));
+  }
+  std::vector<Answer> answers;
+  for (std::size_t i = 0; i < trials.size(); ++i) answers.push_back({parameters[i], trials[i]});
+  const std::vector<Explanation> all = explainer().explain(answers);
+  REQUIRE(all.size() == trials.size());
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    const Explanation alone = explainer().explain(answers[i]);
+    CHECK(alone.fitted_rad == all[i].fitted_rad);
+    CHECK(alone.rms_residual_deg == all[i].rms_residual_deg);
+    CHECK(alone.following == all[i].following);
+    CHECK(alone.warnings == all[i].warnings);
+  }
+}
+
+TEST_CASE("explanation: a stimulus without a frequency response says so once") {
+  sim::Protocol step = sim::short_protocol();
+  step.experiment.stimulus = sim::RaisedCosines{
+      .moves = {{.shape = sim::Move::Shape::step, .start_s = 1.0, .duration_s = 1.0, .amplitude_deg = 1.0}},
+      .cycle_s = 20.0};
+  const sim::Simulator stepped(step);
+  const Explainer explains(stepped);
+  std::vector<double> sway(static_cast<std::size_t>(stepped.samples()));
+  const sim::Parameters parameters = controller(0.0);
+  REQUIRE(stepped.run(parameters, Random(5, Stream::vestibular_noise, 0), sway).valid);
+  const dataset::Trial own = as_trial(sway);
+  const Explanation found = explains.explain({parameters, own});
+  CHECK(!found.frf.has_value());
+  CHECK(std::ranges::count_if(found.warnings,
+                              [](const std::string& w) { return w.starts_with("no frequency response"); }) == 1);
+}
+
+}  // namespace decid

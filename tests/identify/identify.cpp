@@ -1,0 +1,185 @@
+// Identification from samples: the same whatever the way, the company and the thread, and clear about bad samples.
+#include "identify/identify.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/text.hpp"
+#include "dataset/sets/dataset.hpp"
+#include "identify/recordings.hpp"
+#include "tests/helpers.hpp"
+#include "tests/near.hpp"
+
+namespace decid {
+namespace {
+
+using test::check_error;
+using test::near;
+using test::within;
+
+const Model& model() {
+  static const Model one = built_in_model();
+  return one;
+}
+
+/// Trials with 0.02 degrees of sensor noise, of a seed that nothing was trained on.
+const dataset::Dataset& data() {
+  static const dataset::Dataset one = [] {
+    sim::Protocol noisy = model().protocol;
+    noisy.noise.sensor = {0.02, 0.02};
+    return dataset::generate({.protocol = noisy, .count = 20, .seed = 4711});
+  }();
+  return one;
+}
+
+std::vector<double> samples(int trial) {
+  const auto sway = data().trial(trial);
+  return {sway.begin(), sway.end()};
+}
+
+std::vector<dataset::Trial> trials(int count) {
+  std::vector<dataset::Trial> made;
+  for (int i = 0; i < count; ++i) {
+    const auto sway = data().trial(i);
+    made.push_back(dataset::trial_of({sway.begin(), sway.end()}));
+  }
+  return made;
+}
+
+bool same(double a, double b) {
+  return a == b || (std::isnan(a) && std::isnan(b));
+}
+
+void check_same(const Explanation& a, const Explanation& b) {
+  CHECK(a.fitted_rad == b.fitted_rad);
+  CHECK(same(a.rms_residual_deg, b.rms_residual_deg));
+  CHECK(same(a.variance_accounted_for, b.variance_accounted_for));
+  CHECK(same(a.following, b.following));
+  CHECK(same(a.unfamiliarity, b.unfamiliarity));
+  CHECK(a.warnings == b.warnings);
+  REQUIRE(a.frf.has_value() == b.frf.has_value());
+  REQUIRE(a.frf->recorded.size() == b.frf->recorded.size());
+  for (std::size_t i = 0; i < a.frf->recorded.size(); ++i)
+    CHECK(a.frf->recorded[i].response == b.frf->recorded[i].response);
+}
+
+}  // namespace
+
+TEST_CASE("identify: ten lines from samples to parameters") {
+  // What the network errs on these trials is what its documentation says: an MSE of 0.25 at this noise. Twenty trials
+  // of seven parameters: a mean above 0.6 would be one in thousands.
+  double squares = 0;
+  for (int i = 0; i < data().trials(); ++i) {
+    const Estimate estimate = identify(model(), samples(i), 100.0);
+    const auto found = model().targets.scale(estimate.parameters);
+    const auto truth = model().targets.scale(data().parameters[static_cast<std::size_t>(i)]);
+    for (std::size_t p = 0; p < found.size(); ++p) squares += std::pow(static_cast<double>(found[p] - truth[p]), 2);
+    CHECK(estimate.trial.sway_rad().size() == 12100);
+    CHECK(estimate.image.size() == static_cast<std::size_t>(model().images().shape().size()));
+  }
+  CHECK(squares / (7.0 * data().trials()) < 0.6);
+}
+
+TEST_CASE("identify: an estimate does not depend on its company, its copy or its thread") {
+  Identifier together(model());
+  const std::vector<Estimate> all = together.estimate(trials(20));  // more than the single-sample path takes
+  const std::vector<Explanation> explained = together.explain(all);
+  REQUIRE(all.size() == 20);
+  for (int i = 0; i < 20; ++i) {
+    const auto place = static_cast<std::size_t>(i);
+    const Estimate alone = identify(model(), samples(i), 100.0);
+    CHECK(alone.parameters == all[place].parameters);
+    CHECK(alone.image == all[place].image);
+    CHECK(alone.distance == all[place].distance);
+    CHECK(alone.warnings == all[place].warnings);
+    if (i % 7 == 0) check_same(explain(model(), alone), explained[place]);
+  }
+  Identifier copy(together);
+  std::vector<Estimate> here, there;
+  std::thread other([&] { there = copy.estimate(trials(12)); });
+  here = together.estimate(trials(12));
+  other.join();
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    CHECK(here[i].parameters == there[i].parameters);
+    CHECK(here[i].parameters == all[i].parameters);
+  }
+}
+
+TEST_CASE("identify: files go the same way") {
+  const test::TemporaryFolder folder;
+  const std::vector<double> sway = samples(3);
+  std::vector<std::vector<double>> columns(2);
+  for (std::size_t k = 0; k < sway.size(); ++k) {
+    columns[0].push_back(static_cast<double>(k) / 100.0);
+    columns[1].push_back(sway[k]);
+  }
+  write_file(folder / "sway.csv", csv({"time", "sway_rad"}, columns, 17));
+  const Identifications read = identify_files(model(), {folder / "sway.csv", folder / "nothing.csv"}, {});
+  REQUIRE(read.recordings.size() == 2);
+  const Identification& found = read.recordings.front();
+  REQUIRE(!found.error);
+  const Estimate direct = identify(model(), sway, 100.0);
+  CHECK(found.estimate.parameters == direct.parameters);
+  check_same(found.explanation, explain(model(), direct));
+  CHECK(found.column == "sway_rad");
+  CHECK(read.recordings.back().error.has_value());
+  CHECK(read.tilt_rad.size() == 12100);
+}
+
+TEST_CASE("identify: another rate, another start, another length") {
+  const std::vector<double> sway = samples(0);
+  const Estimate plain = identify(model(), sway, 100.0);
+
+  std::vector<double> later(250, 0.0);  // 2.5 s before the protocol, and a second after it
+  later.insert(later.end(), sway.begin(), sway.end());
+  later.insert(later.end(), 100, 0.0);
+  CHECK(identify(model(), later, 100.0, {.start_s = 2.5}).parameters == plain.parameters);
+  const Estimate not_told = identify(model(), later, 100.0);
+  CHECK(not_told.parameters != plain.parameters);
+  CHECK(!not_told.warnings.empty());  // what was left out is said
+
+  std::vector<double> raised = sway;
+  for (double& value : raised) value += 0.02;
+  const Estimate offset = identify(model(), raised, 100.0);
+  CHECK(std::ranges::any_of(offset.warnings, [](const std::string& w) { return w.find("--detrend") != w.npos; }));
+  CHECK(std::ranges::none_of(identify(model(), raised, 100.0, {.detrend = dataset::Detrend::offset}).warnings,
+                             [](const std::string& w) { return w.find("--detrend") != w.npos; }));
+
+  // Two samples a sample, linearly between them: up to 4 Hz, where the network looks, that is the same sway.
+  std::vector<double> fast;
+  for (std::size_t k = 0; k < sway.size(); ++k) {
+    fast.push_back(sway[k]);
+    fast.push_back(0.5 * (sway[k] + sway[std::min(k + 1, sway.size() - 1)]));
+  }
+  const Estimate resampled = identify(model(), fast, 200.0);
+  const auto a = model().targets.scale(plain.parameters), b = model().targets.scale(resampled.parameters);
+  for (std::size_t p = 0; p < a.size(); ++p)
+    CHECK(within(static_cast<double>(b[p]), static_cast<double>(a[p]), 0.25));  // of a standard deviation
+}
+
+TEST_CASE("identify: what is no recording is refused") {
+  const std::vector<double> sway = samples(0);
+  check_error([&] { identify(model(), std::span(sway).first(6000), 100.0); }, {"6000 samples", "12100"});
+  check_error([&] { identify(model(), {}, 100.0); }, {"recording", "0 samples"});
+  for (const double rate : {0.0, -100.0, std::nan(""), std::numeric_limits<double>::infinity()})
+    check_error([&] { identify(model(), sway, rate); }, {"recording", "Hz"});
+  std::vector<double> bad = sway;
+  bad[777] = std::nan("");
+  check_error([&] { identify(model(), bad, 100.0); }, {"recording", "sample 777", "not finite"});
+  check_error([&] { identify(model(), std::vector<double>(12100, 0.01), 100.0); }, {"constant"});
+  std::vector<double> degrees = sway;  // taken for radians
+  for (double& value : degrees) value /= sim::rad_per_deg / 100;
+  check_error([&] { identify(model(), degrees, 100.0); }, {"beyond lying flat", "radians"});
+  Identifier identifier(model());
+  CHECK_THROWS_AS(identifier.estimate({dataset::trial_of(std::vector<float>(100, 0.0F))}), Error);
+  CHECK(identifier.estimate({}).empty());
+  CHECK(identifier.explain({}).empty());
+}
+
+}  // namespace decid

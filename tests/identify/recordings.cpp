@@ -1,0 +1,104 @@
+// What identification says of recordings beyond what a model was trained on: each warning, and that it stays away.
+#include "identify/recordings.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "identify/training/presets.hpp"
+#include "tests/helpers.hpp"
+#include "tests/identify/measure_following.hpp"
+
+namespace decid {
+namespace {
+
+bool warns(const Identification& id, const std::string& part) {
+  const std::vector<std::string> warnings = id.warnings();
+  return std::ranges::any_of(warnings, [&](const std::string& w) { return w.find(part) != std::string::npos; });
+}
+
+/// An untrained network whose outputs are small: what it identifies is near the middle of the ranges.
+Model middling() {
+  const sim::Protocol protocol = sim::short_protocol();
+  Model model(protocol, preset_named("small").image, preset_named("small").architecture);
+  model.network.initialise(3);
+  const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
+  model.rows = {std::vector<float>(rows, 0.0F), std::vector<float>(rows, 1.0F)};
+  model.targets.mean = sim::middle_parameters();
+  for (std::size_t p = 0; p < sim::parameter_count; ++p)
+    model.targets.deviation[p] = 1e-9 * (sim::parameter_info[p].high - sim::parameter_info[p].low);
+  return model;
+}
+
+/// A trial of the middling controller, times `scale`, plus an offset.
+Identification identified(const Model& model, double scale, double offset_deg) {
+  const sim::Simulator simulator(model.protocol);
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  REQUIRE(simulator.run(sim::middle_parameters(), Random(4, Stream::vestibular_noise, 0), sway).valid);
+  double mean = 0;
+  for (const double value : sway) mean += value / static_cast<double>(sway.size());
+  const test::TemporaryFolder folder;
+  std::ofstream file(folder / "r.csv");
+  file << "sway_deg\n";
+  for (const double value : sway) file << scale * (value - mean) / sim::rad_per_deg + offset_deg << "\n";
+  file.close();
+  ReadOptions options;
+  options.recording.rate_hz = 100.0;
+  const std::vector<Identification> all = identify_files(model, {folder / "r.csv"}, options).recordings;
+  REQUIRE(all.size() == 1);
+  REQUIRE_FALSE(all[0].error);
+  return all[0];
+}
+
+}  // namespace
+
+TEST_CASE("identify: what is within the training's bounds is not warned of") {
+  Model model = middling();
+  const Identification id = identified(model, 1.0, 0.7);
+  CHECK(id.warnings().empty());
+  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+    const sim::ParameterInfo& info = sim::parameter_info[p];
+    CHECK(std::abs(id.estimate.parameters[p] - info.middle()) < 1e-3 * (info.high - info.low));
+  }
+}
+
+TEST_CASE("identify: an offset of the sway, and sway beyond 5 degrees, are warned of") {
+  Model model = middling();
+  CHECK(warns(identified(model, 1.0, 0.9), "the sway's mean is 0.90 degrees"));
+  CHECK(warns(identified(model, 1.0, -0.9), "the sway's mean is -0.90 degrees"));
+  const Identification large = identified(model, 10.0, 0.0);
+  CHECK(warns(large, "trials beyond 5 degrees were never trained on"));
+  CHECK_FALSE(warns(large, "the sway's mean"));
+}
+
+TEST_CASE("identify: a parameter more than a twentieth of its range outside is warned of by name") {
+  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+    const sim::ParameterInfo& info = sim::parameter_info[p];
+    CAPTURE(info.name);
+    const double range = info.high - info.low;
+    const std::string warning = std::string(info.name) + " = ";
+    for (const auto& [value, outside] : {std::pair(info.low - 0.06 * range, true),
+                                         {info.low - 0.04 * range, false},
+                                         {info.high + 0.04 * range, false},
+                                         {info.high + 0.06 * range, true}}) {
+      Model model = middling();
+      model.targets.mean[p] = value;
+      CHECK(warns(identified(model, 1.0, 0.0), warning) == outside);
+    }
+  }
+}
+
+TEST_CASE("identify: how a recording follows the tilt is measured with the identified parameters") {
+  Model model = middling();
+  const Identification id = identified(model, 1.0, 0.0);
+  const sim::Simulator simulator(model.protocol);
+  CHECK(id.explanation.following ==
+        test::FollowingAlone(simulator).measure(id.estimate.parameters, id.estimate.trial.sway_rad()));
+  CHECK(std::isnan(id.explanation.unfamiliarity));  // the model has learned nothing
+  // Reversed, it does not follow.
+  CHECK(warns(identified(model, -1.0, 0.0), "hardly follows"));
+}
+
+}  // namespace decid

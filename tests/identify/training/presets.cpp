@@ -1,0 +1,143 @@
+// Presets: each makes a network for its image of any protocol, and folded images take the protocol's own cycles.
+#include "identify/training/presets.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/error.hpp"
+#include "identify/model.hpp"
+#include "sim/fft.hpp"
+
+namespace decid::tools {
+namespace {
+
+/// A sum of sines: cycles of any length.
+sim::Protocol sines(double cycle_s, int cycles, double rate_hz = 100.0, double lead_in_s = 0.0) {
+  sim::Protocol protocol;
+  protocol.name = "sines";
+  protocol.experiment.sample_rate_hz = rate_hz;
+  protocol.experiment.stimulus = sim::Sines{
+      .components = {{1.0 / cycle_s, 0.5, 0.0}}, .cycle_s = cycle_s, .cycles = cycles, .lead_in_s = lead_in_s};
+  protocol.validate();
+  return protocol;
+}
+
+/// Two cycles of 61.226 s at 100 Hz: 6122.6 samples each.
+sim::Protocol uneven() {
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.sequence().state_s = 0.253;
+  protocol.sequence().lead_out_s = 0.008;  // the trial's length is one
+  protocol.validate();
+  return protocol;
+}
+
+double highest_hz(const dataset::ImageSettings& image, double rate_hz) {
+  return rate_hz * image.rows / image.window;
+}
+
+const char* const folding[] = {"best", "short", "firmware"};
+
+}  // namespace
+
+TEST_CASE("presets: each makes a network of seven outputs for its image, whatever the protocol") {
+  const std::vector<sim::Protocol> protocols{sim::default_protocol(), sim::short_protocol(), sines(10.0, 3),
+                                             sines(40.0, 1, 50.0), sines(3.0, 20, 200.0, 1.5)};
+  for (const Preset& preset : presets()) {
+    CAPTURE(preset.name);
+    CHECK_FALSE(preset.description.empty());
+    for (const sim::Protocol& protocol : protocols) {
+      CAPTURE(protocol.name);
+      CAPTURE(protocol.samples());
+      Model model(protocol, image_for(preset, protocol), preset.architecture);
+      const dataset::ImageShape image = model.images().shape();
+      CHECK(model.network.input_shape().size() == image.size());
+      CHECK(model.network.output_shape().size() == static_cast<int>(sim::parameter_count));
+    }
+  }
+}
+
+TEST_CASE("presets: the image of its own protocol is the one that is written down") {
+  CHECK(image_for(preset_named("best"), sim::default_protocol()) == preset_named("best").image);
+  CHECK(image_for(preset_named("firmware"), sim::default_protocol()) == preset_named("best").image);
+  CHECK(image_for(preset_named("short"), sim::short_protocol()) == preset_named("short").image);
+}
+
+TEST_CASE("presets: images that do not fold are the same for every protocol") {
+  for (const std::string name : {"paper", "small"})
+    for (const sim::Protocol& protocol : {sim::default_protocol(), sim::short_protocol(), sines(10.0, 3, 50.0)})
+      CHECK(image_for(preset_named(name), protocol) == preset_named(name).image);
+}
+
+TEST_CASE("presets: a folded image's window is a cycle, its rows reach the same frequency") {
+  struct Case {
+    double cycle_s;
+    int cycles;
+    double rate_hz, lead_in_s;
+  };
+  for (const std::string name : folding)
+    for (const Case& c :
+         {Case{30.0, 4, 100.0, 0.0}, {30.0, 1, 100.0, 2.0}, {25.0, 3, 200.0, 1.5}, {60.0, 2, 50.0, 0.0}}) {
+      const sim::Protocol protocol = sines(c.cycle_s, c.cycles, c.rate_hz, c.lead_in_s);
+      CAPTURE(name);
+      CAPTURE(c.cycle_s);
+      const Preset& preset = preset_named(name);
+      const dataset::ImageSettings image = image_for(preset, protocol);
+      CHECK(image.window == std::lround(c.cycle_s * c.rate_hz));
+      CHECK(image.fold == c.cycles);
+      CHECK(image.first_sample == std::lround(c.lead_in_s * c.rate_hz));
+      // To half a row.
+      CHECK(std::abs(highest_hz(image, c.rate_hz) - highest_hz(preset.image, 100.0)) <= 0.5 / c.cycle_s + 1e-9);
+      CHECK(image.channels == preset.image.channels);
+      CHECK(image.half_spectrum);
+      CHECK(image.standardize_rows);
+      CHECK(dataset::ImageMaker(image, protocol.samples()).shape().columns == 1);
+    }
+}
+
+TEST_CASE("presets: rows stay between 64 and 1024, and within the window's half") {
+  const Preset& best = preset_named("best");
+  CHECK(image_for(best, sines(2.0, 40)).rows == 64);     // 4.2 Hz would be 8
+  CHECK(image_for(best, sines(500.0, 1)).rows == 1024);  // and here 2116
+  CHECK(image_for(best, sines(1.0, 80)).rows == 51);     // of 100 samples
+}
+
+TEST_CASE("presets: cycles that cannot be folded are one window, as many as fit") {
+  const Preset& best = preset_named("best");
+  const auto check = [&](const sim::Protocol& protocol, int window, int columns = 1) {
+    CAPTURE(protocol.samples());
+    const dataset::ImageSettings image = image_for(best, protocol);
+    CHECK(image.fold == 1);
+    CHECK(image.window == window);
+    CHECK(sim::largest_prime_factor(image.window) <= sim::largest_fft_prime);
+    const dataset::ImageMaker maker(image, protocol.samples());
+    CHECK(maker.shape().columns == columns);
+    CHECK(maker.shape().rows == image.rows);
+  };
+  // No whole number of samples: both are 12245.2.
+  check(uneven(), 12'245);
+  // Too many.
+  check(sines(0.2, 1001), 20'020);
+  CHECK(image_for(best, sines(0.2, 1000)).fold == 1000);
+  // Too long: 1311 s at 100 Hz are more than 131072; what is left is a second window.
+  check(sines(1311.0, 2), dataset::largest_window, 2);
+  CHECK(image_for(best, sines(1310.0, 2)).fold == 2);
+  // A prime beyond those that are transformed, 10007; twice that is none better, but one less is, 3 x 7 x 953.
+  check(sines(100.07, 2, 100.0, 0.01), 20'013);
+  CHECK(image_for(best, sines(100.07, 2, 100.0, 0.01)).first_sample == 1);
+}
+
+TEST_CASE("presets: names are unique, and one that is not there is answered with those that are") {
+  std::set<std::string> names;
+  for (const Preset& preset : presets()) {
+    CHECK(names.insert(preset.name).second);
+    CHECK(&preset_named(preset.name) == &preset);
+  }
+  for (const std::string& name : names)
+    CHECK_THROWS_WITH_AS(preset_named("worst"), doctest::Contains(name.c_str()), Error);
+  CHECK_THROWS_WITH_AS(preset_named("Best"), doctest::Contains("'Best'"), Error);
+}
+
+}  // namespace decid::tools

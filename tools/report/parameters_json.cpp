@@ -1,0 +1,33 @@
+// Parameters as JSON: see parameters_json.hpp.
+#include "tools/report/parameters_json.hpp"
+
+#include <cmath>
+
+namespace decid::tools {
+
+using Json = nlohmann::ordered_json;
+
+Json number_or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json parameters_json(const sim::Parameters& parameters, double mgh, const std::optional<sim::Parameters>& truth) {
+  Json list = Json::array();
+  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+    const sim::ParameterInfo& info = sim::parameter_info[p];
+    Json parameter{{"name", info.name}, {"value", number_or_null(parameters[p])}, {"unit", info.unit}};
+    parameter["normalized"] = info.per_mgh ? number_or_null(parameters[p] / mgh) : Json(nullptr);
+    if (truth) parameter["true"] = (*truth)[p];
+    list.push_back(std::move(parameter));
+  }
+  return list;
+}
+
+Json evaluation_json(const Evaluation& evaluation) {
+  return {{"mse", evaluation.mse()},
+          {"matlab_loss", evaluation.matlab_loss()},
+          {"mse_per_parameter", by_parameter(evaluation.mse_per_parameter)},
+          {"trials", evaluation.trials}};
+}
+
+}  // namespace decid::tools
