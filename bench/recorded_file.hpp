@@ -41,7 +41,7 @@ class RecordedFile {
   RecordedFile() {
     const sim::Simulator simulator(sim::default_protocol());
     std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-    simulator.run(sim::middle_parameters(), Random(7, Stream::vestibular_noise, 0), sway);
+    simulator.run(sim::single_pendulum().parameters.middle(), Random(7, Stream::vestibular_noise, 0), sway);
     for (double& s : sway) s /= sim::rad_per_deg;
     auto columns = tools::time_and_tilt(simulator.protocol(), simulator.stimulus());
     columns.insert(columns.begin() + 1, std::move(sway));

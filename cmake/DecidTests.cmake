@@ -10,7 +10,8 @@ if(DECID_SANITIZE OR DECID_COVERAGE OR CMAKE_CROSSCOMPILING)
 endif()
 
 # decid_test(name sources...): doctest program test_<name>, an entry "folder/file: case" for each of its cases, found
-# when it has been built. A case that takes more than 5 s says so: TEST_CASE(".." * doctest::test_suite("slow")).
+# when it has been built. A suite is a second label: a case that takes more than 5 s says so, TEST_CASE(".." *
+# doctest::test_suite("slow")), and one that holds bits that every build must have is "golden".
 # DECID_SANITIZED is defined where sanitizers are on, for what they cannot run or make too slow to be worth it.
 function(decid_test name)
   if(NOT TARGET decid_test_main)

@@ -140,7 +140,7 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
       hand_over([](std::size_t, std::span<const float>) {});
     }
   }
-  return {standardize ? rows.finish() : RowScaling{}, target_scaling(parameters)};
+  return {standardize ? rows.finish() : RowScaling{}, target_scaling(source.protocol().parameters(), parameters)};
 }
 
 namespace {
@@ -186,7 +186,7 @@ Feed::Batch Feed::next() {
   const auto values = static_cast<std::size_t>(encoding_.images.shape().size());
   taken_ += trials;
   return {trials, std::span(current_.images).subspan(first * values, count * values),
-          std::span(current_.targets).subspan(first * sim::parameter_count, count * sim::parameter_count)};
+          std::span(current_.targets).subspan(first * targets_.mean.size(), count * targets_.mean.size())};
 }
 
 void Feed::start() {
@@ -211,15 +211,15 @@ void Feed::fill(Block& block, int epoch, std::vector<int> indices) const {
   const auto values = static_cast<std::size_t>(encoding_.images.shape().size());
   block.trials = static_cast<int>(indices.size());
   block.images.resize(indices.size() * values);
-  block.targets.resize(indices.size() * sim::parameter_count);
+  block.targets.resize(indices.size() * targets_.mean.size());
   encode_all(
       encoding_,
       [&](const TakeSway& take) {
         source_.take(Part::training, epoch, indices,
                      [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad) {
                        const auto target = targets_.scale(parameters);
-                       std::ranges::copy(
-                           target, block.targets.begin() + static_cast<std::ptrdiff_t>(place * sim::parameter_count));
+                       std::ranges::copy(target,
+                                         block.targets.begin() + static_cast<std::ptrdiff_t>(place * target.size()));
                        take(place, sway_rad);
                      });
       },

@@ -57,7 +57,7 @@ class Feed {
   struct Batch {
     int trials;                      ///< fewer than asked for at the end of an epoch
     std::span<const float> images;   ///< trials x images.shape().size(), row scaling applied
-    std::span<const float> targets;  ///< trials x 7, z-scored
+    std::span<const float> targets;  ///< trials x parameters, z-scored
   };
   /// The next batch; valid until the call after it. Throws what the source throws, and Error after the last epoch.
   Batch next();

@@ -93,7 +93,8 @@ class StreamSource final : public TrialSource {
 TrialIdentity identity_of(const StoredDataset& data) {
   const Dataset& about = data.about();
   Sha256 hash;
-  hash.update(about.parameters.data(), about.parameters.size() * sizeof(sim::Parameters));
+  for (const sim::Parameters& parameters : about.parameters)
+    hash.update(parameters.begin(), parameters.size() * sizeof(double));
   hash.update(about.split.data(), about.split.size());
   std::vector<float> sway(static_cast<std::size_t>(about.samples));
   std::size_t left = std::size_t{1} << 20;  // values of sway: no need to read all
@@ -112,7 +113,8 @@ void simulate_stream(const sim::Simulator& simulator, std::uint64_t seed, std::s
   simulator.run_until_valid(
       static_cast<int>(numbers.size()), attempts,
       [&](int i, int attempt) {
-        return base_trial(seed, numbers[static_cast<std::size_t>(i)] * attempts + static_cast<std::uint64_t>(attempt));
+        return base_trial(simulator.protocol().parameters(), seed,
+                          numbers[static_cast<std::size_t>(i)] * attempts + static_cast<std::uint64_t>(attempt));
       },
       [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
         take(static_cast<std::size_t>(i), parameters, sway);

@@ -1,7 +1,6 @@
 // Network, iterative fit and fit started at the network's answer, on the same trials with known parameters.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,7 +14,7 @@ namespace decid {
 /// One way to identify, over all trials. Errors are squared differences of z-scored parameters, as a model's MSE.
 struct MethodFigures {
   std::string name, description;
-  std::array<double, sim::parameter_count> mse_per_parameter{};
+  std::vector<double> mse_per_parameter;
   double mse = 0.0;
   double mse_standard_error = 0.0;  ///< of the mean over trials
   double simulations = 0.0;         ///< a trial, on average

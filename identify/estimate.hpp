@@ -14,9 +14,9 @@ namespace decid {
 
 /// What a model's network finds in one trial.
 struct Estimate {
-  sim::Parameters parameters{};  ///< SI units; they may lie a little outside of their ranges
-  dataset::Trial trial;          ///< what was identified: the recording at the protocol's rate and length
-  std::vector<float> image;      ///< of the trial, before row scaling, channel-major; its shape is the model's
+  sim::Parameters parameters;  ///< SI units; they may lie a little outside of their ranges
+  dataset::Trial trial;        ///< what was identified: the recording at the protocol's rate and length
+  std::vector<float> image;    ///< of the trial, before row scaling, channel-major; its shape is the model's
   /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.
   double distance = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::string> warnings;  ///< for people: what was assumed or changed, what looks odd

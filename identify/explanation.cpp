@@ -112,7 +112,7 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
   std::vector<sim::Parameters> with_noise;
   for (const Answer& answer : answers) {
     all.push_back({{}, {}, Following::Simulated(simulator_.samples())});
-    with_noise.push_back(simulable(answer.parameters));
+    with_noise.push_back(simulator_.protocol().parameters().simulable(answer.parameters));
   }
   simulator_.run_all(
       trials_of_answer * static_cast<int>(answers.size()),
@@ -165,8 +165,8 @@ std::vector<Explanation> Explainer::explain(std::span<const Answer> answers) con
 
 std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters) {
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome =
-      simulator.run(without_noise(simulable(parameters)), Random(0, Stream::vestibular_noise, 0), sway);
+  const sim::Outcome outcome = simulator.run(without_noise(simulator.protocol().parameters().simulable(parameters)),
+                                             Random(0, Stream::vestibular_noise, 0), sway);
   const auto part = standing(outcome, sway, simulator.protocol().experiment.sample_rate_hz);
   return {part.begin(), part.end()};
 }

@@ -22,12 +22,6 @@ static_assert(groups * sim::fft_lanes == Following::trials);
 
 }  // namespace
 
-sim::Parameters simulable(sim::Parameters parameters) {
-  for (double& p : parameters) p = std::max(p, 0.0);
-  parameters[sim::Delay] = std::min(parameters[sim::Delay], sim::longest_delay_s);
-  return parameters;
-}
-
 Following::Simulated::Simulated(int samples)
     : samples_(samples),
       lanes_(static_cast<std::size_t>(trials) * static_cast<std::size_t>(samples)),

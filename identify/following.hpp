@@ -12,9 +12,6 @@
 
 namespace decid {
 
-/// The nearest parameters that can be simulated: a network may put them a little outside.
-sim::Parameters simulable(sim::Parameters parameters);
-
 /// The plan for one protocol: immutable, so one serves all threads.
 class Following {
  public:

@@ -13,14 +13,14 @@ namespace {
 /// How many images go through the network together.
 constexpr std::size_t at_once = 64;
 
-void warn_of_ranges(Estimate& estimate) {
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const sim::ParameterInfo& info = sim::parameter_info[p];
-    const double margin = 0.05 * (info.high - info.low);
+void warn_of_ranges(const sim::ParameterTable& table, Estimate& estimate) {
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const sim::ParameterInfo& info = table[p];
+    const double margin = 0.05 * info.range();
     if (estimate.parameters[p] < info.low - margin || estimate.parameters[p] > info.high + margin)
       estimate.warnings.push_back(format("%s = %.4g lies outside the range the model was trained on (%g to %g%s)",
-                                         info.name, estimate.parameters[p], info.low, info.high,
-                                         sim::unit_after(info).c_str()));
+                                         info.name.c_str(), estimate.parameters[p], info.low, info.high,
+                                         info.unit_after().c_str()));
   }
 }
 
@@ -92,10 +92,10 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
     predictor_.run(images, output, feature);
     for (std::size_t i = 0; i < count; ++i) {
       Estimate& estimate = all[first + i];
-      estimate.parameters = model_.targets.unscale(std::span(output).subspan(i * outputs, outputs));
+      estimate.parameters = model_.decode(std::span(output).subspan(i * outputs, outputs));
       if (features > 0)
         estimate.distance = model_.familiarity.distance(std::span(feature).subspan(i * features, features));
-      warn_of_ranges(estimate);
+      warn_of_ranges(model_.parameters(), estimate);
       warn_of_sway(estimate);
     }
   }

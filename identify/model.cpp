@@ -19,6 +19,17 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr const char* format_name = "decid model 1";
 
+Json list_of(const sim::Parameters& parameters) {
+  return std::vector<double>(parameters.begin(), parameters.end());
+}
+
+/// Throws Json::exception unless there are as many numbers as parameters.
+sim::Parameters parameters_in(const Json& list, const sim::ParameterTable& table) {
+  sim::Parameters parameters(table.size());
+  for (std::size_t i = 0; i < table.size(); ++i) parameters[i] = list.at(i).get<double>();
+  return parameters;
+}
+
 nn::Shape network_input(const dataset::ImageMaker& images) {
   const dataset::ImageShape s = images.shape();
   return {s.channels, s.rows, s.columns};
@@ -46,14 +57,23 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
 
 }  // namespace
 
-Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture)
+Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture, const Head& head_)
     : protocol(checked(std::move(protocol_), image_)),
       image(std::move(image_)),
+      targets{sim::Parameters(parameters().size()), sim::Parameters(parameters().size())},
       network(network_input(dataset::ImageMaker(image, protocol.samples())), architecture),
+      head(&head_),
       images_(image, protocol.samples()) {
-  const auto parameters = static_cast<int>(sim::parameter_count);
-  if (network.output_shape() != nn::Shape{parameters, 1, 1})
-    throw Error("network architecture", "does not end with 7 outputs", "end it with fc 7");
+  const auto outputs = static_cast<int>(head->outputs(parameters().size()));
+  if (network.output_shape() != nn::Shape{outputs, 1, 1})
+    throw Error("network architecture", format("does not end with %d outputs", outputs),
+                format("end it with fc %d", outputs));
+}
+
+sim::Parameters Model::decode(std::span<const float> outputs) const {
+  std::vector<float> scores(parameters().size());
+  head->scores(outputs, scores);
+  return targets.unscale(scores);
 }
 
 std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
@@ -63,9 +83,10 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
       {"architecture", model.network.architecture()},
       {"protocol", sim::to_json(model.protocol)},
       {"image", dataset::to_json(model.image)},
-      {"targets", Json{{"mean", model.targets.mean}, {"deviation", model.targets.deviation}}.dump()},
+      {"targets", Json{{"mean", list_of(model.targets.mean)}, {"deviation", list_of(model.targets.deviation)}}.dump()},
       {"origin", to_json(model.origin)},
   };
+  if (model.head != &point_head()) file.metadata["head"] = model.head->name();
   if (checkpoint != nullptr) file.metadata["progress"] = checkpoint->progress;
   if (model.image.standardize_rows) {
     const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
@@ -94,12 +115,12 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
     throw Error(where, "is of format '" + text("format") + "', not '" + format_name + "'", remedy);
   if (checkpoint != nullptr) checkpoint->progress = text("progress");
   Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
-              text("architecture"));
+              text("architecture"), file.metadata.contains("head") ? head_named(text("head"), where) : point_head());
   model.origin = origin_from_json(text("origin"), where);
   try {
     const Json targets = Json::parse(text("targets"));
-    model.targets.mean = targets.at("mean").get<sim::Parameters>();
-    model.targets.deviation = targets.at("deviation").get<sim::Parameters>();
+    model.targets.mean = parameters_in(targets.at("mean"), model.parameters());
+    model.targets.deviation = parameters_in(targets.at("deviation"), model.parameters());
   } catch (const Json::exception&) {
     throw Error(where, "has a target scaling that cannot be read", remedy);
   }

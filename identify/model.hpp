@@ -10,6 +10,7 @@
 #include "dataset/feed.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "identify/familiarity.hpp"
+#include "identify/head.hpp"
 #include "identify/origin.hpp"
 #include "nn/network.hpp"
 #include "nn/sgd.hpp"
@@ -22,12 +23,19 @@ struct Model {
   dataset::RowScaling rows;  ///< empty unless image.standardize_rows
   dataset::TargetScaling targets;
   nn::Network<float> network;
+  const Head* head;  ///< what the network's outputs mean; outlives the model
   Familiarity familiarity;
   Origin origin;
 
   /// A fresh network for these images; weights are not initialised. Throws Error if the architecture does not fit the
-  /// images, or if these fold cycles that the protocol does not play.
-  Model(sim::Protocol protocol, dataset::ImageSettings image, const std::string& architecture);
+  /// images or the head, or if the images fold cycles that the protocol does not play.
+  Model(sim::Protocol protocol, dataset::ImageSettings image, const std::string& architecture,
+        const Head& head = point_head());
+
+  /// What is identified.
+  const sim::ParameterTable& parameters() const { return protocol.parameters(); }
+  /// The parameters that one trial's outputs stand for.
+  sim::Parameters decode(std::span<const float> outputs) const;
 
   /// Draws the images of trials.
   const dataset::ImageMaker& images() const { return images_; }

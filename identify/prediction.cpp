@@ -42,6 +42,15 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
   return result;
 }
 
+std::vector<float> scores_of(const Model& model, std::span<const float> outputs) {
+  const auto width = static_cast<std::size_t>(model.network.output_shape().size());
+  const std::size_t parameters = model.parameters().size(), trials = outputs.size() / width;
+  std::vector<float> scores(trials * parameters);
+  for (std::size_t i = 0; i < trials; ++i)
+    model.head->scores(outputs.subspan(i * width, width), std::span(scores).subspan(i * parameters, parameters));
+  return scores;
+}
+
 Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part) {
   Predicted predicted;
   predicted.truth.resize(static_cast<std::size_t>(source.trials(part)));
@@ -51,7 +60,7 @@ Predicted predict(const Model& model, const dataset::TrialSource& source, datase
       take(place, sway);
     });
   };
-  predicted.outputs = predict(model, source.trials(part), source.trials_at_once(), sways);
+  predicted.scores = scores_of(model, predict(model, source.trials(part), source.trials_at_once(), sways));
   return predicted;
 }
 

@@ -9,18 +9,21 @@
 
 namespace decid {
 
-/// Runs the network over trials in batches: outputs[trial * 7 + parameter], z-scored. `sways` is asked for up to
-/// `at_once` trials at a time: it calls take(place, sway_rad) for trial indices[place], in any order and from many
-/// threads.
+/// Runs the network over trials in batches: its outputs, one trial's after another's, which model.head reads. `sways`
+/// is asked for up to `at_once` trials at a time: it calls take(place, sway_rad) for trial indices[place], in any order
+/// and from many threads.
 using dataset::TakeSway;
 using Sways = std::function<void(std::span<const int> indices, const TakeSway& take)>;
 /// For trials in memory: sway(i) gives trial i.
 Sways sways_in_memory(std::function<std::span<const float>(int)> sway);
 std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways);
 
-/// The outputs for a part of a source's trials, and what these were simulated with.
+/// The z-scored point estimates that such outputs stand for: scores[trial * parameters + parameter].
+std::vector<float> scores_of(const Model& model, std::span<const float> outputs);
+
+/// The scores of a part of a source's trials, and what these were simulated with.
 struct Predicted {
-  std::vector<float> outputs;
+  std::vector<float> scores;
   std::vector<sim::Parameters> truth;
 };
 /// Of epoch 0.

@@ -21,20 +21,27 @@ namespace {
 
 using dataset::Part;
 
-constexpr auto outputs = sim::parameter_count;
-
 double peak_to_peak(std::span<const float> sway_rad) {
   const auto [low, high] = std::ranges::minmax(sway_rad);
   return static_cast<double>(high) - static_cast<double>(low);
 }
 
+Scores as_scores(std::span<const float> values) {
+  return {values.begin(), values.end()};
+}
+
+/// Those of trial `index`.
+std::span<const float> scores_at(const Model& model, const std::vector<float>& scores, std::size_t index) {
+  return std::span(scores).subspan(index * model.parameters().size(), model.parameters().size());
+}
+
 KnownTrial known_trial(const Model& model, const sim::Simulator& simulator, const sim::Parameters& truth,
-                       std::span<const float> output, std::vector<float> sway_rad) {
+                       std::span<const float> scores, std::vector<float> sway_rad) {
   KnownTrial trial;
   trial.truth = truth;
-  trial.identified = model.targets.unscale(output);
-  std::ranges::copy(model.targets.scale(truth), trial.target.begin());
-  std::ranges::copy(output, trial.output.begin());
+  trial.identified = model.targets.unscale(scores);
+  trial.target = as_scores(model.targets.scale(truth));
+  trial.output = as_scores(scores);
   trial.fitted_rad = noise_free_trial(simulator, trial.identified);
   trial.peak_to_peak_rad = peak_to_peak(sway_rad);
   trial.sway_rad = std::move(sway_rad);
@@ -42,13 +49,14 @@ KnownTrial known_trial(const Model& model, const sim::Simulator& simulator, cons
 }
 
 /// The trial with the median of the squared errors.
-int typical(const Model& model, const std::vector<float>& predicted, const std::vector<sim::Parameters>& truth) {
+int typical(const Model& model, const std::vector<float>& scores, const std::vector<sim::Parameters>& truth) {
   std::vector<std::pair<double, int>> errors;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const auto target = model.targets.scale(truth[i]);
+    const std::span<const float> found = scores_at(model, scores, i);
     double sum = 0;
-    for (std::size_t p = 0; p < outputs; ++p)
-      sum += std::pow(static_cast<double>(predicted[i * outputs + p]) - static_cast<double>(target[p]), 2);
+    for (std::size_t p = 0; p < target.size(); ++p)
+      sum += std::pow(static_cast<double>(found[p]) - static_cast<double>(target[p]), 2);
     errors.push_back({sum, static_cast<int>(i)});
   }
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>((errors.size() - 1) / 2);
@@ -70,9 +78,10 @@ Sample make_sample(const Model& model, std::string from, int index, KnownTrial t
   return sample;
 }
 
-std::vector<Bin> bins(const std::vector<double>& edges) {
+std::vector<Bin> bins(const std::vector<double>& edges, std::size_t parameters) {
   std::vector<Bin> made;
-  for (std::size_t i = 0; i + 1 < edges.size(); ++i) made.push_back({edges[i], edges[i + 1], 0, {}, {}});
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i)
+    made.push_back({edges[i], edges[i + 1], 0, Scores(parameters), Scores(parameters)});
   return made;
 }
 
@@ -81,7 +90,7 @@ void add(std::vector<Bin>& all, double x, const Scores& target, const Scores& ou
     // The last bin has its upper end.
     if (x < bin.low || x > bin.high || (x == bin.high && &bin != &all.back())) continue;
     ++bin.trials;
-    for (std::size_t p = 0; p < outputs; ++p) {
+    for (std::size_t p = 0; p < target.size(); ++p) {
       bin.mse[p] += (output[p] - target[p]) * (output[p] - target[p]);
       bin.baseline[p] += target[p] * target[p];
     }
@@ -91,7 +100,7 @@ void add(std::vector<Bin>& all, double x, const Scores& target, const Scores& ou
 
 void finish(std::vector<Bin>& all) {
   for (Bin& bin : all)
-    for (std::size_t p = 0; p < outputs; ++p) {
+    for (std::size_t p = 0; p < bin.mse.size(); ++p) {
       const double count = bin.trials > 0 ? bin.trials : std::numeric_limits<double>::quiet_NaN();
       bin.mse[p] /= count;
       bin.baseline[p] /= count;
@@ -112,7 +121,7 @@ int column_named(const dataset::CsvTable& table, const std::string& name, const 
 
 double KnownTrial::squared_error() const {
   double sum = 0;
-  for (std::size_t p = 0; p < outputs; ++p) sum += (output[p] - target[p]) * (output[p] - target[p]);
+  for (std::size_t p = 0; p < target.size(); ++p) sum += (output[p] - target[p]) * (output[p] - target[p]);
   return sum;
 }
 
@@ -129,6 +138,7 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
   StudyData& data = study.data.emplace();
   data.file = file;
   data.seed = about.seed;
+  data.before = data.all = dataset::TrialDistributions(model.parameters());
   std::vector<double> amplitude(static_cast<std::size_t>(stored.trials()));
   parallel_for(stored.trials(), [&](int i) {
     thread_local std::vector<float> sway;
@@ -146,12 +156,12 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
   const auto source = dataset::stored_source(stored);
   announce(format("identifying %d training trials", source->trials(Part::training)));
   const Predicted training = predict(model, *source, Part::training);
-  data.training = evaluate(model, training.outputs, training.truth);
+  data.training = evaluate(model.targets, training.scores, training.truth);
   announce(format("identifying %d validation trials", source->trials(Part::validation)));
   const Predicted validation = predict(model, *source, Part::validation);
-  data.validation = evaluate(model, validation.outputs, validation.truth);
+  data.validation = evaluate(model.targets, validation.scores, validation.truth);
 
-  const int index = typical(model, validation.outputs, validation.truth);
+  const int index = typical(model, validation.scores, validation.truth);
   const auto place = static_cast<std::size_t>(index);
   std::vector<float> sway;
   source->take(Part::validation, 0, std::vector<int>{index},
@@ -160,7 +170,7 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
                });
   study.sample = make_sample(model, "validation half", index,
                              known_trial(model, sim::Simulator(model.protocol), validation.truth[place],
-                                         std::span(validation.outputs).subspan(place * outputs, outputs), sway));
+                                         scores_at(model, validation.scores, place), sway));
 }
 
 void study_fresh(const Model& model, int trials, const std::vector<double>& levels_deg, Study& study,
@@ -170,9 +180,11 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
   require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "--seed");
   const sim::Simulator simulator(model.protocol);
   for (const double level : levels_deg)
-    study.levels.push_back(
-        {level, {}, bins({0, 0.5, 1, 1.5, 2, 3, 4, 6, 10}), bins({0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1})});
-  std::vector<std::vector<float>> predicted(levels_deg.size());
+    study.levels.push_back({level,
+                            {},
+                            bins({0, 0.5, 1, 1.5, 2, 3, 4, 6, 10}, model.parameters().size()),
+                            bins({0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1}, model.parameters().size())});
+  std::vector<std::vector<float>> scores(levels_deg.size());
   std::vector<sim::Parameters> truth(static_cast<std::size_t>(trials));
   std::vector<double> amplitude_deg(truth.size());
   std::vector<std::vector<double>> sways;
@@ -200,22 +212,22 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
                     levels_deg.size()));
     simulate(first, count);
     for (std::size_t l = 0; l < levels_deg.size(); ++l) {
-      const auto outputs_of_chunk = predict(model, count, 64, [&](std::span<const int> indices, const TakeSway& take) {
+      const auto outputs = predict(model, count, 64, [&](std::span<const int> indices, const TakeSway& take) {
         parallel_for(static_cast<int>(indices.size()), [&](int place) {
           const auto i = static_cast<std::size_t>(indices[static_cast<std::size_t>(place)]);
           take(static_cast<std::size_t>(place), noisy(first, i, levels_deg[l]));
         });
       });
-      predicted[l].insert(predicted[l].end(), outputs_of_chunk.begin(), outputs_of_chunk.end());
+      const std::vector<float> of_chunk = scores_of(model, outputs);
+      scores[l].insert(scores[l].end(), of_chunk.begin(), of_chunk.end());
     }
   }
   for (std::size_t l = 0; l < levels_deg.size(); ++l) {
     NoiseLevel& level = study.levels[l];
-    level.all = evaluate(model, predicted[l], truth);
+    level.all = evaluate(model.targets, scores[l], truth);
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      Scores target{}, output{};
-      std::ranges::copy(model.targets.scale(truth[i]), target.begin());
-      std::ranges::copy(std::span(predicted[l]).subspan(i * outputs, outputs), output.begin());
+      const Scores target = as_scores(model.targets.scale(truth[i]));
+      const Scores output = as_scores(scores_at(model, scores[l], i));
       add(level.by_amplitude_deg, amplitude_deg[i], target, output);
       add(level.by_nv, truth[i][sim::Nv], target, output);
     }
@@ -223,14 +235,13 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
     finish(level.by_nv);
   }
   if (study.data) return;
-  const int index = typical(model, predicted.front(), truth);
+  const int index = typical(model, scores.front(), truth);
   const auto place = static_cast<std::size_t>(index);
   const int first = index / chunk * chunk;
   simulate(first, std::min(chunk, trials - first));
-  study.sample = make_sample(
-      model, format("fresh trials with %g degrees of sensor noise", levels_deg.front()), index,
-      known_trial(model, simulator, truth[place], std::span(predicted.front()).subspan(place * outputs, outputs),
-                  noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
+  study.sample = make_sample(model, format("fresh trials with %g degrees of sensor noise", levels_deg.front()), index,
+                             known_trial(model, simulator, truth[place], scores_at(model, scores.front(), place),
+                                         noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
 }
 
 void study_double(const Model& model, int realisations, Study& study, const Announce& announce) {
@@ -254,14 +265,14 @@ void study_double(const Model& model, int realisations, Study& study, const Anno
     study.notes.push_back("no double pendulum: with this protocol none of its trials stands");
     return;
   }
-  const auto predicted =
+  const auto outputs =
       predict(model, static_cast<int>(sways.size()), 64,
               sways_in_memory([&](int i) { return std::span<const float>(sways[static_cast<std::size_t>(i)]); }));
+  const std::vector<float> scores = scores_of(model, outputs);
   const sim::Simulator single(model.protocol);
   DoubleCase& dip = study.dip.emplace();
   for (std::size_t i = 0; i < sways.size(); ++i) {
-    KnownTrial trial =
-        known_trial(model, single, parameters.ankle, std::span(predicted).subspan(i * outputs, outputs), sways[i]);
+    KnownTrial trial = known_trial(model, single, parameters.ankle, scores_at(model, scores, i), sways[i]);
     dip.squared_errors.push_back(trial.squared_error());
     if (i == 0) dip.trial = std::move(trial);
   }

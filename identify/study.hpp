@@ -3,7 +3,6 @@
 // reports it.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -16,17 +15,17 @@
 
 namespace decid {
 
-/// The 7 z-scored values of a set of parameters.
-using Scores = std::array<double, sim::parameter_count>;
+/// The z-scored values of a set of parameters.
+using Scores = std::vector<double>;
 
 /// A trial with known parameters, identified, and simulated anew from its estimate.
 struct KnownTrial {
-  sim::Parameters truth{}, identified{};
-  Scores target{}, output{};
+  sim::Parameters truth, identified;
+  Scores target, output;
   std::vector<float> sway_rad;
   std::vector<float> fitted_rad;  ///< the single pendulum, noise-free; shorter if it fell over
   double peak_to_peak_rad = 0.0;
-  /// Sum of the 7 squared z-scored errors: how the paper's "SE" reads.
+  /// Sum of the squared z-scored errors: how the paper's "SE" reads.
   double squared_error() const;
 };
 
@@ -60,8 +59,8 @@ struct DoubleCase {
 struct Bin {
   double low, high;
   int trials = 0;
-  Scores mse{};       ///< z-scored, of each parameter
-  Scores baseline{};  ///< of the training set's mean in place of the network
+  Scores mse;       ///< z-scored, of each parameter
+  Scores baseline;  ///< of the training set's mean in place of the network
 };
 struct NoiseLevel {
   double sensor_noise_deg;
@@ -69,7 +68,7 @@ struct NoiseLevel {
   std::vector<Bin> by_amplitude_deg;  ///< peak to peak of the exact sway
   std::vector<Bin> by_nv;
 };
-/// Mean over the 7.
+/// Mean over the parameters.
 double mean_of(const Scores& scores);
 
 struct LearningPoint {
@@ -88,7 +87,7 @@ struct Study {
   Sample sample;
   std::optional<DoubleCase> dip;
   std::optional<Identification> recording;
-  Scores recording_output{};
+  Scores recording_output;
   std::vector<NoiseLevel> levels;
   std::uint64_t fresh_seed = 99;  ///< to be set before anything is computed
   std::vector<LearningPoint> learning_curve;

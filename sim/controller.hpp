@@ -60,13 +60,26 @@ class DelayLine {
   Lag lag_;
 };
 
+/// The protocol, if it is valid and asks for the single pendulum's parameters. Throws Error.
+inline Protocol checked(Protocol protocol) {
+  protocol.validate();
+  if (protocol.experiment.body_model == &single_pendulum()) return protocol;
+  throw Error("protocol " + protocol.name, "its body model is '" + protocol.experiment.body_model->name + "'",
+              "use the simulator of that; this one has the parameters of the single pendulum");
+}
+
 /// Throws Error, where = whose + "parameter Kp", unless all are finite, 0 or above, and the delay is in its bound.
 inline void check_parameters(const Parameters& parameters, const std::string& whose = {}) {
-  for (std::size_t i = 0; i < parameter_count; ++i) {
+  const ParameterTable& table = single_pendulum().parameters;
+  if (parameters.size() != table.size()) {
+    throw Error(whose + "parameters", std::to_string(parameters.size()) + " values are given",
+                "give all " + std::to_string(table.size()));
+  }
+  for (std::size_t i = 0; i < table.size(); ++i) {
     const double value = parameters[i];
     const double largest = i == Delay ? longest_delay_s : std::numeric_limits<double>::max();
     if (value >= 0.0 && value <= largest) continue;  // false for NaN
-    throw Error(whose + "parameter " + parameter_info[i].name, "is " + given_text(value),
+    throw Error(whose + "parameter " + table[i].name, "is " + given_text(value),
                 i == Delay ? "give a delay from 0 to " + given_text(longest_delay_s) + " s"
                            : "give a finite value, 0 or above");
   }

@@ -42,11 +42,6 @@ class Module {
   double tilt_estimate_ = 0.0;
 };
 
-Protocol checked(Protocol protocol) {
-  protocol.validate();
-  return protocol;
-}
-
 }  // namespace
 
 DoubleBody::DoubleBody(const Segments& s)

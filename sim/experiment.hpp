@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "sim/body_model.hpp"
 #include "sim/stimulus.hpp"
 
 namespace decid::sim {
@@ -30,6 +31,9 @@ struct Experiment {
   StimulusKind stimulus = Sequence{};
   double sample_rate_hz = 100.0;  ///< of the sway; divides 1000
   Body body;
+  const BodyModel* body_model = &single_pendulum();  ///< of body and controller; outlives the experiment
+
+  const ParameterTable& parameters() const { return body_model->parameters; }
 
   /// Throws Error naming the protocol and the setting if any is out of its bounds, or if the number of samples has a
   /// prime factor above largest_fft_prime (sim/fft.hpp); all that follows assumes a valid experiment.

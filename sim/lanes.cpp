@@ -120,7 +120,7 @@ Lanes::NoiseBlock* Lanes::free_noise() {
 }
 
 void Lanes::rest(int lane) {
-  begin(lane, {-1, Parameters{}, nullptr, silence_.data()}, sways_.get() + Pendulums::count * samples_);
+  begin(lane, {-1, Parameters(Delay + 1), nullptr, silence_.data()}, sways_.get() + Pendulums::count * samples_);
   lanes_->k1[lane] = lanes_->k2[lane] = 0.0;
 }
 

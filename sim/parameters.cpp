@@ -1,4 +1,4 @@
-// Parameters as text: see parameters.hpp.
+// Tables of parameters: see parameters.hpp.
 #include "sim/parameters.hpp"
 
 #include <charconv>
@@ -9,17 +9,67 @@
 #include "base/error.hpp"
 
 namespace decid::sim {
+namespace {
 
-std::string unit_after(const ParameterInfo& info) {
-  const std::string unit = info.shown_unit();
-  return unit.empty() ? unit : " " + unit;
+/// "seven"; numbers above twelve in digits.
+std::string in_words(std::size_t count) {
+  constexpr const char* words[] = {"no",    "one",   "two",  "three", "four",   "five",  "six",
+                                   "seven", "eight", "nine", "ten",   "eleven", "twelve"};
+  return count < std::size(words) ? words[count] : std::to_string(count);
 }
 
-Parameters parameters_from_text(const std::string& text, const std::string& where) {
+}  // namespace
+
+ParameterTable::ParameterTable(std::vector<ParameterInfo> parameters) : all_(std::move(parameters)) {
+  if (all_.empty() || all_.size() > Parameters::most)
+    throw Error("parameters", "a table of " + std::to_string(all_.size()),
+                "give 1 to " + std::to_string(Parameters::most));
+  std::set<std::string> names;
+  for (const ParameterInfo& info : all_) {
+    if (!names.insert(info.name).second || (info.option != info.name && !names.insert(info.option).second))
+      throw Error("parameters", "a table with two parameters called " + info.name, "give each a name of its own");
+    if (!(info.low < info.high && info.low >= info.least && info.high <= info.most))
+      throw Error("parameters", "a range of " + info.name + " that is empty or cannot be simulated",
+                  "let it grow from low to high, within what can be");
+  }
+}
+
+std::vector<std::string> ParameterTable::names() const {
+  std::vector<std::string> names;
+  for (const ParameterInfo& info : all_) names.push_back(info.name);
+  return names;
+}
+
+Parameters ParameterTable::middle() const {
+  Parameters middle(size());
+  for (std::size_t i = 0; i < size(); ++i) middle[i] = all_[i].middle();
+  return middle;
+}
+
+Parameters ParameterTable::simulable(Parameters values) const {
+  for (std::size_t i = 0; i < size(); ++i) values[i] = std::clamp(values[i], all_[i].least, all_[i].most);
+  return values;
+}
+
+std::vector<double> ParameterTable::to_unit(const Parameters& values) const {
+  std::vector<double> unit;
+  for (std::size_t i = 0; i < size(); ++i) unit.push_back((values[i] - all_[i].low) / all_[i].range());
+  return unit;
+}
+
+Parameters ParameterTable::from_unit(std::span<const double> unit) const {
+  Parameters values(size());
+  for (std::size_t i = 0; i < size(); ++i) values[i] = all_[i].low + unit[i] * all_[i].range();
+  return values;
+}
+
+Parameters ParameterTable::from_text(const std::string& text, const std::string& where) const {
   const auto fail = [&](const std::string& problem) {
-    throw Error(where, problem, "give all seven as Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
+    std::string form;
+    for (const ParameterInfo& info : all_) form += (form.empty() ? "" : ",") + info.name + "=..";
+    throw Error(where, problem, "give all " + in_words(size()) + " as " + form);
   };
-  Parameters parameters{};
+  Parameters parameters(size());
   std::set<std::size_t> given;
   std::istringstream stream(text);
   for (std::string part; std::getline(stream, part, ',');) {
@@ -27,15 +77,15 @@ Parameters parameters_from_text(const std::string& text, const std::string& wher
     if (equals == std::string::npos) fail("'" + part + "' is not NAME=VALUE");
     const std::string name = part.substr(0, equals), value = part.substr(equals + 1);
     std::size_t index = 0;
-    while (index < parameter_count && name != parameter_info[index].name && name != parameter_info[index].option)
-      ++index;
-    if (index == parameter_count) fail("'" + name + "' is not a parameter");
+    while (index < size() && name != all_[index].name && name != all_[index].option) ++index;
+    if (index == size()) fail("'" + name + "' is not a parameter");
     if (!given.insert(index).second) fail("gives " + name + " twice");
     const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), parameters[index]);
     if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(parameters[index]))
       fail("'" + value + "' is not a number");
   }
-  if (given.size() != parameter_count) fail("gives " + std::to_string(given.size()) + " of 7 parameters");
+  if (given.size() != size())
+    fail("gives " + std::to_string(given.size()) + " of " + std::to_string(size()) + " parameters");
   return parameters;
 }
 

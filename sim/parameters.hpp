@@ -1,54 +1,101 @@
-// The seven parameters that decid identifies: names, units and ranges, in the one order used everywhere.
-// Source: table 1 of Lippi, Mergner, Maurer, "Deep Learning for Posture Control Nonlinear Model System and Noise
-// Identification". The gains' ranges are round multiples of 838.99 N m/rad; the default body's m g h is 838.98.
+// Parameters of a model of body and controller: a table says how many there are, their names, units and ranges; a set
+// of values stands in the table's order. Models are in body_model.hpp.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstddef>
+#include <initializer_list>
+#include <limits>
+#include <span>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 namespace decid::sim {
 
-enum Index : std::size_t { Kp, Kd, Kp_pass, Kd_pass, Nv, Theta, Delay };
-inline constexpr std::size_t parameter_count = 7;
+/// One set of parameters, in SI units: as many as its model has, in the order of the model's table.
+class Parameters {
+ public:
+  static constexpr std::size_t most = 32;  ///< kept in place, as simulations copy them
 
-/// One set of parameters, in SI units, indexed by Index.
-using Parameters = std::array<double, parameter_count>;
+  constexpr Parameters() = default;
+  /// At most `most`, like the values below.
+  constexpr explicit Parameters(std::size_t size) : size_(size) { assert(size <= most); }
+  constexpr Parameters(std::initializer_list<double> values) : size_(values.size()) {
+    assert(size_ <= most);
+    std::copy(values.begin(), values.end(), values_.begin());
+  }
+
+  constexpr std::size_t size() const noexcept { return size_; }
+  constexpr double& operator[](std::size_t i) noexcept {
+    assert(i < size_);
+    return values_[i];
+  }
+  constexpr double operator[](std::size_t i) const noexcept {
+    assert(i < size_);
+    return values_[i];
+  }
+  constexpr double* begin() noexcept { return values_.data(); }
+  constexpr double* end() noexcept { return values_.data() + size_; }
+  constexpr const double* begin() const noexcept { return values_.data(); }
+  constexpr const double* end() const noexcept { return values_.data() + size_; }
+
+  friend constexpr bool operator==(const Parameters& a, const Parameters& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
+  }
+
+ private:
+  std::array<double, most> values_{};
+  std::size_t size_ = 0;
+};
+static_assert(std::is_trivially_copyable_v<Parameters>);
 
 struct ParameterInfo {
-  const char* name;         ///< as in files: "Kp_pass"
-  const char* option;       ///< as on the command line: "kp-pass"
-  const char* description;  ///< for people: "Passive stiffness"
-  const char* unit;         ///< "1": a plain number
+  std::string name;         ///< as in files: "Kp_pass"
+  std::string option;       ///< as on the command line: "kp-pass"
+  std::string description;  ///< for people: "Passive stiffness"
+  std::string unit;         ///< "1": a plain number
   double low, high;         ///< range of the uniform distribution of the data set
   bool per_mgh;             ///< value / (m g h) has a meaning
+  /// What can be simulated.
+  double least = 0.0, most = std::numeric_limits<double>::infinity();
 
   double middle() const { return 0.5 * (low + high); }
+  double range() const { return high - low; }
   /// For people, to whom a plain number has none.
-  const char* shown_unit() const { return unit[0] == '1' ? "" : unit; }
+  std::string shown_unit() const { return unit == "1" ? "" : unit; }
+  /// " N m/rad", to stand behind a number; nothing for a parameter that is a plain number.
+  std::string unit_after() const { return unit == "1" ? "" : " " + unit; }
 };
 
-inline constexpr std::array<ParameterInfo, parameter_count> parameter_info{{
-    {"Kp", "kp", "Active proportional gain", "N m/rad", 503.3943, 1258.4857, true},
-    {"Kd", "kd", "Active derivative gain", "N m s/rad", 125.8486, 377.5457, true},
-    {"Kp_pass", "kp-pass", "Passive stiffness", "N m/rad", 62.9243, 377.5457, true},
-    {"Kd_pass", "kd-pass", "Passive damping", "N m s/rad", 62.9243, 188.7729, true},
-    {"Nv", "nv", "Vestibular noise gain", "1", 0.0, 1.0, false},
-    {"theta", "theta", "Foot rotation velocity threshold", "rad/s", 0.0, 0.0052, false},
-    {"delay", "delay", "Lumped delay", "s", 0.0, 0.24, false},
-}};
+class ParameterTable {
+ public:
+  /// Throws Error for none or more than Parameters::most, a name that stands twice, or a range that is empty or cannot
+  /// be simulated.
+  explicit ParameterTable(std::vector<ParameterInfo> parameters);
 
-/// The middle of every range.
-inline Parameters middle_parameters() {
-  Parameters p{};
-  for (std::size_t i = 0; i < parameter_count; ++i) p[i] = parameter_info[i].middle();
-  return p;
-}
+  std::size_t size() const noexcept { return all_.size(); }
+  const ParameterInfo& operator[](std::size_t i) const noexcept { return all_[i]; }
+  auto begin() const noexcept { return all_.begin(); }
+  auto end() const noexcept { return all_.end(); }
+  std::vector<std::string> names() const;
 
-/// " N m/rad", to stand behind a number; nothing for a parameter that is a plain number.
-std::string unit_after(const ParameterInfo& info);
+  /// The middle of every range.
+  Parameters middle() const;
+  /// The nearest values that can be simulated.
+  Parameters simulable(Parameters values) const;
+  /// Where in its range each value lies, 0 .. 1; those outside of their ranges lie outside of these.
+  std::vector<double> to_unit(const Parameters& values) const;
+  Parameters from_unit(std::span<const double> unit) const;
 
-/// "Kp=900,Kd=250,...": all seven, by name ("Kp_pass") or option name ("kp-pass"), in any order. Throws Error.
-Parameters parameters_from_text(const std::string& text, const std::string& where);
+  /// "Kp=900,Kd=250,...": all of them, by name ("Kp_pass") or option name ("kp-pass"), in any order. Throws Error;
+  /// `where` names the text.
+  Parameters from_text(const std::string& text, const std::string& where) const;
+
+ private:
+  std::vector<ParameterInfo> all_;
+};
 
 }  // namespace decid::sim

@@ -45,6 +45,7 @@ struct Protocol {
   Sequence& sequence();
   const Sequence& sequence() const;
 
+  const ParameterTable& parameters() const { return experiment.parameters(); }
   int samples() const { return experiment.samples(); }
   double duration_s() const { return experiment.duration_s(); }
 };

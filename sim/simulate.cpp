@@ -17,14 +17,7 @@
 #include "sim/lanes.hpp"
 
 namespace decid::sim {
-namespace {
-
-Protocol checked(Protocol protocol) {
-  protocol.validate();
-  return protocol;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 double dead_band(double x, double theta) {
   return dead_band_of(x, theta);

@@ -1,70 +1,85 @@
 #!/usr/bin/env python3
-"""Line coverage of each folder by the tests: builds the preset "coverage", runs its tests and prints a Markdown table.
+"""Which lines the tests run: builds with gcov's counters in build/coverage, runs the tests, prints a row a folder.
 
-    tests/coverage.py [--short] [--least PERCENT]
-
---short leaves out the tests labelled slow. --least fails below that share of all lines. Counted by gcov, gathered by
-Debian's gcovr."""
+  tests/coverage.py                 all tests but those that a browser, an emulator or valgrind runs
+  tests/coverage.py -L 'nn|sim'     the tests with these labels
+  tests/coverage.py --lines FILE    also writes "file:line" of every line that no test ran
+"""
 import argparse
+import collections
+import gzip
 import json
 import os
+import pathlib
 import subprocess
 import sys
-from pathlib import Path
+import tempfile
 
-ROOT = Path(__file__).resolve().parents[1]
-BUILD = ROOT / "build" / "coverage"
-FOLDERS = ["base", "sim", "nn", "dataset/image", "dataset/sets", "dataset/recording", "dataset/npz", "dataset",
-           "identify", "tools/firmware", "tools/report", "tools/decid"]
-
-
-def measure(short):
-    subprocess.run([ROOT / "tools" / "build", "coverage"], check=True, stdout=sys.stderr)
-    for counts in BUILD.rglob("*.gcda"):
-        counts.unlink()
-    tests = ["ctest", "--preset", "coverage", "-j", str(os.cpu_count())] + (["-LE", "slow"] if short else [])
-    with open(ROOT / "build" / "coverage.tests.log", "w") as log:
-        code = subprocess.run(tests, cwd=ROOT, stdout=log, stderr=log, stdin=subprocess.DEVNULL).returncode
-    if code != 0:
-        sys.exit("coverage: tests failed; see build/coverage.tests.log")
-    filters = [argument for folder in ("base", "sim", "nn", "dataset", "identify", "tools")
-               for argument in ("--filter", folder + "/")]
-    gathered = subprocess.run(["gcovr", "--root", ROOT, *filters, "-j", str(os.cpu_count()), "--json-summary", "-", BUILD],
-                              cwd=ROOT, check=True, capture_output=True, text=True)
-    return json.loads(gathered.stdout)["files"]
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BUILD = ROOT / "build/coverage"
+FOLDERS = ("base", "sim", "nn", "dataset", "identify", "tools")
 
 
-def share(files):
-    return sum(file["line_covered"] for file in files), sum(file["line_total"] for file in files)
+def run(*command, **settings):
+    subprocess.run([str(word) for word in command], check=True, **settings)
 
 
-def table(files):
-    """The rows of a Markdown table, and the share of all lines in percent."""
-    rows, left = ["| folder | lines | covered |", "|---|---:|---:|"], list(files)
-    for folder in FOLDERS:
-        inside = [file for file in left if file["filename"].startswith(folder + "/")]
-        left = [file for file in left if file not in inside]
-        covered, total = share(inside)
-        if total:
-            rows.append(f"| `{folder}` | {total} | {100 * covered / total:.1f} % |")
-    covered, total = share(files)
-    rows.append(f"| all | {total} | {100 * covered / total:.1f} % |")
-    return rows, 100 * covered / total
+def counts(scratch):
+    """{(file, line): how often it ran}, over all object files."""
+    notes = sorted(BUILD.rglob("*.gcda"))
+    if not notes:
+        sys.exit("tests/coverage.py: no test left counters; did any run?")
+    for first in range(0, len(notes), 50):
+        run("gcov", "--json-format", "--preserve-paths", "--hash-filenames", *notes[first:first + 50],
+            cwd=scratch, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    lines = collections.Counter()
+    for report in pathlib.Path(scratch).glob("*.gcov.json.gz"):
+        with gzip.open(report) as stream:
+            data = json.load(stream)
+        for entry in data["files"]:
+            path = pathlib.Path(data["current_working_directory"], entry["file"]).resolve()
+            if not path.is_relative_to(ROOT):
+                continue
+            name = str(path.relative_to(ROOT))
+            if not name.startswith(tuple(folder + "/" for folder in FOLDERS)):
+                continue
+            for line in entry["lines"]:
+                lines[name, line["line_number"]] += line["count"]
+    return lines
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--short", action="store_true")
-    parser.add_argument("--least", type=float, default=0.0)
-    arguments = parser.parse_args()
-    files = measure(arguments.short)
-    rows, percent = table(files)
-    print("\n".join(rows))
-    worst = sorted((file for file in files if file["line_total"] > 20), key=lambda file: file["line_percent"])[:5]
-    print("\nleast covered: " + ", ".join(f"{file['filename']} {file['line_percent']} %" for file in worst))
-    if percent < arguments.least:
-        sys.exit(f"coverage: {percent:.1f} % of all lines, less than {arguments.least} %")
+    parser.add_argument("-L", "--label", default="", help="labels of tests, as ctest takes them")
+    parser.add_argument("--lines", help="file for the lines that no test ran")
+    options = parser.parse_args()
+    run("cmake", "-S", ROOT, "-B", BUILD, "-DCMAKE_BUILD_TYPE=Debug", "-DDECID_COVERAGE=ON", "-DCMAKE_CXX_FLAGS=--coverage -O1 -g0",
+        "-DCMAKE_C_FLAGS=--coverage", stdout=subprocess.DEVNULL)
+    run("cmake", "--build", BUILD, "-j", os.cpu_count(), stdout=subprocess.DEVNULL)
+    for old in BUILD.rglob("*.gcda"):
+        old.unlink()
+    chosen = ["-L", options.label] if options.label else ["-E", "chromium|qemu|gate|consumer|every compiler"]
+    run("ctest", "--test-dir", BUILD, "-j", os.cpu_count(), "--timeout", "1800", "--output-on-failure", *chosen,
+        stdout=subprocess.DEVNULL, env=dict(os.environ, OMP_WAIT_POLICY="passive"))
+    with tempfile.TemporaryDirectory() as scratch:
+        lines = counts(scratch)
+    print(f"{'folder':<10} {'lines':>7} {'run':>7} {'part':>7}")
+    rows = collections.defaultdict(lambda: [0, 0])
+    for (name, _), count in lines.items():
+        for key in (name.split("/")[0], "all"):
+            rows[key][0] += 1
+            rows[key][1] += count > 0
+    for folder in (*FOLDERS, "all"):
+        if folder in rows:
+            total, ran = rows[folder]
+            print(f"{folder:<10} {total:>7} {ran:>7} {100 * ran / total:>6.1f}%")
+    if options.lines:
+        missed = sorted(place for place, count in lines.items() if count == 0)
+        pathlib.Path(options.lines).write_text("".join(f"{name}:{line}\n" for name, line in missed))
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except subprocess.CalledProcessError as error:
+        sys.exit(f"tests/coverage.py: {' '.join(map(str, error.cmd[:3]))} ... failed with {error.returncode}")

@@ -26,26 +26,16 @@ struct EntryFront {
 };
 static_assert(sizeof(EntryFront) == 40);
 
-struct StoredTrial {
-  sim::Parameters parameters;
-  double peak_to_peak_rad;
-  std::int32_t group, unused;
-};
-static_assert(sizeof(StoredTrial) == 72);
-
-std::uint64_t bytes_of(std::size_t trials) {
-  return sizeof(EntryFront) + trials * sizeof(StoredTrial);
-}
+// A trial: its parameters, peak_to_peak_rad, group as int32 and four bytes of 0.
 
 template <class T>
 bool read_value(const DiskFile& file, std::uint64_t position, T& value) {
   return file.read(position, std::as_writable_bytes(std::span(&value, 1))) == sizeof value;
 }
 
-std::uint32_t checksum(EntryFront front, std::span<const StoredTrial> trials) {
+std::uint32_t checksum(EntryFront front, std::span<const std::byte> trials) {
   front.crc32 = 0;
-  const auto rest = std::as_bytes(trials);
-  return crc32_joined(crc32(std::as_bytes(std::span(&front, 1))), crc32(rest), rest.size());
+  return crc32_joined(crc32(std::as_bytes(std::span(&front, 1))), crc32(trials), trials.size());
 }
 
 }  // namespace
@@ -78,23 +68,40 @@ void Journal::start(const std::string& request) {
   position_ = content.size();
 }
 
+std::uint64_t Journal::bytes_of(std::size_t trials) const {
+  return sizeof(EntryFront) + trials * trial_bytes();
+}
+
+std::size_t Journal::trial_bytes() const {
+  return (parameters_ + 1) * sizeof(double) + 2 * sizeof(std::int32_t);
+}
+
 std::optional<JournalEntry> Journal::read(int trials) const {
   EntryFront front;
   if (!read_value(file_, position_, front) || front.mark != entry_mark || front.trials_before != trials ||
       bytes_of(front.trials) > file_.size() - position_) {
     return std::nullopt;
   }
-  std::vector<StoredTrial> stored(front.trials);
-  const auto rest = std::as_writable_bytes(std::span(stored));
-  if (file_.read(position_ + sizeof front, rest) != rest.size() || checksum(front, stored) != front.crc32) {
+  std::vector<std::byte> stored(front.trials * trial_bytes());
+  if (file_.read(position_ + sizeof front, stored) != stored.size() || checksum(front, stored) != front.crc32) {
     return std::nullopt;
   }
   JournalEntry entry;
   entry.sway_crc32 = front.sway_crc32;
   entry.chunk.base_attempts = front.base_attempts;
   entry.chunk.child_attempts = front.child_attempts;
-  for (const StoredTrial& trial : stored) {
-    entry.chunk.trials.push_back({trial.parameters, trial.peak_to_peak_rad, trial.group});
+  const std::byte* from = stored.data();
+  const auto take = [&from](void* value, std::size_t bytes) {
+    std::memcpy(value, from, bytes);
+    from += bytes;
+  };
+  for (std::uint32_t i = 0; i < front.trials; ++i) {
+    TrialRecord trial{sim::Parameters(parameters_), 0.0, 0};
+    take(trial.parameters.begin(), parameters_ * sizeof(double));
+    take(&trial.peak_to_peak_rad, sizeof(double));
+    take(&trial.group, sizeof(std::int32_t));
+    from += sizeof(std::int32_t);
+    entry.chunk.trials.push_back(trial);
   }
   return entry;
 }
@@ -110,12 +117,20 @@ void Journal::append(const JournalEntry& entry, int trials_before) {
   front.base_attempts = entry.chunk.base_attempts;
   front.child_attempts = entry.chunk.child_attempts;
   front.sway_crc32 = entry.sway_crc32;
-  std::vector<StoredTrial> stored;
+  std::vector<std::byte> stored(entry.chunk.trials.size() * trial_bytes());
+  std::byte* to = stored.data();
+  const auto put = [&to](const void* value, std::size_t bytes) {
+    std::memcpy(to, value, bytes);
+    to += bytes;
+  };
   for (const TrialRecord& trial : entry.chunk.trials) {
-    stored.push_back({trial.parameters, trial.peak_to_peak_rad, trial.group, 0});
+    put(trial.parameters.begin(), parameters_ * sizeof(double));
+    put(&trial.peak_to_peak_rad, sizeof(double));
+    put(&trial.group, sizeof(std::int32_t));
+    to += sizeof(std::int32_t);
   }
   front.crc32 = checksum(front, stored);
-  const std::span<const std::byte> pieces[]{std::as_bytes(std::span(&front, 1)), std::as_bytes(std::span(stored))};
+  const std::span<const std::byte> pieces[]{std::as_bytes(std::span(&front, 1)), stored};
   if (file_.size() > position_) file_.truncate(position_);
   file_.write(position_, pieces);
   pass(entry);

@@ -20,7 +20,9 @@ struct JournalEntry {
 
 class Journal {
  public:
-  explicit Journal(const std::filesystem::path& path) : file_(path, DiskFile::Access::write) {}
+  /// parameters: of a trial.
+  Journal(const std::filesystem::path& path, std::size_t parameters)
+      : file_(path, DiskFile::Access::write), parameters_(parameters) {}
 
   /// The text given to start(), or nothing if it is not there whole. Leaves the position at the first entry.
   std::optional<std::string> request();
@@ -35,7 +37,12 @@ class Journal {
   void append(const JournalEntry& entry, int trials_before);
 
  private:
+  std::size_t trial_bytes() const;
+  /// Of an entry.
+  std::uint64_t bytes_of(std::size_t trials) const;
+
   DiskFile file_;
+  std::size_t parameters_;
   std::uint64_t position_ = 0;
 };
 

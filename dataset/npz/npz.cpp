@@ -76,6 +76,8 @@ void check_labels(const Dataset& data, std::size_t sway_trials, const std::strin
               "' makes " + std::to_string(data.protocol.samples()));
   for (std::size_t i = 0; i < trials; ++i) {
     const std::string trial = " of trial " + std::to_string(i);
+    require(data.parameters[i].size() == data.protocol.parameters().size(), where,
+            "the parameters" + trial + " are not those of its body model");
     require(all_finite(data.parameters[i]), where, "the parameters" + trial + " are not finite");
     const std::int32_t parent = data.group[i];
     require(parent >= 0 && static_cast<std::size_t>(parent) < trials &&
@@ -221,7 +223,8 @@ class Reader {
   bool stored_ = false;
 };
 
-void read_description(const std::string& text, const std::string& where, Dataset& data) {
+void read_description(const std::string& text, const std::string& where, const sim::BodyModel& body_model,
+                      Dataset& data) {
   const Json json = parse_json(text, where);
   JsonObject object(json, where);
   int format = 0;
@@ -233,39 +236,41 @@ void read_description(const std::string& text, const std::string& where, Dataset
   object.require("seed");
   object.read("seed", data.seed);
   data.protocol = sim::protocol_from_json(print_json(object.require("protocol")), where + ": protocol");
+  data.protocol.experiment.body_model = &body_model;
   std::vector<std::string> names;
   object.require("parameters");
   object.read("parameters", names);
-  const auto same = [](const std::string& name, const sim::ParameterInfo& info) { return name == info.name; };
-  if (!std::equal(names.begin(), names.end(), sim::parameter_info.begin(), sim::parameter_info.end(), same)) {
-    throw Error(where, "lists parameters other than Kp, Kd, Kp_pass, Kd_pass, Nv, theta, delay", regenerate);
+  const std::vector<std::string> expected = body_model.parameters.names();
+  if (names != expected) {
+    std::string list;
+    for (const std::string& name : expected) list += (list.empty() ? "" : ", ") + name;
+    throw Error(where, "lists parameters other than " + list, regenerate);
   }
   object.finish();
 }
 
 /// All but the values of the sway.
-Dataset read_labels(const Source& source, const Reader& sway) {
+Dataset read_labels(const Source& source, const Reader& sway, const sim::BodyModel& body_model) {
   Dataset data;
-  read_description(Reader(source, "decid.json").bytes(), source.where + ": decid.json", data);
+  read_description(Reader(source, "decid.json").bytes(), source.where + ": decid.json", body_model, data);
   sway.check<float>(0);
   const std::vector<std::size_t>& shape = sway.header().shape;
   if (shape[1] > std::size_t{std::numeric_limits<int>::max()}) {
     throw Error(source.where, "its trials have more than 2^31 - 1 samples", regenerate);
   }
   data.samples = static_cast<int>(shape[1]);
-  const std::vector<double> parameters = Reader(source, "parameters").values<double>(sim::parameter_count);
-  data.parameters.resize(parameters.size() / sim::parameter_count);
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    data.parameters[i / sim::parameter_count][i % sim::parameter_count] = parameters[i];
-  }
+  const std::size_t count = body_model.parameters.size();
+  const std::vector<double> parameters = Reader(source, "parameters").values<double>(count);
+  data.parameters.assign(parameters.size() / count, sim::Parameters(count));
+  for (std::size_t i = 0; i < parameters.size(); ++i) data.parameters[i / count][i % count] = parameters[i];
   data.group = Reader(source, "group").values<std::int32_t>(1);
   data.split = Reader(source, "split").values<std::uint8_t>(1);
   check_labels(data, shape[0], source.where);
   return data;
 }
 
-Dataset read_all(const Source& source, Reader& sway) {
-  Dataset data = read_labels(source, sway);
+Dataset read_all(const Source& source, Reader& sway, const sim::BodyModel& body_model) {
+  Dataset data = read_labels(source, sway, body_model);
   data.sway = sway.values<float>(0);
   for (int i = 0; i < data.trials(); ++i) check_sway(data.trial(i), static_cast<std::size_t>(i), source.where);
   return data;
@@ -290,10 +295,10 @@ void check_dataset(const Dataset& data, const std::string& where) {
   for (int i = 0; i < data.trials(); ++i) check_sway(data.trial(i), static_cast<std::size_t>(i), where);
 }
 
-Dataset read_npz(const std::filesystem::path& path) {
+Dataset read_npz(const std::filesystem::path& path, const sim::BodyModel& body_model) {
   const Source source(path);
   Reader sway(source, "sway");
-  return read_all(source, sway);
+  return read_all(source, sway, body_model);
 }
 
 struct StoredDataset::File {
@@ -303,16 +308,16 @@ struct StoredDataset::File {
 
 StoredDataset::StoredDataset(Dataset data) : data_(std::move(data)) {}
 
-StoredDataset::StoredDataset(const std::filesystem::path& path) {
+StoredDataset::StoredDataset(const std::filesystem::path& path, const sim::BodyModel& body_model) {
   const Source source(path);
   Reader sway(source, "sway");
   DiskFile file(path, DiskFile::Access::read);
   const std::uint64_t member = first_member(file, "sway.npy");
   if (member == 0 || !sway.is_stored()) {
-    data_ = read_all(source, sway);
+    data_ = read_all(source, sway, body_model);
     return;
   }
-  data_ = read_labels(source, sway);
+  data_ = read_labels(source, sway, body_model);
   file_ = std::make_shared<const File>(File{std::move(file), member + sway.header().bytes});
   std::vector<std::byte> header(sway.header().bytes);
   file_->file.read(member, header);

@@ -1,5 +1,6 @@
 // Data sets on disk: an .npz file, a zip archive of NumPy arrays, as numpy.load opens it.
-// Members: sway (trials x samples, float32, rad), parameters (trials x 7, float64), group (int32), split (uint8),
+// Members: sway (trials x samples, float32, rad), parameters (trials x 7, or as many as the
+// body model has, float64), group (int32), split (uint8),
 // and decid.json (0-dimensional array of bytes, dtype S): {"format": 1, "seed": .., "protocol": {...},
 // "parameters": ["Kp", ...]}.
 // Formats: numpy.lib.format version 1.0; archive members are stored, not deflated, ZIP64 where 4 GiB are exceeded;
@@ -44,8 +45,9 @@ NpzPartial npz_partial(const std::filesystem::path& path);
 std::uint64_t npz_bytes(int count, const sim::Protocol& protocol);
 
 /// Throws Error for anything that is not such a file: not a zip, truncated, a member missing, of another type or shape,
-/// non-finite values, groups or splits out of range, a protocol that does not fit the number of samples.
-Dataset read_npz(const std::filesystem::path& path);
+/// non-finite values, groups or splits out of range, a protocol that does not fit the number of samples, parameters of
+/// another model than `body_model`.
+Dataset read_npz(const std::filesystem::path& path, const sim::BodyModel& body_model = sim::single_pendulum());
 
 /// Throws Error for a data set that may be neither written nor read. `where` names it.
 void check_dataset(const Dataset& data, const std::string& where);
@@ -57,7 +59,7 @@ class StoredDataset {
   StoredDataset(Dataset data);
   /// Throws what read_npz throws; the sway is read once, to check it. A file whose sway is deflated or not its first
   /// member (decid writes none such) is read into memory.
-  explicit StoredDataset(const std::filesystem::path& path);
+  explicit StoredDataset(const std::filesystem::path& path, const sim::BodyModel& body_model = sim::single_pendulum());
 
   /// Everything but the sway, which need not be there.
   const Dataset& about() const noexcept { return data_; }

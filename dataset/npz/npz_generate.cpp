@@ -62,8 +62,9 @@ std::string difference(const std::string& found, const std::string& wanted) {
 /// The unfinished file and its journal, opened by one process at a time.
 class Partial {
  public:
-  explicit Partial(const NpzPartial& paths)
-      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths)) {}
+  /// parameters: of a trial.
+  Partial(const NpzPartial& paths, std::size_t parameters)
+      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths, parameters)) {}
 
   DiskFile& file() { return file_; }
   Journal& journal() { return journal_; }
@@ -108,11 +109,11 @@ class Partial {
   }
 
  private:
-  static Journal open(DiskFile& file, const NpzPartial& paths) {
+  static Journal open(DiskFile& file, const NpzPartial& paths, std::size_t parameters) {
     if (!file.try_lock() || !file.is_still_at_its_path()) {
       throw Error(paths.file.string(), "is being written by another decid", "wait for it, or choose another output");
     }
-    return Journal(paths.journal);
+    return Journal(paths.journal, parameters);
   }
 
   NpzPartial paths_;
@@ -189,7 +190,8 @@ class Run {
 
   void finish() {
     const DatasetRequest& request = generator_.request();
-    begin_array<double>(zip_, "parameters", {static_cast<std::size_t>(request.count), sim::parameter_count});
+    begin_array<double>(zip_, "parameters",
+                        {static_cast<std::size_t>(request.count), request.protocol.parameters().size()});
     Journal& journal = partial_.journal();
     static_cast<void>(journal.request());  // back to its first entry
     std::vector<sim::Parameters> parameters;
@@ -197,7 +199,7 @@ class Run {
     while (const std::optional<JournalEntry> entry = journal.read(trials)) {
       parameters.clear();
       for (const TrialRecord& trial : entry->chunk.trials) parameters.push_back(trial.parameters);
-      zip_.write(std::as_bytes(std::span(parameters)));
+      zip_.write(parameter_bytes(parameters));
       trials += static_cast<int>(parameters.size());
       journal.pass(*entry);
     }
@@ -254,7 +256,7 @@ NpzPartial npz_partial(const fs::path& path) {
 DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, const std::string& program,
                            const Progress& progress, const std::function<void(int trials)>& resumed) {
   Generator generator(request);
-  Partial partial(npz_partial(path));
+  Partial partial(npz_partial(path), request.protocol.parameters().size());
   partial.take(request_text(request, program));
   Run run(partial, generator, progress);
   run.take_up();

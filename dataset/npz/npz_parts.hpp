@@ -34,6 +34,9 @@ void begin_array(ZipWriter& zip, const char* name, const std::vector<std::size_t
   begin_array(zip, name, npy_type<T>(), shape, value_count(shape) * sizeof(T));
 }
 
+/// Of each set of parameters, its values.
+std::vector<std::span<const std::byte>> parameter_bytes(std::span<const sim::Parameters> parameters);
+
 /// Writes the arrays after sway and parameters, and ends the archive.
 void finish_archive(ZipWriter& zip, std::span<const std::int32_t> group, std::span<const std::uint8_t> split,
                     const std::string& description);

@@ -13,12 +13,10 @@ namespace decid::dataset {
 static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
 
 std::string describe(const sim::Protocol& protocol, std::uint64_t seed) {
-  std::vector<std::string> names;
-  for (const sim::ParameterInfo& info : sim::parameter_info) names.emplace_back(info.name);
   return print_json({{"format", npz_format_version},
                      {"seed", seed},
                      {"protocol", parse_json(sim::to_json(protocol), "protocol")},
-                     {"parameters", names}});
+                     {"parameters", protocol.parameters().names()}});
 }
 
 void begin_array(ZipWriter& zip, const char* name, const std::string& type, const std::vector<std::size_t>& shape,
@@ -26,6 +24,12 @@ void begin_array(ZipWriter& zip, const char* name, const std::string& type, cons
   const std::string header = npy_header(type, shape);
   zip.begin(std::string(name) + ".npy", header.size() + value_bytes);
   zip.write(std::as_bytes(std::span(header)));
+}
+
+std::vector<std::span<const std::byte>> parameter_bytes(std::span<const sim::Parameters> parameters) {
+  std::vector<std::span<const std::byte>> pieces;
+  for (const sim::Parameters& of_trial : parameters) pieces.push_back(std::as_bytes(std::span(of_trial)));
+  return pieces;
 }
 
 void finish_archive(ZipWriter& zip, std::span<const std::int32_t> group, std::span<const std::uint8_t> split,
@@ -43,7 +47,8 @@ void finish_archive(ZipWriter& zip, std::span<const std::int32_t> group, std::sp
 }
 
 std::uint64_t npz_bytes(int count, const sim::Protocol& protocol) {
-  constexpr std::uint64_t a_trial = sizeof(sim::Parameters) + sizeof(std::int32_t) + sizeof(std::uint8_t);
+  const std::uint64_t a_trial =
+      protocol.parameters().size() * sizeof(double) + sizeof(std::int32_t) + sizeof(std::uint8_t);
   return static_cast<std::uint64_t>(count) * (static_cast<std::uint64_t>(protocol.samples()) * sizeof(float) + a_trial);
 }
 
@@ -61,8 +66,8 @@ void write_npz(const std::filesystem::path& path, const Dataset& data) {
     begin_array<float>(zip, "sway", {trials, static_cast<std::size_t>(data.samples)});
     zip.write(std::as_bytes(std::span(data.sway)));
     zip.end();
-    begin_array<double>(zip, "parameters", {trials, sim::parameter_count});
-    zip.write(std::as_bytes(std::span(data.parameters)));
+    begin_array<double>(zip, "parameters", {trials, data.protocol.parameters().size()});
+    zip.write(parameter_bytes(data.parameters));
     zip.end();
     finish_archive(zip, data.group, data.split, describe(data.protocol, data.seed));
   }

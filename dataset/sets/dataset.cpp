@@ -17,18 +17,16 @@ constexpr const char* where = "data set";
 
 }  // namespace
 
-sim::Trial base_trial(std::uint64_t seed, std::uint64_t attempt) {
+sim::Trial base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt) {
   const Random random(seed, Stream::base_parameters, attempt);
-  sim::Parameters parameters;
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    parameters[i] = random.uniform(i, sim::parameter_info[i].low, sim::parameter_info[i].high);
-  }
+  sim::Parameters parameters(table.size());
+  for (std::size_t i = 0; i < table.size(); ++i) parameters[i] = random.uniform(i, table[i].low, table[i].high);
   return {parameters, Random(seed, Stream::vestibular_noise, attempt)};
 }
 
 BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
                               std::span<double> sway_rad) {
-  const sim::Trial trial = base_trial(seed, attempt);
+  const sim::Trial trial = base_trial(simulator.protocol().parameters(), seed, attempt);
   return {trial.parameters, simulator.run(trial.parameters, trial.noise, sway_rad)};
 }
 
@@ -90,8 +88,8 @@ std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group)
   return split;
 }
 
-std::array<float, sim::parameter_count> TargetScaling::scale(const sim::Parameters& parameters) const {
-  std::array<float, sim::parameter_count> target{};
+std::vector<float> TargetScaling::scale(const sim::Parameters& parameters) const {
+  std::vector<float> target(mean.size());
   for (std::size_t i = 0; i < target.size(); ++i) {
     target[i] = static_cast<float>((parameters[i] - mean[i]) / deviation[i]);
   }
@@ -99,21 +97,22 @@ std::array<float, sim::parameter_count> TargetScaling::scale(const sim::Paramete
 }
 
 sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
-  if (target.size() != sim::parameter_count) {
-    throw Error("targets", std::to_string(target.size()) + " values for 7 parameters", "give one value a parameter");
+  if (target.size() != mean.size()) {
+    throw Error("targets", std::to_string(target.size()) + " values for " + std::to_string(mean.size()) + " parameters",
+                "give one value a parameter");
   }
-  sim::Parameters parameters{};
+  sim::Parameters parameters(mean.size());
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     parameters[i] = mean[i] + static_cast<double>(target[i]) * deviation[i];
   }
   return parameters;
 }
 
-TargetScaling target_scaling(std::span<const sim::Parameters> parameters) {
+TargetScaling target_scaling(const sim::ParameterTable& table, std::span<const sim::Parameters> parameters) {
   if (parameters.empty()) throw Error("targets", "no trials to scale by", "choose the training half");
   const auto count = static_cast<double>(parameters.size());
-  TargetScaling scaling;
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+  TargetScaling scaling{sim::Parameters(table.size()), sim::Parameters(table.size())};
+  for (std::size_t i = 0; i < table.size(); ++i) {
     double sum = 0.0, squares = 0.0;
     for (const sim::Parameters& p : parameters) sum += p[i];
     scaling.mean[i] = sum / count;
@@ -123,8 +122,7 @@ TargetScaling target_scaling(std::span<const sim::Parameters> parameters) {
     }
     const double deviation = std::sqrt(squares / count);
     // One trial, or the same value in all, has no spread to divide by.
-    const sim::ParameterInfo& info = sim::parameter_info[i];
-    scaling.deviation[i] = deviation > 1e-12 * (info.high - info.low) ? deviation : 1.0;
+    scaling.deviation[i] = deviation > 1e-12 * table[i].range() ? deviation : 1.0;
   }
   return scaling;
 }

@@ -3,7 +3,6 @@
 // range)"; here a child's parameters are its parent's plus a uniform change of up to 10% of each range, clamped.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -25,7 +24,7 @@ struct Dataset {
   std::uint64_t seed = 0;
   int samples = 0;                          ///< of each trial
   std::vector<float> sway;                  ///< trials x samples, rad
-  std::vector<sim::Parameters> parameters;  ///< one a trial, SI units
+  std::vector<sim::Parameters> parameters;  ///< one a trial, SI units, as protocol.parameters() says
   std::vector<std::int32_t> group;          ///< index of the trial's parent; a base trial's own index
   std::vector<std::uint8_t> split;          ///< 0 training, 1 validation; a group is never divided
 
@@ -53,8 +52,8 @@ struct DatasetReport {
 /// Called now and then from one thread with the number of trials done; returns false to stop (generate throws Error).
 using Progress = std::function<bool(int done, int total)>;
 
-/// Attempt `attempt` of the base trials: what is simulated.
-sim::Trial base_trial(std::uint64_t seed, std::uint64_t attempt);
+/// Attempt `attempt` of the base trials: what is simulated. Each parameter is uniform over its range.
+sim::Trial base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt);
 
 /// One base trial: attempt `attempt` of seed `seed`, the same alone as in any data set. sway_rad: samples() values,
 /// sensor noise not included.
@@ -79,12 +78,12 @@ std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group)
 /// Mean and standard deviation (over N) of each parameter over some trials; z-scored targets have mean 0,
 /// deviation 1. The deviation is 1 where all values are the same.
 struct TargetScaling {
-  sim::Parameters mean{}, deviation{};
+  sim::Parameters mean, deviation;
 
-  std::array<float, sim::parameter_count> scale(const sim::Parameters& parameters) const;
+  std::vector<float> scale(const sim::Parameters& parameters) const;
   sim::Parameters unscale(std::span<const float> target) const;
 };
 /// `parameters`: those of the training half. Throws Error if there are none.
-TargetScaling target_scaling(std::span<const sim::Parameters> parameters);
+TargetScaling target_scaling(const sim::ParameterTable& table, std::span<const sim::Parameters> parameters);
 
 }  // namespace decid::dataset

@@ -30,8 +30,8 @@ double Distribution::deviation() const noexcept {
   return count_ == 0 ? 0.0 : std::sqrt(squares_ / static_cast<double>(count_));
 }
 
-TrialDistributions::TrialDistributions() : peak_to_peak(0.0, 0.175, 35) {
-  for (const sim::ParameterInfo& info : sim::parameter_info) parameters.emplace_back(info.low, info.high, 20);
+TrialDistributions::TrialDistributions(const sim::ParameterTable& table) {
+  for (const sim::ParameterInfo& info : table) parameters.emplace_back(info.low, info.high, 20);
 }
 
 void TrialDistributions::add(const sim::Parameters& values, double peak_to_peak_rad) {

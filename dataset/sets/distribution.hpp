@@ -40,11 +40,13 @@ class Distribution {
 
 /// Of a set of trials: each parameter over its range, and the exact sway's peak-to-peak value.
 struct TrialDistributions {
-  TrialDistributions();
+  TrialDistributions() = default;  ///< of no parameters
+  explicit TrialDistributions(const sim::ParameterTable& table);
   void add(const sim::Parameters& values, double peak_to_peak_rad);
 
-  std::vector<Distribution> parameters;  ///< 7, each of 20 bins
-  Distribution peak_to_peak;             ///< rad: 35 bins of 0.005 up to 0.175, beyond the 10 degrees of a valid trial
+  std::vector<Distribution> parameters;  ///< of 20 bins each
+  Distribution peak_to_peak{0.0, 0.175,
+                            35};  ///< rad: 35 bins of 0.005 up to 0.175, beyond the 10 degrees of a valid trial
 };
 
 }  // namespace decid::dataset

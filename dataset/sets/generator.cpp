@@ -61,6 +61,7 @@ Generator::Generator(DatasetRequest request)
     : request_(checked(std::move(request))),
       base_(request_.base == 0 ? request_.count : request_.base),
       simulator_(request_.protocol) {
+  report_.base = report_.all = TrialDistributions(request_.protocol.parameters());
   const std::size_t trial_bytes = static_cast<std::size_t>(samples()) * sizeof(float);
   largest_chunk_ = static_cast<int>(std::clamp(most_bytes / trial_bytes, fewest_attempts, most_attempts));
 }
@@ -80,12 +81,12 @@ std::int32_t Generator::parent_of(long long attempt) const {
 
 sim::Trial Generator::trial_of(long long attempt) const {
   const auto item = static_cast<std::uint64_t>(attempt);
-  if (!making_children()) return base_trial(request_.seed, item);
+  if (!making_children()) return base_trial(request_.protocol.parameters(), request_.seed, item);
   const Random random(request_.seed, Stream::child_parameters, item);
   sim::Parameters parameters = parents_parameters_[item % parents_.size()];
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const sim::ParameterInfo& info = sim::parameter_info[i];
-    const double change = random.uniform(i, -child_change, child_change) * (info.high - info.low);
+    const sim::ParameterInfo& info = request_.protocol.parameters()[i];
+    const double change = random.uniform(i, -child_change, child_change) * info.range();
     parameters[i] = std::clamp(parameters[i] + change, info.low, info.high);
   }
   return {parameters, Random(request_.seed, Stream::child_noise, item)};

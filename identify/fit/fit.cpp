@@ -1,7 +1,6 @@
 // The fit: see fit.hpp.
 #include "identify/fit/fit.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -9,13 +8,10 @@
 #include "base/error.hpp"
 #include "base/math.hpp"
 #include "identify/fit/cmaes.hpp"
+#include "identify/fit/proposal.hpp"
 
 namespace decid::fit {
 namespace {
-
-constexpr int dimensions = static_cast<int>(sim::parameter_count);
-using Vector = Eigen::Matrix<double, dimensions, 1>;
-using Matrix = Eigen::Matrix<double, dimensions, dimensions>;
 
 // Tuned on trials of seeds that no figure is quoted for.
 constexpr int population = 16;
@@ -32,35 +28,6 @@ constexpr double counted_twice = 2.5;  // errors beside the deviations of draws 
 constexpr std::uint64_t rounds_item = 1'000'000;  // random numbers of the rounds, apart from those of the searches
 
 constexpr double widest = 0.28867513459481287;  // deviation of a uniform distribution over the range: 1 / sqrt(12)
-
-struct Point {
-  Vector unit;
-  double cost;
-};
-
-Vector vector_of(std::span<const double> values) {
-  return Eigen::Map<const Vector>(values.data());
-}
-
-/// Mean and covariance of weighted points.
-struct Moments {
-  Vector mean = Vector::Zero();
-  Matrix covariance = Matrix::Zero();
-};
-Moments moments(std::span<const Point> points, std::span<const double> weights) {
-  Moments m;
-  double sum = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    m.mean += weights[i] * points[i].unit;
-    sum += weights[i];
-  }
-  m.mean /= sum;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vector d = points[i].unit - m.mean;
-    m.covariance += weights[i] / sum * d * d.transpose();
-  }
-  return m;
-}
 
 /// exp(-(value - least) / temperature), the temperature being 1 or, if a few values would have all the weight, that at
 /// which the effective number of samples (sum w)^2 / sum w^2 is `enough`.
@@ -87,47 +54,22 @@ std::vector<double> tempered_weights(std::span<const double> values, double enou
   return weights;
 }
 
-/// A Gaussian cut to the unit box, to draw from and to weigh what was drawn.
-class Proposal {
- public:
-  explicit Proposal(const Moments& m) : mean_(m.mean) {
-    // No direction narrower than a thousandth of the ranges: the points it came from may lie in a plane.
-    const Matrix covariance = wider * m.covariance + 1e-6 * Matrix::Identity();
-    factor_ = covariance.llt().matrixL();
-  }
-  /// Minus the logarithm of its density, up to a constant.
-  double energy(const Vector& unit) const {
-    return 0.5 * factor_.triangularView<Eigen::Lower>().solve(unit - mean_).squaredNorm();
-  }
-  /// Draws until one is in the box; as the mean is, at worst one in some hundred is.
-  Vector draw(const Random& random, std::uint64_t& next) const {
-    constexpr int tries = 20'000;
-    Vector unit = mean_;
-    for (int i = 0; i < tries; ++i) {
-      Vector normal;
-      for (int d = 0; d < dimensions; ++d) normal[d] = random.normal(next++);
-      unit = mean_ + factor_ * normal;
-      if (unit.minCoeff() >= 0 && unit.maxCoeff() <= 1) break;
-    }
-    return unit.cwiseMax(0).cwiseMin(1);
-  }
-
- private:
-  Vector mean_;
-  Matrix factor_;
-};
-
+template <int N>
 class Fit {
  public:
-  Fit(const Likelihood& likelihood, const Settings& settings) : likelihood_(likelihood), settings_(settings) {}
+  Fit(const sim::ParameterTable& table, const Likelihood& likelihood, const Settings& settings)
+      : table_(table), likelihood_(likelihood), settings_(settings) {
+    result.likeliest = sim::Parameters(table.size());
+  }
 
   /// CMA-ES from all starts side by side, so that their trials fill the simulator's lanes together.
   void search(std::span<const Start> starts) {
+    const std::size_t dimensions = table_.size();
     std::vector<CmaEs> searches;
     for (const Start& start : starts) {
-      std::vector<double> unit = to_unit(start.parameters);
+      std::vector<double> unit = table_.to_unit(start.parameters);
       for (double& u : unit) u = std::clamp(u, 0.0, 1.0);
-      if (start.prior > 0) priors_.emplace_back(vector_of(unit), start.prior);
+      if (start.prior > 0) priors_.emplace_back(vector_of<N>(unit), start.prior);
       searches.emplace_back(unit, start.spread, population, settings_.seed, searches.size());
     }
     std::vector<bool> ended(searches.size(), false);
@@ -137,11 +79,12 @@ class Fit {
         if (!ended[s]) running.push_back(s);
       const auto wanted = static_cast<long long>(running.size()) * generation_simulations;
       if (running.empty() || result.simulations + wanted + rounds_simulations > settings_.simulations) break;
-      std::vector<Vector> points;
+      std::vector<Vector<N>> points;
       for (const std::size_t s : running) {
         const std::vector<double>& asked = searches[s].ask();
         for (int i = 0; i < population; ++i)
-          points.push_back(vector_of(std::span(asked).subspan(static_cast<std::size_t>(i * dimensions), dimensions)));
+          points.push_back(
+              vector_of<N>(std::span(asked).subspan(static_cast<std::size_t>(i) * dimensions, dimensions)));
       }
       const std::vector<double> costs = evaluate(points, realisations, 0);
       for (std::size_t i = 0; i < running.size(); ++i) {
@@ -164,29 +107,30 @@ class Fit {
   void spread() {
     const Random random(settings_.seed, Stream::fit_search, rounds_item);
     std::uint64_t next = 0;
-    Moments about = around_optimum();
+    Moments<N> about = around_optimum();
     double effective = 0;
     for (int round = 0; round < rounds; ++round) {
-      const Proposal proposal(about);
-      std::vector<Vector> points(round_points);
-      for (Vector& point : points) point = proposal.draw(random, next);
+      const Proposal<N> proposal(about, wider);
+      std::vector<Vector<N>> points(round_points);
+      for (Vector<N>& point : points) point = proposal.draw(random, next);
       // Realisations that no search has seen: it has adapted to its own.
       const std::vector<double> costs =
           evaluate(points, round_realisations, rounds_item + static_cast<std::uint64_t>(round * round_realisations));
-      std::vector<Point> drawn;
+      std::vector<Point<N>> drawn;
       std::vector<double> excess;
       for (std::size_t i = 0; i < points.size(); ++i) {
         drawn.push_back({points[i], costs[i]});
         excess.push_back(costs[i] - proposal.energy(points[i]));
       }
       const std::vector<double> weights = tempered_weights(excess, least_weight, effective);
-      about = moments(drawn, weights);
+      about = moments<N>(drawn, weights);
     }
     result.effective_samples = effective;
-    result.parameters = from_unit(std::span(about.mean.data(), dimensions));
-    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+    result.parameters = table_.from_unit(std::span(about.mean.data(), table_.size()));
+    result.standard_error = sim::Parameters(table_.size());
+    for (std::size_t p = 0; p < table_.size(); ++p) {
       const auto d = static_cast<Eigen::Index>(p);
-      const double range = sim::parameter_info[p].high - sim::parameter_info[p].low;
+      const double range = table_[p].range();
       const double deviation = std::sqrt(about.covariance(d, d));
       result.standard_error[p] = range * (priors_.empty() ? deviation : std::min(counted_twice * deviation, widest));
     }
@@ -195,9 +139,10 @@ class Fit {
   Result result;
 
  private:
-  std::vector<double> evaluate(std::span<const Vector> points, int each, std::uint64_t first) {
+  std::vector<double> evaluate(std::span<const Vector<N>> points, int each, std::uint64_t first) {
     std::vector<sim::Parameters> candidates;
-    for (const Vector& point : points) candidates.push_back(from_unit(std::span(point.data(), dimensions)));
+    for (const Vector<N>& point : points)
+      candidates.push_back(table_.from_unit(std::span(point.data(), table_.size())));
     const std::vector<Cost> costs = likelihood_.costs(candidates, each, settings_.seed, first);
     result.simulations += static_cast<long long>(candidates.size()) * each;
     std::vector<double> values;
@@ -215,7 +160,7 @@ class Fit {
   }
 
   /// Minus the logarithm of the prior, up to a constant.
-  double prior_energy(const Vector& unit) const {
+  double prior_energy(const Vector<N>& unit) const {
     double energy = 0;
     for (const auto& [centre, deviation] : priors_)
       energy += 0.5 * (unit - centre).squaredNorm() / (deviation * deviation);
@@ -223,50 +168,44 @@ class Fit {
   }
 
   /// The points that the searches met with costs nearest to the best one's.
-  Moments around_optimum() {
-    std::ranges::stable_sort(met_, {}, &Point::cost);
+  Moments<N> around_optimum() {
+    std::ranges::stable_sort(met_, {}, &Point<N>::cost);
     std::vector<double> costs;
-    for (const Point& point : met_) costs.push_back(point.cost);
+    for (const Point<N>& point : met_) costs.push_back(point.cost);
     // Twice the temperature of the likelihood: wide enough to be drawn from.
     for (double& cost : costs) cost *= 0.5;
     double effective = 0;
-    return moments(met_, tempered_weights(costs, 4 * dimensions, effective));
+    return moments<N>(met_, tempered_weights(costs, 4.0 * static_cast<double>(table_.size()), effective));
   }
 
+  const sim::ParameterTable& table_;
   const Likelihood& likelihood_;
   Settings settings_;
-  std::vector<Point> met_;
-  std::vector<std::pair<Vector, double>> priors_;  // centre and deviation
+  std::vector<Point<N>> met_;
+  std::vector<std::pair<Vector<N>, double>> priors_;  // centre and deviation
   double found_ = std::numeric_limits<double>::infinity();
 };
 
+template <int N>
+Result fit_in(const sim::ParameterTable& table, const Likelihood& likelihood, std::span<const Start> starts,
+              const Settings& settings) {
+  Fit<N> fit(table, likelihood, settings);
+  fit.search(starts);
+  fit.spread();
+  return fit.result;
+}
+
 }  // namespace
 
-std::vector<double> to_unit(const sim::Parameters& parameters) {
-  std::vector<double> unit;
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const auto& [low, high] = std::pair(sim::parameter_info[p].low, sim::parameter_info[p].high);
-    unit.push_back((parameters[p] - low) / (high - low));
-  }
-  return unit;
+Start middle_start(const sim::ParameterTable& table) {
+  return {table.middle(), 0.3};
 }
 
-sim::Parameters from_unit(std::span<const double> unit) {
-  sim::Parameters parameters{};
-  for (std::size_t p = 0; p < sim::parameter_count; ++p)
-    parameters[p] = sim::parameter_info[p].low + unit[p] * (sim::parameter_info[p].high - sim::parameter_info[p].low);
-  return parameters;
-}
-
-Start middle_start() {
-  return {sim::middle_parameters(), 0.3};
-}
-
-Start random_start(std::uint64_t seed, std::uint64_t number) {
+Start random_start(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t number) {
   const Random random(seed, Stream::fit_search, 2 * rounds_item + number);
   std::vector<double> unit;
-  for (std::uint64_t p = 0; p < sim::parameter_count; ++p) unit.push_back(random.uniform(p));
-  return {from_unit(unit), 0.3};
+  for (std::uint64_t p = 0; p < table.size(); ++p) unit.push_back(random.uniform(p));
+  return {table.from_unit(unit), 0.3};
 }
 
 long long least_simulations(std::size_t starts) {
@@ -285,10 +224,11 @@ Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std
   if (starts.empty()) throw Error("fit", "no start", "give one or more");
   check_budget(settings, starts.size());
   const Likelihood likelihood(simulator, sway_rad);
-  Fit fit(likelihood, settings);
-  fit.search(starts);
-  fit.spread();
-  return fit.result;
+  const sim::ParameterTable& table = simulator.protocol().parameters();
+  // Figures are quoted for the single pendulum: its fits keep their bits.
+  constexpr int quoted = 7;
+  return table.size() == quoted ? fit_in<quoted>(table, likelihood, starts, settings)
+                                : fit_in<Eigen::Dynamic>(table, likelihood, starts, settings);
 }
 
 }  // namespace decid::fit

@@ -20,8 +20,8 @@ struct Start {
 };
 
 /// The middle of all ranges; a uniform draw from them.
-Start middle_start();
-Start random_start(std::uint64_t seed, std::uint64_t number);
+Start middle_start(const sim::ParameterTable& table);
+Start random_start(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t number);
 
 struct Settings {
   long long simulations = 20'000;  ///< of trials in all, at most; least_simulations(starts) at least
@@ -35,12 +35,12 @@ void check_budget(const Settings& settings, std::size_t starts);
 struct Result {
   /// Mean of the parameters given the recording, all values in the ranges being equally likely beforehand: of all
   /// estimates it has the least expected squared error, which is also what networks are trained for.
-  sim::Parameters parameters{};
+  sim::Parameters parameters;
   /// Standard deviation of the parameters given the recording: a rough standard error. That of a parameter about which
   /// the recording says nothing is 0.29 of its range.
-  sim::Parameters standard_error{};
+  sim::Parameters standard_error;
   /// The likeliest parameters found: what a fit usually returns. Ill-determined ones lie at an edge of their range.
-  sim::Parameters likeliest{};
+  sim::Parameters likeliest;
   double cost = 0.0;               ///< of the likeliest: minus the logarithm of the likelihood, up to a constant
   double sensor_noise_deg = 0.0;   ///< white noise of the recording, likeliest level; from 0.0005
   bool stands = false;             ///< false: every trial simulated fell, and the figures mean nothing
@@ -53,9 +53,5 @@ struct Result {
 /// Throws Error for no start, too small a budget, and as Likelihood does.
 Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std::span<const Start> starts,
            const Settings& settings);
-
-/// A parameter as part of its range, 0 .. 1, and back; without bounds.
-std::vector<double> to_unit(const sim::Parameters& parameters);
-sim::Parameters from_unit(std::span<const double> unit);
 
 }  // namespace decid::fit

@@ -20,22 +20,23 @@ const char* name_of(StartKind start) {
   return start == StartKind::middle ? "middle" : "random";
 }
 
-void warn_of_edges(Identification& id) {
-  const std::vector<double> unit = fit::to_unit(id.estimate.parameters);
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const sim::ParameterInfo& info = sim::parameter_info[p];
+void warn_of_edges(const sim::ParameterTable& table, Identification& id) {
+  const std::vector<double> unit = table.to_unit(id.estimate.parameters);
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const sim::ParameterInfo& info = table[p];
     if (unit[p] < edge || unit[p] > 1 - edge)
       id.explanation.warnings.push_back(
-          format("%s lies at the edge of its range (%g to %g%s), which the fit does not leave", info.name, info.low,
-                 info.high, sim::unit_after(info).c_str()));
+          format("%s lies at the edge of its range (%g to %g%s), which the fit does not leave", info.name.c_str(),
+                 info.low, info.high, info.unit_after().c_str()));
   }
 }
 
 FitFigures fit_one(Identifier* network, const Explainer& explainer, const FitRequest& request, Identification& id) {
   FitFigures figures;
   const auto begin = std::chrono::steady_clock::now();
+  const sim::ParameterTable& table = explainer.simulator().protocol().parameters();
   const std::vector<fit::Start> starts =
-      fit_starts(request, network == nullptr ? sim::middle_parameters() : ask_network(*network, id.estimate.trial));
+      fit_starts(request, table, network == nullptr ? table.middle() : ask_network(*network, id.estimate.trial));
   figures.result = fit::fit(explainer.simulator(), id.estimate.trial.sway_rad(), starts, request.settings);
   if (!figures.result.stands) {
     id.error = Error(id.file, "every trial that the fit simulated fell", "try --start middle, or more --simulations");
@@ -46,7 +47,7 @@ FitFigures fit_one(Identifier* network, const Explainer& explainer, const FitReq
   id.estimate.parameters = figures.result.parameters;
   id.explanation = explainer.explain({id.estimate.parameters, id.estimate.trial});
   warn_unless_following(id.explanation);
-  warn_of_edges(id);
+  warn_of_edges(table, id);
   return figures;
 }
 
@@ -56,12 +57,13 @@ sim::Parameters ask_network(Identifier& network, const dataset::Trial& trial) {
   return network.estimate({trial}).front().parameters;
 }
 
-std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::Parameters& network) {
+std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::ParameterTable& table,
+                                   const sim::Parameters& network) {
   std::vector<fit::Start> starts;
   if (request.start == StartKind::network) starts.push_back({network, network_spread, network_spread});
-  if (request.start == StartKind::middle) starts.push_back(fit::middle_start());
+  if (request.start == StartKind::middle) starts.push_back(fit::middle_start(table));
   while (starts.size() < static_cast<std::size_t>(request.starts))
-    starts.push_back(fit::random_start(request.settings.seed, starts.size()));
+    starts.push_back(fit::random_start(table, request.settings.seed, starts.size()));
   return starts;
 }
 

@@ -24,7 +24,8 @@ struct FitRequest {
 sim::Parameters ask_network(Identifier& network, const dataset::Trial& trial);
 
 /// `network`: its answer for the recording, needed for StartKind::network only. Its search begins closer.
-std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::Parameters& network);
+std::vector<fit::Start> fit_starts(const FitRequest& request, const sim::ParameterTable& table,
+                                   const sim::Parameters& network);
 
 /// What a fit found besides the parameters and how well they explain the recording.
 struct FitFigures {

@@ -31,7 +31,7 @@ Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& s
   origin.weight_decay = p.sgd.weight_decay;
   origin.schedule = p.schedule;
   origin.warmup_epochs = p.warmup_epochs;
-  origin.architecture = Model(source.protocol(), p.image, p.architecture).network.architecture();
+  origin.architecture = Model(source.protocol(), p.image, p.architecture, *settings.head).network.architecture();
   origin.trials = source.identity();
   origin.training_trials = source.trials(dataset::Part::training);
   origin.validation_trials = source.trials(dataset::Part::validation);

@@ -10,34 +10,34 @@
 #include "base/text.hpp"
 #include "dataset/feed.hpp"
 #include "identify/prediction.hpp"
-#include "nn/loss.hpp"
 #include "nn/schedule.hpp"
 #include "nn/trainer.hpp"
 
 namespace decid {
 namespace {
 
-constexpr auto outputs = sim::parameter_count;
-
 double validate(const dataset::TrialSource& source, const Model& model) {
   const Predicted predicted = predict(model, source, dataset::Part::validation);
-  return evaluate(model, predicted.outputs, predicted.truth).mse();
+  return evaluate(model.targets, predicted.scores, predicted.truth).mse();
 }
 
 }  // namespace
 
 double Evaluation::mse() const {
-  return std::accumulate(mse_per_parameter.begin(), mse_per_parameter.end(), 0.0) / static_cast<double>(outputs);
+  return std::accumulate(mse_per_parameter.begin(), mse_per_parameter.end(), 0.0) /
+         static_cast<double>(mse_per_parameter.size());
 }
 
-Evaluation evaluate(const Model& model, const std::vector<float>& predicted,
-                    const std::vector<sim::Parameters>& truth) {
+Evaluation evaluate(const dataset::TargetScaling& targets, std::span<const float> scores,
+                    std::span<const sim::Parameters> truth) {
+  const std::size_t parameters = targets.mean.size();
   Evaluation result;
+  result.mse_per_parameter.resize(parameters);
   result.trials = static_cast<int>(truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    const auto target = model.targets.scale(truth[i]);
-    for (std::size_t p = 0; p < outputs; ++p) {
-      const double error = static_cast<double>(predicted[i * outputs + p]) - static_cast<double>(target[p]);
+    const std::vector<float> target = targets.scale(truth[i]);
+    for (std::size_t p = 0; p < parameters; ++p) {
+      const double error = static_cast<double>(scores[i * parameters + p]) - static_cast<double>(target[p]);
       result.mse_per_parameter[p] += error * error;
     }
   }
@@ -45,11 +45,12 @@ Evaluation evaluate(const Model& model, const std::vector<float>& predicted,
   return result;
 }
 
-std::string log_csv(const std::vector<EpochLog>& log) {
+std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters) {
+  const double half = 0.5 * static_cast<double>(parameters);
   std::string text = "epoch,training_mse,validation_mse,training_matlab_loss,validation_matlab_loss,learning_rate\n";
   for (const EpochLog& e : log)
-    text += format("%d,%.9g,%.9g,%.9g,%.9g,%.9g\n", e.epoch, e.training_mse, e.validation_mse,
-                   0.5 * outputs * e.training_mse, 0.5 * outputs * e.validation_mse, e.learning_rate);
+    text += format("%d,%.9g,%.9g,%.9g,%.9g,%.9g\n", e.epoch, e.training_mse, e.validation_mse, half * e.training_mse,
+                   half * e.validation_mse, e.learning_rate);
   return text;
 }
 
@@ -59,7 +60,8 @@ int best_epoch(const std::vector<EpochLog>& log) {
 }
 
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings) {
-  TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture), {}};
+  TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture, *settings.head),
+                      {}};
   const int all = source.trials(dataset::Part::training);
   dataset::Scaling scaling = dataset::measure_scaling(source, state.model.images(),
                                                       settings.scaling_trials > 0 ? settings.scaling_trials : all);
@@ -89,7 +91,7 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
   for (int epoch = done; epoch < preset.epochs && patient(); ++epoch) {
     EpochLog log;
     log.epoch = epoch + 1;
-    double squares_sum = 0.0;
+    double loss_sum = 0.0;
     for (int first = 0; first < trials; first += preset.batch) {
       const dataset::Feed::Batch batch = feed.next();
       trainer.set_batch(batch.trials);
@@ -97,17 +99,15 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
         trainer.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));
       });
       trainer.forward();
-      std::array<double, outputs> squares{};
-      nn::mean_squared_error(trainer.output(), batch.targets, squares, trainer.output_diff());
+      loss_sum += model.head->loss(trainer.output(), batch.targets, trainer.output_diff());
       trainer.backward();
       log.learning_rate = schedule.rate(epoch * steps + first / preset.batch);
       trainer.step(log.learning_rate, preset.sgd);
-      squares_sum += std::accumulate(squares.begin(), squares.end(), 0.0);
-      if (!std::isfinite(squares_sum))
+      if (!std::isfinite(loss_sum))
         throw Error("training", format("diverged in epoch %d: the loss is not finite", epoch + 1), "lower --lr");
       if (!after_batch(first + batch.trials, trials)) return false;
     }
-    log.training_mse = squares_sum / (static_cast<double>(trials) * static_cast<double>(outputs));
+    log.training_mse = loss_sum / (static_cast<double>(trials) * static_cast<double>(model.parameters().size()));
     log.validation_mse = validate(source, model);
     state.log.push_back(log);
     state.velocities = trainer.velocities();

@@ -13,20 +13,22 @@
 namespace decid {
 
 struct TrainingSettings {
-  Preset preset;  ///< with the command line's changes
+  Preset preset;                     ///< with the command line's changes
+  const Head* head = &point_head();  ///< outlives the training
   std::uint64_t seed = 1;
   int scaling_trials = 0;  ///< training trials that row and target scaling are taken from; 0: all of the epoch
   int patience = 0;        ///< stop after so many epochs in a row without a better validation MSE; 0: never
 };
 
-/// One line of the log. MATLAB's regression loss is half the sum over the 7 targets, 3.5 times the MSE.
+/// One line of the log. MSE: the loss of the model's head, a trial and parameter, which is a mean squared error.
+/// MATLAB's regression loss is half the sum over the parameters.
 struct EpochLog {
   int epoch = 0;                ///< from 1
   double training_mse = 0.0;    ///< mean over the epoch's batches, as they were trained
   double validation_mse = 0.0;  ///< with running statistics, after the epoch
   double learning_rate = 0.0;   ///< of the epoch's last step
 };
-std::string log_csv(const std::vector<EpochLog>& log);
+std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters);
 
 /// The epoch of the least validation MSE, the first of equals; 0 if there is none yet.
 int best_epoch(const std::vector<EpochLog>& log);
@@ -47,14 +49,15 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch);
 
-/// MSE of each parameter's z-scored value over trials; the mean over the 7 is "the" MSE.
+/// MSE of each parameter's z-scored value over trials; the mean over the parameters is "the" MSE.
 struct Evaluation {
-  std::array<double, sim::parameter_count> mse_per_parameter{};
+  std::vector<double> mse_per_parameter;
   int trials = 0;
   double mse() const;
-  double matlab_loss() const { return 0.5 * static_cast<double>(sim::parameter_count) * mse(); }
+  double matlab_loss() const { return 0.5 * static_cast<double>(mse_per_parameter.size()) * mse(); }
 };
-/// Compares `outputs` (see predict) with the trials' true parameters.
-Evaluation evaluate(const Model& model, const std::vector<float>& outputs, const std::vector<sim::Parameters>& truth);
+/// Compares `scores` (see scores_of) with the trials' true parameters.
+Evaluation evaluate(const dataset::TargetScaling& targets, std::span<const float> scores,
+                    std::span<const sim::Parameters> truth);
 
 }  // namespace decid

@@ -29,7 +29,7 @@ file(RENAME ${scratch}/prefix ${scratch}/moved)
 # All components.
 run(${configure} -B ${scratch}/build)
 run(${CMAKE_COMMAND} --build ${scratch}/build --config ${CONFIG} --parallel 2)
-foreach(program inference training)
+foreach(program identification inference training)
   run(${scratch}/build/${program})
   message(STATUS "${output}")
 endforeach()

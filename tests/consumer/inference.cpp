@@ -12,7 +12,7 @@ int main() {
   const sim::Simulator simulator(sim::default_protocol());
   std::vector<double> sway_rad(static_cast<std::size_t>(simulator.samples()));
   const decid::Random noise(1, decid::Stream::vestibular_noise, 0);
-  const sim::Outcome outcome = simulator.run(sim::middle_parameters(), noise, sway_rad);
+  const sim::Outcome outcome = simulator.run(sim::single_pendulum().parameters.middle(), noise, sway_rad);
 
   decid::dataset::ImageSettings settings;
   settings.channels = {decid::dataset::Channel::modulus};

@@ -26,7 +26,7 @@ sim::Protocol noisy_protocol() {
 }
 
 struct Taken {
-  sim::Parameters parameters{};
+  sim::Parameters parameters;
   std::vector<float> sway;
   bool operator==(const Taken& other) const { return parameters == other.parameters && sway == other.sway; }
 };
@@ -174,9 +174,10 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
       const Feed::Batch next = feed.next();
       CHECK(next.trials == std::min(batch, left));
       REQUIRE(next.images.size() == static_cast<std::size_t>(next.trials) * values);
-      REQUIRE(next.targets.size() == static_cast<std::size_t>(next.trials) * sim::parameter_count);
+      REQUIRE(next.targets.size() == static_cast<std::size_t>(next.trials) * sim::single_pendulum().parameters.size());
       for (std::size_t i = 0; i < static_cast<std::size_t>(next.trials); ++i) {
-        const auto target = next.targets.subspan(i * sim::parameter_count, sim::parameter_count);
+        const auto target = next.targets.subspan(i * sim::single_pendulum().parameters.size(),
+                                                 sim::single_pendulum().parameters.size());
         const auto image = next.images.subspan(i * values, values);
         examples.push_back({{target.begin(), target.end()}, {image.begin(), image.end()}});
       }
@@ -234,7 +235,7 @@ TEST_CASE("a feed passes on what its source throws") {
       const std::vector<float> sway(static_cast<std::size_t>(protocol_.samples()));
       for (std::size_t place = 0; place < indices.size(); ++place) {
         if (++given_ > 6) throw std::runtime_error("the disk is gone");
-        take(place, sim::middle_parameters(), sway);
+        take(place, sim::single_pendulum().parameters.middle(), sway);
       }
     }
 

@@ -25,7 +25,7 @@ const Explainer& explainer() {
 }
 
 sim::Parameters controller(double nv) {
-  sim::Parameters parameters = sim::middle_parameters();
+  sim::Parameters parameters = sim::single_pendulum().parameters.middle();
   parameters[sim::Nv] = nv;
   return parameters;
 }

@@ -56,7 +56,8 @@ class Unseen final : public dataset::TrialSource {
   void take(dataset::Part part, int epoch, std::span<const int> indices, const Take& take) const override {
     REQUIRE(part == dataset::Part::unseen);
     CHECK(epoch == 5);
-    for (std::size_t i = 0; i < indices.size(); ++i) take(i, sim::middle_parameters(), sway_of(indices[i]));
+    for (std::size_t i = 0; i < indices.size(); ++i)
+      take(i, sim::single_pendulum().parameters.middle(), sway_of(indices[i]));
   }
 
  private:
@@ -75,7 +76,7 @@ std::vector<float> images_of(const Model& of, int trials) {
 std::vector<double> distances(const Model& of, int trials, std::span<const float> images) {
   nn::Predictor predictor(of.network, trials);
   const auto n = static_cast<std::size_t>(predictor.feature_count());
-  std::vector<float> outputs(static_cast<std::size_t>(trials) * sim::parameter_count),
+  std::vector<float> outputs(static_cast<std::size_t>(trials) * sim::single_pendulum().parameters.size()),
       read(static_cast<std::size_t>(trials) * n);
   predictor.run(images, outputs, read);
   std::vector<double> all;

@@ -27,7 +27,7 @@ const sim::Simulator& simulator() {
 }
 
 sim::Parameters controller(double nv = 0.2) {
-  sim::Parameters parameters = sim::middle_parameters();
+  sim::Parameters parameters = sim::single_pendulum().parameters.middle();
   parameters[sim::Nv] = nv;
   return parameters;
 }
@@ -136,10 +136,10 @@ TEST_CASE("following: a controller that falls is followed by nobody") {
   nearest[sim::Nv] = nearest[sim::Theta] = 0.0;
   const std::vector<float> sway = trial(controller(), 0);
   CHECK(following.measure(outside, sway) == following.measure(nearest, sway));
-  CHECK(simulable(outside) == nearest);
+  CHECK(sim::single_pendulum().parameters.simulable(outside) == nearest);
   outside[sim::Delay] = 1.5;
-  CHECK(simulable(outside)[sim::Delay] == sim::longest_delay_s);
-  CHECK(simulable(controller()) == controller());
+  CHECK(sim::single_pendulum().parameters.simulable(outside)[sim::Delay] == sim::longest_delay_s);
+  CHECK(sim::single_pendulum().parameters.simulable(controller()) == controller());
 }
 
 TEST_CASE("unfamiliarity: of distance and of what is missing to 1, above 1 at the border") {

@@ -25,8 +25,8 @@ Model example() {
     model.rows.mean.push_back(static_cast<float>(i) / 7.0F);
     model.rows.deviation.push_back(1.0F + static_cast<float>(i) / 9.0F);
   }
-  model.targets.mean = sim::middle_parameters();
-  for (std::size_t p = 0; p < sim::parameter_count; ++p)
+  model.targets.mean = sim::single_pendulum().parameters.middle();
+  for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p)
     model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
   model.origin.seed = 3;
   return model;
@@ -68,8 +68,8 @@ TEST_CASE("a model predicts the same for a trial alone and among others") {
   const std::vector<float> all = predict(model, trials, 33, sways_in_memory(trial));
   for (const int i : {0, 15, 16, 32, 33, 63, 64, 69}) {
     const std::vector<float> one = predict(model, 1, 64, sways_in_memory([&](int) { return trial(i); }));
-    for (std::size_t p = 0; p < sim::parameter_count; ++p)
-      CHECK(one[p] == all[static_cast<std::size_t>(i) * sim::parameter_count + p]);
+    for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p)
+      CHECK(one[p] == all[static_cast<std::size_t>(i) * sim::single_pendulum().parameters.size() + p]);
   }
 }
 

@@ -26,9 +26,10 @@ Model middling() {
   model.network.initialise(3);
   const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
   model.rows = {std::vector<float>(rows, 0.0F), std::vector<float>(rows, 1.0F)};
-  model.targets.mean = sim::middle_parameters();
-  for (std::size_t p = 0; p < sim::parameter_count; ++p)
-    model.targets.deviation[p] = 1e-9 * (sim::parameter_info[p].high - sim::parameter_info[p].low);
+  model.targets.mean = sim::single_pendulum().parameters.middle();
+  for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p)
+    model.targets.deviation[p] =
+        1e-9 * (sim::single_pendulum().parameters[p].high - sim::single_pendulum().parameters[p].low);
   return model;
 }
 
@@ -36,7 +37,8 @@ Model middling() {
 Identification identified(const Model& model, double scale, double offset_deg) {
   const sim::Simulator simulator(model.protocol);
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  REQUIRE(simulator.run(sim::middle_parameters(), Random(4, Stream::vestibular_noise, 0), sway).valid);
+  REQUIRE(
+      simulator.run(sim::single_pendulum().parameters.middle(), Random(4, Stream::vestibular_noise, 0), sway).valid);
   double mean = 0;
   for (const double value : sway) mean += value / static_cast<double>(sway.size());
   const test::TemporaryFolder folder;
@@ -58,8 +60,8 @@ TEST_CASE("identify: what is within the training's bounds is not warned of") {
   Model model = middling();
   const Identification id = identified(model, 1.0, 0.7);
   CHECK(id.warnings().empty());
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const sim::ParameterInfo& info = sim::parameter_info[p];
+  for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {
+    const sim::ParameterInfo& info = sim::single_pendulum().parameters[p];
     CHECK(std::abs(id.estimate.parameters[p] - info.middle()) < 1e-3 * (info.high - info.low));
   }
 }
@@ -74,8 +76,8 @@ TEST_CASE("identify: an offset of the sway, and sway beyond 5 degrees, are warne
 }
 
 TEST_CASE("identify: a parameter more than a twentieth of its range outside is warned of by name") {
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const sim::ParameterInfo& info = sim::parameter_info[p];
+  for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {
+    const sim::ParameterInfo& info = sim::single_pendulum().parameters[p];
     CAPTURE(info.name);
     const double range = info.high - info.low;
     const std::string warning = std::string(info.name) + " = ";

@@ -19,7 +19,7 @@ PROGRAM = {
 }
 # Who may include what is not ours. Tests as their folders.
 FOREIGN = [
-    (r"<CLI/", "CLI11", ["tools/decid"]),
+    (r"<CLI/", "the command-line parser", ["tools/decid"]),
     (r"<matio\.h>", "matio", ["dataset/recording"]),
     (r"<zip\.h>", "libzip", ["dataset/npz"]),
     (r"<Eigen/", "Eigen", ["identify"]),

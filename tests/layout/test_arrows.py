@@ -67,7 +67,7 @@ class Arrows(unittest.TestCase):
 
     def test_other_libraries_have_their_place(self):
         self.check_clean(dataset__npz__a="#include <zip.h>", identify__a="#include <Eigen/Dense>")
-        self.check_refused("only tools/decid may include CLI11", identify__a="#include <CLI/CLI.hpp>")
+        self.check_refused("only tools/decid may include the command-line parser", identify__a="#include <CLI/CLI.hpp>")
         self.check_refused("only dataset/recording may include matio", dataset__image__a="#include <matio.h>")
         self.check_refused("only dataset/npz may include libzip", dataset__image__a="#include <zip.h>")
         self.check_refused("only identify may include Eigen", nn__a="#include <Eigen/Dense>")

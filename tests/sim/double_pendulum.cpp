@@ -227,7 +227,7 @@ TEST_CASE("DoubleSimulator: with its hip locked it is the single pendulum") {
   const DoubleSimulator simulator(protocol);
   const Constants c(segments);
   const double relative_inertia = (c.a1 * c.a2 - c.b * c.b) / (c.a1 + c.a2 + 2.0 * c.b);  // of the bending, 3.5 kg m2
-  Parameters ankle = middle_parameters();
+  Parameters ankle = single_pendulum().parameters.middle();
   std::vector<double> single(static_cast<std::size_t>(simulator.samples()));
   REQUIRE(Simulator(protocol).run(ankle, some_noise, single).valid);
   const double largest = std::abs(*std::ranges::max_element(single, {}, [](double a) { return std::abs(a); }));
@@ -237,7 +237,7 @@ TEST_CASE("DoubleSimulator: with its hip locked it is the single pendulum") {
   const auto errors = [&](double stiffness) {
     // Half of critical damping. Euler is stable while omega^2 step^2 < 4 - 4 omega step (zeta = 1/2): at 1e6 N m/rad,
     // omega step = 0.53 and 0.28 < 1.9.
-    Parameters hip{};
+    Parameters hip(ankle.size());
     hip[Kp_pass] = stiffness;
     hip[Kd_pass] = std::sqrt(stiffness * relative_inertia);
     const Run trial = simulate(simulator, {ankle, hip});
@@ -336,7 +336,7 @@ TEST_CASE("DoubleSimulator: falls") {
   CHECK_FALSE(swinging.valid);
   CHECK(swinging.largest_sway_rad < sway_limit_rad);
 
-  parameters.ankle.fill(std::numeric_limits<double>::max());
+  std::ranges::fill(parameters.ankle, std::numeric_limits<double>::max());
   parameters.ankle[Nv] = parameters.ankle[Theta] = parameters.ankle[Delay] = 0.0;
   const Outcome overflow = simulate(simulator, parameters).outcome;
   CHECK_FALSE(overflow.valid);
@@ -356,15 +356,15 @@ TEST_CASE("DoubleSimulator: errors") {
     }
     return "no error";
   };
-  for (std::size_t i = 0; i < parameter_count; ++i) {
+  for (std::size_t i = 0; i < single_pendulum().parameters.size(); ++i) {
     for (const double value :
          {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1e-9}) {
       DoubleParameters parameters = defaults();
       parameters.ankle[i] = value;
-      CHECK(where(parameters) == std::string("ankle parameter ") + parameter_info[i].name);
+      CHECK(where(parameters) == std::string("ankle parameter ") + single_pendulum().parameters[i].name);
       parameters = defaults();
       parameters.hip[i] = value;
-      CHECK(where(parameters) == std::string("hip parameter ") + parameter_info[i].name);
+      CHECK(where(parameters) == std::string("hip parameter ") + single_pendulum().parameters[i].name);
     }
   }
   DoubleParameters late = defaults();

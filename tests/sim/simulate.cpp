@@ -163,7 +163,7 @@ TEST_CASE("closed_loop: its formula") {
 TEST_CASE("Simulator: equals the equations written straight down") {
   // Both are the same arithmetic but for the order of its roundings. Each of 121000 steps adds errors of about eps to
   // a stable loop, which forgets them within seconds; 1e-12 is some thousand eps.
-  const Parameters middle = middle_parameters();
+  const Parameters middle = single_pendulum().parameters.middle();
   CHECK(disagreement(Protocol{}, middle, some_noise) < 1e-12);
   Parameters parameters = middle;
   for (const double delay : {0.0, 0.001, 0.0105, 0.07, 0.1207, 0.16}) {
@@ -190,7 +190,7 @@ TEST_CASE("Simulator: the active torque starts when the delay is over") {
   protocol.sequence().cycles = 1;
   const Simulator simulator(protocol);
   REQUIRE(simulator.stimulus().rate_rad_s[0] != 0.0);
-  Parameters parameters = middle_parameters();
+  Parameters parameters = single_pendulum().parameters.middle();
   parameters[Nv] = 0.0;
   parameters[Theta] = 0.0052;
   Parameters passive = parameters;
@@ -215,7 +215,7 @@ TEST_CASE("Simulator: a fractional delay lies between its neighbours in proporti
   Protocol protocol;
   protocol.sequence().amplitude_deg = 0.01;
   const Simulator simulator(protocol);
-  Parameters parameters = middle_parameters();
+  Parameters parameters = single_pendulum().parameters.middle();
   parameters[Nv] = parameters[Theta] = 0.0;
   const auto sway = [&](double delay_s) {
     parameters[Delay] = delay_s;
@@ -233,7 +233,7 @@ TEST_CASE("Simulator: a fractional delay lies between its neighbours in proporti
 }
 
 TEST_CASE("Simulator: Nv = 0 is exactly without noise, Nv > 0 is not") {
-  Parameters parameters = middle_parameters();
+  Parameters parameters = single_pendulum().parameters.middle();
   const Simulator simulator{Protocol{}};
   const Random other(9, Stream::child_noise, 9);
   CHECK(simulate(simulator, parameters).sway != simulate(simulator, parameters, other).sway);
@@ -248,7 +248,7 @@ TEST_CASE("Simulator: Nv = 0 is exactly without noise, Nv > 0 is not") {
 
 TEST_CASE("Simulator: starts at rest, upright; nothing moves without a stimulus") {
   const Simulator simulator(short_protocol());
-  Parameters parameters = middle_parameters();
+  Parameters parameters = single_pendulum().parameters.middle();
   parameters[Nv] = 0.0;
   const Run trial = simulate(simulator, parameters);
   CHECK(std::all_of(trial.sway.begin(), trial.sway.begin() + 197, [](double a) { return a == 0.0; }));
@@ -259,7 +259,7 @@ TEST_CASE("Simulator: starts at rest, upright; nothing moves without a stimulus"
 TEST_CASE("Simulator: a fall is reported when it happens") {
   const Protocol protocol;
   const Simulator simulator(protocol);
-  Parameters parameters = middle_parameters();
+  Parameters parameters = single_pendulum().parameters.middle();
   parameters[Kp] = parameters[Kd] = 0.0;  // passive stiffness alone does not hold the body
   const Run trial = simulate(simulator, parameters);
   const std::vector<double> sway = straightforward(protocol, parameters, some_noise);
@@ -276,18 +276,18 @@ TEST_CASE("Simulator: a fall is reported when it happens") {
   CHECK(trial.sway[last + 1] == 0.0);
 
   // A delay that makes the loop oscillate with growing amplitude.
-  parameters = middle_parameters();
-  parameters[Kp] = parameter_info[Kp].high;
-  parameters[Kd] = parameter_info[Kd].high;
-  parameters[Kd_pass] = parameter_info[Kd_pass].low;
-  parameters[Delay] = parameter_info[Delay].high;
+  parameters = single_pendulum().parameters.middle();
+  parameters[Kp] = single_pendulum().parameters[Kp].high;
+  parameters[Kd] = single_pendulum().parameters[Kd].high;
+  parameters[Kd_pass] = single_pendulum().parameters[Kd_pass].low;
+  parameters[Delay] = single_pendulum().parameters[Delay].high;
   const Outcome oscillating = simulate(simulator, parameters).outcome;
   CHECK_FALSE(oscillating.valid);
   CHECK(oscillating.end_s > parameters[Delay]);
   CHECK(oscillating.end_s < 121.0);
 
   // Gains beyond all reason overflow at once: invalid, and no NaN.
-  parameters.fill(std::numeric_limits<double>::max());
+  std::ranges::fill(parameters, std::numeric_limits<double>::max());
   parameters[Nv] = parameters[Theta] = parameters[Delay] = 0.0;
   const Outcome overflow = simulate(simulator, parameters).outcome;
   CHECK_FALSE(overflow.valid);
@@ -299,7 +299,7 @@ TEST_CASE("Simulator: errors") {
   const Simulator simulator{Protocol{}};
   std::vector<double> sway(12'100);
   const auto message = [&](std::size_t index, double value) -> std::string {
-    Parameters parameters = middle_parameters();
+    Parameters parameters = single_pendulum().parameters.middle();
     parameters[index] = value;
     try {
       simulator.run(parameters, some_noise, sway);
@@ -308,8 +308,8 @@ TEST_CASE("Simulator: errors") {
     }
     return "no error";
   };
-  for (std::size_t i = 0; i < parameter_count; ++i) {
-    const std::string where = std::string("parameter ") + parameter_info[i].name;
+  for (std::size_t i = 0; i < single_pendulum().parameters.size(); ++i) {
+    const std::string where = std::string("parameter ") + single_pendulum().parameters[i].name;
     CHECK(message(i, std::numeric_limits<double>::quiet_NaN()) == where);
     CHECK(message(i, std::numeric_limits<double>::infinity()) == where);
     CHECK(message(i, -1e-9) == where);
@@ -330,9 +330,9 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
   const Simulator plain(Protocol{}, decid::Isa::reference);
   const auto trial_of = [](int index) {
     const Random random(3, Stream::base_parameters, static_cast<std::uint64_t>(index));
-    Parameters parameters{};
-    for (std::size_t i = 0; i < parameter_count; ++i) {
-      parameters[i] = random.uniform(i, parameter_info[i].low, parameter_info[i].high);
+    Parameters parameters(single_pendulum().parameters.size());
+    for (std::size_t i = 0; i < single_pendulum().parameters.size(); ++i) {
+      parameters[i] = random.uniform(i, single_pendulum().parameters[i].low, single_pendulum().parameters[i].high);
     }
     if (index % 5 == 0) parameters[Nv] = 0.0;
     if (index % 7 == 0) parameters[Delay] = 0.001 * (index % 3);
@@ -372,7 +372,7 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
   for (const double rate_hz : {20.0, 100.0, 1000.0}) {
     protocol.experiment.sample_rate_hz = rate_hz;
     const auto trial_of = [](int index) {
-      Parameters parameters = middle_parameters();
+      Parameters parameters = single_pendulum().parameters.middle();
       parameters[Delay] = index == 0 ? longest_delay_s : 0.02 * index;
       return Trial{parameters, Random(8, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
     };
@@ -389,7 +389,7 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
 
 TEST_CASE("Simulator::run_all: nothing to do, and errors from inside") {
   const Simulator simulator(short_protocol());
-  const auto middle = [](int) { return Trial{middle_parameters(), some_noise}; };
+  const auto middle = [](int) { return Trial{single_pendulum().parameters.middle(), some_noise}; };
   int finished = 0;
   simulator.run_all(0, middle, [&](int, const Outcome&, std::span<double>) { ++finished; });
   CHECK(finished == 0);
@@ -408,9 +408,9 @@ TEST_CASE("Simulator: the bits of a noisy trial") {
   const auto digest = [](const std::vector<double>& values) {
     return decid::sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)});
   };
-  const Run trial = simulate(simulator, middle_parameters());
+  const Run trial = simulate(simulator, single_pendulum().parameters.middle());
   REQUIRE(trial.outcome.valid);
-  CHECK(digest(trial.sway) == digest(simulate(simulator, middle_parameters()).sway));
+  CHECK(digest(trial.sway) == digest(simulate(simulator, single_pendulum().parameters.middle()).sway));
   // Promised for every compiler and instruction set: a change here changes every data set.
   CHECK(digest(simulator.stimulus().tilt_rad) == "4f29123331b36035fe695bc95d05562a400d56f766979b3e9a1ef6f904d189b3");
   CHECK(digest(trial.sway) == "b4e38a5e2c006754db701b88cdba75c841b80ed831fa178d0f9a0089c9e5fa22");

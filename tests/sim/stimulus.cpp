@@ -156,7 +156,7 @@ TEST_CASE("a trial is simulated on every kind of stimulus") {
   wave.cycles = 12;
   RaisedCosines bumps{
       .moves = {{.start_s = 1.0, .duration_s = 4.0, .amplitude_deg = 1.0}}, .cycle_s = 20.0, .cycles = 3};
-  Parameters parameters = middle_parameters();
+  Parameters parameters = single_pendulum().parameters.middle();
   for (const StimulusKind& kind : {StimulusKind(tilt), StimulusKind(wave), StimulusKind(bumps)}) {
     const Simulator simulator(playing(kind));
     std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
@@ -178,8 +178,8 @@ TEST_CASE("a measured tilt that is a sequence's gives its trial") {
   const Simulator other(playing(tilt));
   std::vector<double> a(static_cast<std::size_t>(simulator.samples())), b(a.size());
   const decid::Random noise(1, decid::Stream::vestibular_noise, 0);
-  REQUIRE(simulator.run(middle_parameters(), noise, a).valid);
-  REQUIRE(other.run(middle_parameters(), noise, b).valid);
+  REQUIRE(simulator.run(single_pendulum().parameters.middle(), noise, a).valid);
+  REQUIRE(other.run(single_pendulum().parameters.middle(), noise, b).valid);
   double difference = 0.0, largest = 0.0;
   for (std::size_t k = 0; k < a.size(); ++k) {
     difference = std::max(difference, std::abs(a[k] - b[k]));

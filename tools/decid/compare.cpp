@@ -103,11 +103,12 @@ ComparisonFigures compare(const Options& options) {
     double simulations = 0, ratio2 = 0;
     for (int i = 0; i < trials; ++i) {
       if (interrupted()) throw std::runtime_error(format("stopped at trial %d of %d", i, trials));
-      const fit::Result result = fit::fit(simulator, data.trial(i),
-                                          fit_starts(request, network[static_cast<std::size_t>(i)]), request.settings);
+      const fit::Result result = fit::fit(
+          simulator, data.trial(i),
+          fit_starts(request, data.protocol.parameters(), network[static_cast<std::size_t>(i)]), request.settings);
       means.push_back(result.parameters);
       likeliest.push_back(result.likeliest);
-      for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+      for (std::size_t p = 0; p < result.parameters.size(); ++p) {
         const double error = result.parameters[p] - data.parameters[static_cast<std::size_t>(i)][p];
         ratio2 += error * error / (result.standard_error[p] * result.standard_error[p]);
       }
@@ -118,7 +119,7 @@ ComparisonFigures compare(const Options& options) {
     add(likeliest_name, likeliest_text, likeliest, simulations, seconds);
     add(mean_name, mean_text, means, simulations, seconds);
     figures.methods.back().error_per_standard_error =
-        std::sqrt(ratio2 / (static_cast<double>(trials) * static_cast<double>(sim::parameter_count)));
+        std::sqrt(ratio2 / (static_cast<double>(trials) * static_cast<double>(data.protocol.parameters().size())));
   };
   fit_all(StartKind::middle, "fit", "Fit from the middle of the ranges, mean of the likely parameters",
           "fit, likeliest", "The same fit, the single likeliest parameters: what a fit usually returns");
@@ -138,7 +139,7 @@ void run_compare(const Options& options) {
   const std::string json = comparison.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!options.output.empty()) write_file(options.output, json);
   if (!options.report.empty()) write_file(options.report, comparison_html(figures));
-  std::cout << (options.common.json ? json : comparison_text(comparison));
+  std::cout << (options.common.json ? json : comparison_text(comparison, figures.protocol.parameters()));
 }
 
 }  // namespace

@@ -24,9 +24,9 @@ struct Options {
   std::string output, report;
 };
 
-std::string table_line(const char* name, const char* unit, const dataset::Distribution& base,
+std::string table_line(const std::string& name, const std::string& unit, const dataset::Distribution& base,
                        const dataset::Distribution* enriched) {
-  std::string line = format("%-12s %-9s", name, unit);
+  std::string line = format("%-12s %-9s", name.c_str(), unit.c_str());
   for (const dataset::Distribution* values : {&base, enriched})
     if (values)
       line += format("  %9.5g %9.5g %9.5g %9.5g", values->mean(), values->deviation(), values->least(), values->most());
@@ -34,15 +34,15 @@ std::string table_line(const char* name, const char* unit, const dataset::Distri
 }
 
 /// The paper's table, before and after enrichment.
-std::string table(const dataset::DatasetReport& report) {
+std::string table(const sim::ParameterTable& parameters, const dataset::DatasetReport& report) {
   const bool children = report.child_attempts > 0;
   const std::string columns = format("  %9s %9s %9s %9s", "mean", "deviation", "min", "max");
   std::string text = format("%-22s  %-39s", "", children ? "before enrichment" : "");
   text += children ? "  after enrichment\n" : "\n";
   if (!children) text.clear();
   text += format("%-12s %-9s", "parameter", "unit") + columns + (children ? columns : "") + '\n';
-  for (std::size_t i = 0; i < sim::parameter_count; ++i)
-    text += table_line(sim::parameter_info[i].name, sim::parameter_info[i].shown_unit(), report.base.parameters[i],
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    text += table_line(parameters[i].name, parameters[i].shown_unit(), report.base.parameters[i],
                        children ? &report.all.parameters[i] : nullptr);
   return text +
          table_line("peak to peak", "rad", report.base.peak_to_peak, children ? &report.all.peak_to_peak : nullptr);
@@ -64,7 +64,7 @@ std::string summary(const DatasetFigures& figures, double seconds) {
   if (report.child_attempts > 0)
     text += format("children: %lld of %lld attempts valid (%.1f%%)\n", trials - base, report.child_attempts,
                    100.0 * static_cast<double>(trials - base) / static_cast<double>(report.child_attempts));
-  return text + table(report);
+  return text + table(figures.request.protocol.parameters(), report);
 }
 
 /// Warns before the work, which goes on: space may be made meanwhile, and what is done is kept.

@@ -75,17 +75,20 @@ void evaluate_model(const Options& options) {
     });
   };
   const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
-  const Evaluation result = evaluate(model, outputs, truth);
+  const Evaluation result = evaluate(model.targets, scores_of(model, outputs), truth);
   if (options.common.json) {
-    std::cout << evaluation_json(result).dump(2) << '\n';
+    std::cout << evaluation_json(model.parameters(), result).dump(2) << '\n';
     return;
   }
-  std::cout
-      << format("%d trials of %s with %s\n", result.trials, options.data.c_str(), model_name(options.model).c_str())
-      << format("MSE %.4f (mean over trials and 7 z-scored parameters; predicting the mean gives 1)\n", result.mse())
-      << format("MATLAB's loss %.4f (half the sum over the 7; predicting the mean gives 3.5)\n", result.matlab_loss());
-  for (std::size_t p = 0; p < sim::parameter_count; ++p)
-    std::cout << format("  %-8s %.4f\n", sim::parameter_info[p].name, result.mse_per_parameter[p]);
+  const sim::ParameterTable& table = model.parameters();
+  std::cout << format("%d trials of %s with %s\n", result.trials, options.data.c_str(),
+                      model_name(options.model).c_str())
+            << format("MSE %.4f (mean over trials and %zu z-scored parameters; predicting the mean gives 1)\n",
+                      result.mse(), table.size())
+            << format("MATLAB's loss %.4f (half the sum over the %zu; predicting the mean gives %g)\n",
+                      result.matlab_loss(), table.size(), 0.5 * static_cast<double>(table.size()));
+  for (std::size_t p = 0; p < table.size(); ++p)
+    std::cout << format("  %-8s %.4f\n", table[p].name.c_str(), result.mse_per_parameter[p]);
 }
 
 }  // namespace

@@ -63,12 +63,12 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   TestVector test;
   std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
   model.make_input(test_sway(model.protocol.samples()), image);
-  test.outputs.resize(sim::parameter_count);
+  test.outputs.resize(static_cast<std::size_t>(model.network.output_shape().size()));
   if (plan.options.int8)
     test.outputs = run_plan(plan, image);
   else
     nn::Predictor(model.network, 1).run(image, test.outputs);
-  for (const double value : model.targets.unscale(test.outputs)) test.parameters.push_back(static_cast<float>(value));
+  for (const double value : model.decode(test.outputs)) test.parameters.push_back(static_cast<float>(value));
   return test;
 }
 
@@ -121,11 +121,16 @@ void add_export_c(const Command& parent) {
   });
 }
 
+/// Of the controller that is exported.
+const sim::ParameterTable& controller_parameters() {
+  return sim::single_pendulum().parameters;
+}
+
 struct ControllerOptions {
   CommonOptions common;
   std::string result, output, name = "decid_controller", protocol = "default";
   int recording = 1;
-  std::array<std::optional<double>, sim::parameter_count> parameters;
+  std::vector<std::optional<double>> parameters = std::vector<std::optional<double>>(controller_parameters().size());
 };
 
 /// The parameters of one recording in the JSON that decid identify wrote.
@@ -137,15 +142,15 @@ sim::Parameters identified(const std::string& path, int recording) {
   const Json& all = json["recordings"];
   if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
     throw Error(path, format("has %zu recordings, not a number %d", all.size(), recording), "choose one: --recording");
-  sim::Parameters parameters{};
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+  const sim::ParameterTable& table = controller_parameters();
+  sim::Parameters parameters(table.size());
+  for (std::size_t i = 0; i < table.size(); ++i) {
     try {
       const Json& found = all.at(static_cast<std::size_t>(recording) - 1).at("parameters").at(i);
-      if (found.at("name") != sim::parameter_info[i].name)
-        throw Error(path, "has its parameters in another order", remedy);
+      if (found.at("name") != table[i].name) throw Error(path, "has its parameters in another order", remedy);
       parameters[i] = found.at("value").get<double>();
     } catch (const Json::exception&) {
-      throw Error(path, format("has no %s of recording %d", sim::parameter_info[i].name, recording), remedy);
+      throw Error(path, format("has no %s of recording %d", table[i].name.c_str(), recording), remedy);
     }
   }
   return parameters;
@@ -154,8 +159,8 @@ sim::Parameters identified(const std::string& path, int recording) {
 void export_controller(const ControllerOptions& options) {
   check_firmware_name(options.name);
   sim::Parameters parameters =
-      options.result.empty() ? sim::middle_parameters() : identified(options.result, options.recording);
-  for (std::size_t i = 0; i < sim::parameter_count; ++i)
+      options.result.empty() ? controller_parameters().middle() : identified(options.result, options.recording);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
     parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));  // a network may answer a little less
   const std::string origin =
       format("The DEC posture controller, made by decid %s%s.", version,
@@ -172,11 +177,11 @@ void add_export_controller(const Command& parent) {
   const Command command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
   command.add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
   command.add_option("--recording", options->recording, "Which of its recordings, from 1").show_default();
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-    const sim::ParameterInfo& info = sim::parameter_info[i];
+  for (std::size_t i = 0; i < options->parameters.size(); ++i) {
+    const sim::ParameterInfo& info = controller_parameters()[i];
     if (i == sim::Nv) continue;  // a machine has its own noise
-    command.add_option(std::string("--") + info.option, options->parameters[i],
-                       std::string(info.description) + " in " + info.unit + ", in place of the identified one");
+    command.add_option("--" + info.option, options->parameters[i],
+                       info.description + " in " + info.unit + ", in place of the identified one");
   }
   command
       .add_option("--protocol", options->protocol, "Body, and the tilt of the self-test: default, short or a JSON file")

@@ -24,7 +24,7 @@ struct Options {
 
 void run_fit(const Options& options) {
   catch_interrupt();
-  const ReadOptions reading = options.recordings.read_options();
+  ReadOptions reading = options.recordings.read_options();
   std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
   std::optional<sim::Protocol> given;
@@ -38,6 +38,7 @@ void run_fit(const Options& options) {
                                               : StartKind::random;
   const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = given.value_or(model.protocol);
+  reading.truth = options.recordings.known(protocol.parameters());
   const auto files = static_cast<long long>(options.recordings.files.size());
   FittedRecordings all;
   {

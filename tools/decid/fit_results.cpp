@@ -18,7 +18,7 @@ std::string fits_json(const std::string& model, const FittedRecordings& all) {
     if (id.error) continue;
     const FitFigures& fitted = all.fits[i];
     const fit::Result& result = fitted.result;
-    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
+    for (std::size_t p = 0; p < result.standard_error.size(); ++p) {
       recording["parameters"][p]["standard_error"] = result.standard_error[p];
       recording["parameters"][p]["likeliest"] = result.likeliest[p];
     }
@@ -48,10 +48,11 @@ std::string fits_text(const FittedRecordings& all) {
                    result.cost, result.simulations, fitted.seconds, fitted.start.c_str(), result.sensor_noise_deg);
     text += format("  %-8s %12s %10s %-10s %10s %12s%s  %s\n", "", "fitted", "+-", "unit", "/ (m g h)", "likeliest",
                    id.truth ? "         true" : "", "range");
-    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-      const sim::ParameterInfo& info = sim::parameter_info[p];
-      text += format("  %-8s %12.5g %10.3g %-10s ", info.name, id.estimate.parameters[p], result.standard_error[p],
-                     info.shown_unit());
+    const sim::ParameterTable& table = all.identified.protocol.parameters();
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      const sim::ParameterInfo& info = table[p];
+      text += format("  %-8s %12.5g %10.3g %-10s ", info.name.c_str(), id.estimate.parameters[p],
+                     result.standard_error[p], info.shown_unit().c_str());
       text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / all.identified.protocol.experiment.body.mgh())
                            : std::string(10, ' ');
       text += format(" %12.5g", result.likeliest[p]);

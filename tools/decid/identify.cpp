@@ -21,7 +21,7 @@ struct Options {
 };
 
 void run_identify(const Options& options) {
-  const ReadOptions reading = options.recordings.read_options();
+  ReadOptions reading = options.recordings.read_options();
   std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
@@ -32,6 +32,7 @@ void run_identify(const Options& options) {
     if (!path.empty()) PendingFile probe(path);
 
   const Model model = model_or_built_in(options.model);
+  reading.truth = options.recordings.known(model.parameters());
   const Identifications all = identify_files(model, options.recordings.paths(), reading);
   refuse_alone(all.recordings);
   const std::string json = identifications_json(model_name(options.model), all);

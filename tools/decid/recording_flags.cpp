@@ -30,7 +30,6 @@ ReadOptions RecordingFlags::read_options() const {
   made.trial.start_s = begin;
   if (detrend == "offset") made.trial.detrend = dataset::Detrend::offset;
   if (detrend == "linear") made.trial.detrend = dataset::Detrend::linear;
-  if (!truth.empty()) made.truth = sim::parameters_from_text(truth, "--truth");
   if (tilt_column.empty() && (!tilt_unit.empty() || made.recording.invert_tilt)) {
     throw Error("--tilt-unit, --invert", "no tilt is read", "name its column with --tilt-column");
   }
@@ -38,6 +37,11 @@ ReadOptions RecordingFlags::read_options() const {
     throw Error("--begin", "--tilt-column already says where the protocol starts", "give one of the two");
   }
   return made;
+}
+
+std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& table) const {
+  if (truth.empty()) return {};
+  return table.from_text(truth, "--truth");
 }
 
 void add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin) {

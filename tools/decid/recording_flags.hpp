@@ -21,6 +21,8 @@ struct RecordingFlags {
   std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }
   /// Throws Error for options that contradict each other.
   ReadOptions read_options() const;
+  /// Those of --truth, if it was given. Throws Error for others than the table's.
+  std::optional<sim::Parameters> known(const sim::ParameterTable& table) const;
 };
 /// `begin`: the names of the option that says where the protocol starts; messages call it --begin.
 void add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);

@@ -17,7 +17,8 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   const Explanation& explanation = id.explanation;
   const std::optional<dataset::TiltMatch>& tilt = id.estimate.trial.tilt;
   Json recording{{"file", id.file},
-                 {"parameters", parameters_json(id.estimate.parameters, protocol.experiment.body.mgh(), id.truth)},
+                 {"parameters", parameters_json(protocol.parameters(), id.estimate.parameters,
+                                                protocol.experiment.body.mgh(), id.truth)},
                  {"fit",
                   {{"rms_residual_deg", number_or_null(explanation.rms_residual_deg)},
                    {"variance_accounted_for", number_or_null(explanation.variance_accounted_for)}}},
@@ -71,9 +72,9 @@ std::string identifications_text(const Identifications& all) {
     text += headline(id);
     text += format("  %-8s %12s %-10s %10s%s  %s\n", "", "identified", "unit", "/ (m g h)",
                    id.truth ? "         true" : "", "range");
-    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-      const sim::ParameterInfo& info = sim::parameter_info[p];
-      text += format("  %-8s %12.5g %-10s ", info.name, id.estimate.parameters[p], info.shown_unit());
+    for (std::size_t p = 0; p < all.protocol.parameters().size(); ++p) {
+      const sim::ParameterInfo& info = all.protocol.parameters()[p];
+      text += format("  %-8s %12.5g %-10s ", info.name.c_str(), id.estimate.parameters[p], info.shown_unit().c_str());
       text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / all.protocol.experiment.body.mgh())
                            : std::string(10, ' ');
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);

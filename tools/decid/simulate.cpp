@@ -1,11 +1,11 @@
 // decid simulate: a trial with known parameters as CSV, of the single or the double inverted pendulum.
 #include "sim/simulate.hpp"
 
-#include <array>
 #include <functional>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -19,18 +19,23 @@
 namespace decid::tools {
 namespace {
 
-/// What was given on the command line.
-using Given = std::array<std::optional<double>, sim::parameter_count>;
+/// Those of the single pendulum; the double one has as many a joint.
+const sim::ParameterTable& table() {
+  return sim::single_pendulum().parameters;
+}
+
+/// What was given on the command line, a value or nothing for each parameter.
+using Given = std::vector<std::optional<double>>;
 
 struct Options {
   CommonOptions common;
-  Given parameters, hip;
+  Given parameters = Given(table().size()), hip = parameters;
   std::uint64_t seed = 1;
   std::string model = "sip", protocol = "default", output;
 };
 
 sim::Parameters filled(sim::Parameters parameters, const Given& given) {
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) parameters[i] = given[i].value_or(parameters[i]);
+  for (std::size_t i = 0; i < given.size(); ++i) parameters[i] = given[i].value_or(parameters[i]);
   return parameters;
 }
 
@@ -69,9 +74,8 @@ void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol
 
 void print_parameters(const char* title, const sim::Parameters& parameters) {
   std::cerr << title;
-  for (std::size_t i = 0; i < sim::parameter_count; ++i)
-    std::cerr << format("%-8s %12.6g %s\n", sim::parameter_info[i].name, parameters[i],
-                        sim::parameter_info[i].shown_unit());
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    std::cerr << format("%-8s %12.6g %s\n", table()[i].name.c_str(), parameters[i], table()[i].shown_unit().c_str());
 }
 
 void print_summary(const Options& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
@@ -85,7 +89,7 @@ void print_summary(const Options& options, const sim::Protocol& protocol, const 
 
 void simulate_single(const Options& options, sim::Protocol protocol) {
   const sim::Simulator simulator(std::move(protocol));
-  const sim::Parameters parameters = filled(sim::middle_parameters(), options.parameters);
+  const sim::Parameters parameters = filled(table().middle(), options.parameters);
   std::vector<double> sway = room(simulator.samples());
   const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
   const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp],
@@ -158,12 +162,12 @@ void add_simulate(const Command& program) {
   auto options = std::make_shared<Options>();
   const Command command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
   const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-    const sim::ParameterInfo& info = sim::parameter_info[i];
+  for (std::size_t i = 0; i < table().size(); ++i) {
+    const sim::ParameterInfo& info = table()[i];
     command
-        .add_option(std::string("--") + info.option, options->parameters[i],
-                    format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description, info.low,
-                           info.high, unit_after(info).c_str(), info.middle(), of_double.ankle[i]))
+        .add_option("--" + info.option, options->parameters[i],
+                    format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description.c_str(),
+                           info.low, info.high, info.unit_after().c_str(), info.middle(), of_double.ankle[i]))
         .shown_as("FLOAT");
   }
   add_seed_option(command, options->seed, "Seed of the noise");
@@ -173,12 +177,12 @@ void add_simulate(const Command& program) {
                   "seven parameters above) and one at the hip; sensor noise is added to com_sway_deg alone")
       .one_of({"sip", "dip"})
       .show_default();
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-    const sim::ParameterInfo& info = sim::parameter_info[i];
+  for (std::size_t i = 0; i < table().size(); ++i) {
+    const sim::ParameterInfo& info = table()[i];
     command
-        .add_option(std::string("--hip-") + info.option, options->hip[i],
-                    format("With --model dip, of the hip: %s; default %.4g%s", info.description, of_double.hip[i],
-                           info.shown_unit()))
+        .add_option("--hip-" + info.option, options->hip[i],
+                    format("With --model dip, of the hip: %s; default %.4g%s", info.description.c_str(),
+                           of_double.hip[i], info.shown_unit().c_str()))
         .shown_as("FLOAT");
   }
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
@@ -192,8 +196,8 @@ void add_simulate(const Command& program) {
       "Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
       "Example: decid simulate --model dip --hip-delay 0.05 -o trial.csv");
   command.callback([options, command] {
-    for (const sim::ParameterInfo& info : sim::parameter_info) {
-      const std::string name = std::string("--hip-") + info.option;
+    for (const sim::ParameterInfo& info : table()) {
+      const std::string name = "--hip-" + info.option;
       if (options->model != "dip" && command.count(name) > 0)
         throw Error(name, "has no effect on the single pendulum, which has no hip", "use it with --model dip");
     }

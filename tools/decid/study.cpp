@@ -54,9 +54,9 @@ void add_recording(const Options& options, const Model& model, Study& study) {
   if (!options.unit.empty()) how.recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
   study.recording = std::move(identify_files(model, {options.recording}, how).recordings.front());
   if (study.recording->error) throw *study.recording->error;
-  for (std::size_t p = 0; p < sim::parameter_count; ++p)
-    study.recording_output[p] =
-        (study.recording->estimate.parameters[p] - model.targets.mean[p]) / model.targets.deviation[p];
+  for (std::size_t p = 0; p < model.parameters().size(); ++p)
+    study.recording_output.push_back((study.recording->estimate.parameters[p] - model.targets.mean[p]) /
+                                     model.targets.deviation[p]);
 }
 
 void run_study(const Options& options) {
@@ -79,7 +79,7 @@ void run_study(const Options& options) {
   if (!log.empty()) study.log = read_log(log);
   if (!options.learning_curve.empty()) study.learning_curve = read_learning_curve(options.learning_curve);
   for (const std::string& file : options.comparisons) {
-    const nlohmann::ordered_json comparison = read_comparison(file);
+    const nlohmann::ordered_json comparison = read_comparison(file, model.parameters());
     study.comparisons.push_back(comparison.dump());
     if (comparison.at("weights_sha256") != study.sha256)
       throw Error(file, "compares another model than " + study.model, "run decid compare with this --model");

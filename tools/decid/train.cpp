@@ -82,6 +82,7 @@ void train(const Options& options) {
                                        : start_training(*source, settings);
   state.model.origin = origin;
   Model& model = state.model;
+  const double half_the_sum = 0.5 * static_cast<double>(model.parameters().size());  // MATLAB's loss over the MSE
 
   catch_interrupt();
   const Preset& preset = settings.preset;
@@ -112,12 +113,12 @@ void train(const Options& options) {
             format("epoch %3d of %d: training MSE %.4f, validation MSE %.4f (MATLAB's loss %.4f); %.0f samples/s, "
                    "peak memory %.0f MB",
                    last.epoch, preset.epochs, last.training_mse, last.validation_mse,
-                   0.5 * sim::parameter_count * last.validation_mse, trials / seconds, peak_memory_mb()));
+                   half_the_sum * last.validation_mse, trials / seconds, peak_memory_mb()));
         // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
         // same bits.
         if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(best_path, to_bytes(model));
         write_file(checkpoint, checkpoint_bytes(state));
-        write_file(log_path, log_csv(state.log));
+        write_file(log_path, log_csv(state.log, model.parameters().size()));
         epoch_start = std::chrono::steady_clock::now();
       });
   if (!finished)
@@ -148,7 +149,7 @@ void train(const Options& options) {
                       {"kept_epoch", last.epoch},
                       {"training_mse", last.training_mse},
                       {"validation_mse", last.validation_mse},
-                      {"validation_matlab_loss", 0.5 * sim::parameter_count * last.validation_mse},
+                      {"validation_matlab_loss", half_the_sum * last.validation_mse},
                       {"weights_sha256", nn::weights_sha256(model.network)}}
                      .dump(2)
               << '\n';

@@ -177,6 +177,9 @@ long long FirmwarePlan::whole_map_bytes() const {
 }
 
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
+  if (model.head != &point_head())
+    throw Error("export", "the model's outputs are of the kind '" + model.head->name() + "'",
+                "export a model whose outputs are the parameters");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
   if (chain.shapes().size() > most_layers)
     throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, most_layers),

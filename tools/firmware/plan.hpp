@@ -73,7 +73,8 @@ struct FirmwarePlan {
 };
 
 /// Plans by rows or by columns, whichever needs the smaller arena; incremental plans go by columns if the image has
-/// several. Throws Error for what a firmware cannot hold: more than 250 layers, an arena above 1 GiB.
+/// several. Throws Error for what a firmware cannot hold: outputs that are not parameters, more than 250 layers, an
+/// arena above 1 GiB.
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
 
 }  // namespace decid::tools

@@ -232,7 +232,7 @@ std::vector<float> run_plan(const FirmwarePlan& plan, std::span<const float> ima
 
 std::vector<float> predict_planned(const FirmwarePlan& plan, const Model& model, int trials, const Sways& sways) {
   constexpr int at_once = 64;
-  const std::size_t outputs = sim::parameter_count;
+  const auto outputs = static_cast<std::size_t>(model.network.output_shape().size());
   std::vector<float> result(static_cast<std::size_t>(trials) * outputs);
   for (int first = 0; first < trials; first += at_once) {
     std::vector<int> indices(static_cast<std::size_t>(std::min(at_once, trials - first)));

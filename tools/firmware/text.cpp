@@ -166,7 +166,7 @@ std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
 
 std::string constants(const Model& model, const FirmwarePlan& plan) {
   const dataset::ImageShape shape = model.images().shape();
-  std::string text = "#define DECID_FW_PARAMETERS 7\n";
+  std::string text = define("DECID_FW_PARAMETERS", static_cast<long long>(model.parameters().size()));
   text += define("DECID_FW_SAMPLES", model.protocol.samples());
   text += "#define DECID_FW_RATE_HZ " + literal(model.protocol.experiment.sample_rate_hz) + "\n";
   text += define("DECID_FW_IMAGE_CHANNELS", shape.channels) + define("DECID_FW_IMAGE_ROWS", shape.rows) +
@@ -293,10 +293,11 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
   }
   source += layer_tables(plan);
   const auto doubles = [](const sim::Parameters& p) { return std::vector<double>(p.begin(), p.end()); };
-  source += table("static const double target_mean[7]", doubles(model.targets.mean)) +
-            table("static const double target_deviation[7]", doubles(model.targets.deviation)) +
-            table("static const uint32_t test_outputs[7]", bits_of(test.outputs)) +
-            table("static const uint32_t test_parameters[7]", bits_of(test.parameters)) + "\n";
+  const std::string count = "[" + std::to_string(model.parameters().size()) + "]";
+  source += table("static const double target_mean" + count, doubles(model.targets.mean)) +
+            table("static const double target_deviation" + count, doubles(model.targets.deviation)) +
+            table("static const uint32_t test_outputs" + count, bits_of(test.outputs)) +
+            table("static const uint32_t test_parameters" + count, bits_of(test.parameters)) + "\n";
   source += embedded::firmware_spectrum();
   source += "\n";
   source += embedded::firmware_network();

@@ -26,7 +26,7 @@ json comparison_json(const ComparisonFigures& figures) {
                        {"description", method.description},
                        {"mse", method.mse},
                        {"mse_standard_error", method.mse_standard_error},
-                       {"mse_per_parameter", by_parameter(method.mse_per_parameter)},
+                       {"mse_per_parameter", by_parameter(figures.protocol.parameters(), method.mse_per_parameter)},
                        {"error_per_standard_error",
                         method.error_per_standard_error ? json(*method.error_per_standard_error) : json(nullptr)},
                        {"simulations", method.simulations},
@@ -45,19 +45,21 @@ json comparison_json(const ComparisonFigures& figures) {
           {"methods", std::move(methods)}};
 }
 
-std::string comparison_text(const json& comparison) {
+std::string comparison_text(const json& comparison, const sim::ParameterTable& table) {
   const json& noise = comparison.at("sensor_noise_deg");
   std::string text =
       format("%d trials (%s), protocol '%s', sensor noise %g to %g degrees, %s, %d threads\n\n| method | MSE | +- |",
              comparison.at("trials").get<int>(), comparison.at("trials_from").get<std::string>().c_str(),
              comparison.at("protocol").get<std::string>().c_str(), noise.at(0).get<double>(), noise.at(1).get<double>(),
              comparison.at("model").get<std::string>().c_str(), comparison.at("threads").get<int>());
-  for (const sim::ParameterInfo& info : sim::parameter_info) text += format(" %s |", info.name);
-  text += " simulations | seconds |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const sim::ParameterInfo& info : table) text += " " + info.name + " |";
+  text += " simulations | seconds |\n|";
+  for (std::size_t column = 0; column < table.size() + 5; ++column) text += "---|";
+  text += "\n";
   for (const json& method : comparison.at("methods")) {
     text += format("| %s | %.3f | %.3f |", method.at("name").get<std::string>().c_str(), method.at("mse").get<double>(),
                    method.at("mse_standard_error").get<double>());
-    for (const sim::ParameterInfo& info : sim::parameter_info)
+    for (const sim::ParameterInfo& info : table)
       text += format(" %.3f |", method.at("mse_per_parameter").at(info.name).get<double>());
     text += format(" %.0f | %.2g |\n", method.at("simulations").get<double>(), method.at("seconds").get<double>());
   }
@@ -69,11 +71,11 @@ std::string comparison_text(const json& comparison) {
   return text;
 }
 
-json read_comparison(const std::string& file) {
+json read_comparison(const std::string& file, const sim::ParameterTable& table) {
   const char* advice = "give the JSON file that decid compare -o wrote";
   json comparison = parse_json(read_file(file), file);
   try {
-    comparison_text(comparison);
+    comparison_text(comparison, table);
     for (const char* key : {"weights_sha256", "version"}) comparison.at(key).get<std::string>();
     for (const char* key : {"budget", "starts"}) comparison.at(key).get<long long>();
     for (const json& method : comparison.at("methods")) method.at("description").get<std::string>();

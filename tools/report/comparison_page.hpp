@@ -13,9 +13,9 @@ namespace decid::tools {
 /// simulations, seconds (both a trial).
 nlohmann::ordered_json comparison_json(const ComparisonFigures& figures);
 /// comparison_json()'s as a Markdown table, a line for each method.
-std::string comparison_text(const nlohmann::ordered_json& comparison);
-/// The JSON file that `decid compare -o` wrote. Throws Error if it is not one.
-nlohmann::ordered_json read_comparison(const std::string& file);
+std::string comparison_text(const nlohmann::ordered_json& comparison, const sim::ParameterTable& table);
+/// The JSON file that `decid compare -o` wrote. Throws Error if it is not one, of these parameters.
+nlohmann::ordered_json read_comparison(const std::string& file, const sim::ParameterTable& table);
 /// The page, self-contained.
 std::string comparison_html(const ComparisonFigures& figures);
 

@@ -18,7 +18,8 @@ json figures_of(const Distribution& values) {
           {"counts", std::vector<long long>(values.bins().begin(), values.bins().end())}};
 }
 
-json distribution(const char* description, const char* unit, const Distribution& base, const Distribution& enriched) {
+json distribution(const std::string& description, const std::string& unit, const Distribution& base,
+                  const Distribution& enriched) {
   return {{"description", description}, {"unit", unit},
           {"low", base.low()},          {"high", base.high()},
           {"base", figures_of(base)},   {"enriched", figures_of(enriched)}};
@@ -35,8 +36,9 @@ json dataset_json(const DatasetFigures& figures) {
   const dataset::DatasetReport& report = figures.report;
   const long long base = report.base.peak_to_peak.count(), trials = report.all.peak_to_peak.count();
   json distributions;
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-    const sim::ParameterInfo& info = sim::parameter_info[i];
+  const sim::ParameterTable& table = figures.request.protocol.parameters();
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const sim::ParameterInfo& info = table[i];
     distributions[info.name] =
         distribution(info.description, info.unit, report.base.parameters[i], report.all.parameters[i]);
   }

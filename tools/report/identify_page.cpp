@@ -22,8 +22,8 @@ using json = nlohmann::ordered_json;
 
 json parameters_to_json(const Identification& recording, const sim::Protocol& protocol) {
   json list = json::array();
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-    const sim::ParameterInfo& info = sim::parameter_info[i];
+  for (std::size_t i = 0; i < protocol.parameters().size(); ++i) {
+    const sim::ParameterInfo& info = protocol.parameters()[i];
     json entry = {{"name", info.name},
                   {"description", info.description},
                   {"unit", info.unit},

@@ -11,10 +11,11 @@ Json number_or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-Json parameters_json(const sim::Parameters& parameters, double mgh, const std::optional<sim::Parameters>& truth) {
+Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
+                     const std::optional<sim::Parameters>& truth) {
   Json list = Json::array();
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const sim::ParameterInfo& info = sim::parameter_info[p];
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const sim::ParameterInfo& info = table[p];
     Json parameter{{"name", info.name}, {"value", number_or_null(parameters[p])}, {"unit", info.unit}};
     parameter["normalized"] = info.per_mgh ? number_or_null(parameters[p] / mgh) : Json(nullptr);
     if (truth) parameter["true"] = (*truth)[p];
@@ -23,10 +24,10 @@ Json parameters_json(const sim::Parameters& parameters, double mgh, const std::o
   return list;
 }
 
-Json evaluation_json(const Evaluation& evaluation) {
+Json evaluation_json(const sim::ParameterTable& table, const Evaluation& evaluation) {
   return {{"mse", evaluation.mse()},
           {"matlab_loss", evaluation.matlab_loss()},
-          {"mse_per_parameter", by_parameter(evaluation.mse_per_parameter)},
+          {"mse_per_parameter", by_parameter(table, evaluation.mse_per_parameter)},
           {"trials", evaluation.trials}};
 }
 

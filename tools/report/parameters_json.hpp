@@ -13,18 +13,18 @@ nlohmann::ordered_json number_or_null(double value);
 
 /// A list, an object a parameter: name, value, unit, "normalized" (over m g h, null where that has no meaning) and,
 /// when the truth is known, "true".
-nlohmann::ordered_json parameters_json(const sim::Parameters& parameters, double mgh,
+nlohmann::ordered_json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
                                        const std::optional<sim::Parameters>& truth);
 
 /// {"Kp": values[0], ...}.
 template <class Values>
-nlohmann::ordered_json by_parameter(const Values& values) {
+nlohmann::ordered_json by_parameter(const sim::ParameterTable& table, const Values& values) {
   nlohmann::ordered_json json;
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) json[sim::parameter_info[p].name] = number_or_null(values[p]);
+  for (std::size_t p = 0; p < table.size(); ++p) json[table[p].name] = number_or_null(values[p]);
   return json;
 }
 
 /// {"mse", "matlab_loss", "mse_per_parameter", "trials"}.
-nlohmann::ordered_json evaluation_json(const Evaluation& evaluation);
+nlohmann::ordered_json evaluation_json(const sim::ParameterTable& table, const Evaluation& evaluation);
 
 }  // namespace decid::tools

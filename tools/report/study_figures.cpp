@@ -16,13 +16,6 @@ namespace {
 constexpr const char* blue = "#17527f";
 constexpr const char* orange = "#e08a3c";
 constexpr const char* red = "#b3322c";
-constexpr auto outputs = sim::parameter_count;
-
-std::vector<std::string> parameter_names() {
-  std::vector<std::string> names;
-  for (const sim::ParameterInfo& info : sim::parameter_info) names.emplace_back(info.name);
-  return names;
-}
 
 std::vector<double> in_degrees(std::span<const float> angles) {
   std::vector<double> degrees;
@@ -181,29 +174,30 @@ Figure loss(const Study& study) {
   return {
       "loss",
       "Training and validation loss",
-      format("Mean squared error of the 7 z-scored parameters: of the training half's batches as they were trained, "
+      format("Mean squared error of the %zu z-scored parameters: of the training half's batches as they were trained, "
              "and of the validation half after each epoch. Least validation MSE %.4f in epoch %d of %zu.",
-             best.validation_mse, best.epoch, study.log.size()),
+             study.protocol.parameters().size(), best.validation_mse, best.epoch, study.log.size()),
       sheet.svg(),
-      log_csv(study.log),
+      log_csv(study.log, study.protocol.parameters().size()),
       {blue, orange}};
 }
 
 /// Above: z-scored parameters side by side. Below: sways.
-std::string parameters_and_sway(const std::vector<std::pair<std::string, const Scores*>>& bars,
-                                const std::vector<std::pair<std::string, std::vector<double>>>& sways,
-                                double sample_rate_hz) {
+std::string parameters_and_sway(const sim::Protocol& protocol,
+                                const std::vector<std::pair<std::string, const Scores*>>& bars,
+                                const std::vector<std::pair<std::string, std::vector<double>>>& sways) {
   const std::vector<const char*> colours{blue, orange};
   std::vector<std::span<const double>> all;
   std::vector<std::pair<std::string, std::string>> bar_names, sway_names;
   Sheet sheet(900, 720);
+  const sim::ParameterTable& table = protocol.parameters();
   for (const auto& bar : bars) all.emplace_back(*bar.second);
-  Plot scores(sheet, {70, 45}, 800, 255, {"", -0.6, outputs - 0.4, false, parameter_names()},
+  Plot scores(sheet, {70, 45}, 800, 255, {"", -0.6, static_cast<double>(table.size()) - 0.4, false, table.names()},
               axis_for("z-score", all, true));
   const double width = 0.7 / static_cast<double>(bars.size());
   for (std::size_t b = 0; b < bars.size(); ++b) {
     bar_names.emplace_back(bars[b].first, colours[b]);
-    for (std::size_t p = 0; p < outputs; ++p) {
+    for (std::size_t p = 0; p < table.size(); ++p) {
       const double left = static_cast<double>(p) - 0.35 + width * static_cast<double>(b);
       scores.bar(left, left + width, (*bars[b].second)[p], colours[b]);
     }
@@ -212,7 +206,7 @@ std::string parameters_and_sway(const std::vector<std::pair<std::string, const S
 
   all.clear();
   std::vector<double> time(sways.front().second.size());
-  for (std::size_t k = 0; k < time.size(); ++k) time[k] = static_cast<double>(k) / sample_rate_hz;
+  for (std::size_t k = 0; k < time.size(); ++k) time[k] = static_cast<double>(k) / protocol.experiment.sample_rate_hz;
   for (const auto& sway : sways) all.emplace_back(sway.second);
   Plot plot(sheet, {70, 390}, 800, 270, {"Time (s)", 0, time.back()}, axis_for("Sway (deg)", all, false));
   for (std::size_t s = 0; s < sways.size(); ++s) {
@@ -240,10 +234,10 @@ Figure known(const Study& study, const KnownTrial& trial, const std::string& id,
   const double rate = study.protocol.experiment.sample_rate_hz;
   return {id,
           title,
-          caption + format(" Squared error, the sum over the 7: %.4f; their mean: %.4f.", trial.squared_error(),
-                           trial.squared_error() / static_cast<double>(outputs)),
-          parameters_and_sway({{target, &trial.target}, {"identified", &trial.output}},
-                              {{sway, recorded}, {simulated, fitted}}, rate),
+          caption + format(" Squared error, the sum over the %zu: %.4f; their mean: %.4f.", trial.target.size(),
+                           trial.squared_error(), trial.squared_error() / static_cast<double>(trial.target.size())),
+          parameters_and_sway(study.protocol, {{target, &trial.target}, {"identified", &trial.output}},
+                              {{sway, recorded}, {simulated, fitted}}),
           sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, rate),
           {blue, orange}};
 }
@@ -281,9 +275,8 @@ std::vector<Figure> study_figures(const Study& study) {
          format("%s: identified parameters (z-scores of the training set), and its sway, %.4f degrees peak "
                 "to peak, beside that simulated from them without noise.",
                 id.file.c_str(), id.peak_to_peak_deg()),
-         parameters_and_sway({{"identified", &study.recording_output}},
-                             {{"recorded", recorded}, {"simulated, noise-free", fitted}},
-                             study.protocol.experiment.sample_rate_hz),
+         parameters_and_sway(study.protocol, {{"identified", &study.recording_output}},
+                             {{"recorded", recorded}, {"simulated, noise-free", fitted}}),
          sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, study.protocol.experiment.sample_rate_hz),
          {blue, orange}});
   }

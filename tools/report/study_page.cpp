@@ -16,33 +16,31 @@ namespace decid::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr auto outputs = sim::parameter_count;
 
-Json bins_json(const std::vector<Bin>& bins) {
+Json bins_json(const sim::ParameterTable& table, const std::vector<Bin>& bins) {
   Json list = Json::array();
   for (const Bin& bin : bins)
     list.push_back({{"low", bin.low},
                     {"high", bin.high},
                     {"trials", bin.trials},
                     {"mse", number_or_null(mean_of(bin.mse))},
-                    {"mse_per_parameter", by_parameter(bin.mse)},
+                    {"mse_per_parameter", by_parameter(table, bin.mse)},
                     {"mean_guess_mse", number_or_null(mean_of(bin.baseline))}});
   return list;
 }
 
-Json known_json(const KnownTrial& trial) {
-  return {{"true", by_parameter(trial.truth)},
-          {"identified", by_parameter(trial.identified)},
+Json known_json(const sim::ParameterTable& table, const KnownTrial& trial) {
+  return {{"true", by_parameter(table, trial.truth)},
+          {"identified", by_parameter(table, trial.identified)},
           {"squared_error", trial.squared_error()},
-          {"mean_squared_error", trial.squared_error() / static_cast<double>(outputs)},
+          {"mean_squared_error", trial.squared_error() / static_cast<double>(table.size())},
           {"peak_to_peak_rad", trial.peak_to_peak_rad}};
 }
 
-Json distribution_json(const dataset::TrialDistributions& trials) {
+Json distribution_json(const sim::ParameterTable& table, const dataset::TrialDistributions& trials) {
   Json json;
-  for (std::size_t p = 0; p < outputs; ++p)
-    json[sim::parameter_info[p].name] = {{"mean", trials.parameters[p].mean()},
-                                         {"deviation", trials.parameters[p].deviation()}};
+  for (std::size_t p = 0; p < table.size(); ++p)
+    json[table[p].name] = {{"mean", trials.parameters[p].mean()}, {"deviation", trials.parameters[p].deviation()}};
   return json;
 }
 
@@ -51,15 +49,15 @@ int kept_epoch(const Study& study) {
   return study.origin.patience > 0 ? best_epoch(study.log) : study.log.back().epoch;
 }
 
-Json data_json(const StudyData& data) {
+Json data_json(const sim::ParameterTable& table, const StudyData& data) {
   return {{"file", data.file},
           {"seed", data.seed},
           {"trials", data.training.trials + data.validation.trials},
           {"training_trials", data.training.trials},
           {"validation_trials", data.validation.trials},
           {"base_trials", data.base},
-          {"before_enrichment", distribution_json(data.before)},
-          {"after_enrichment", distribution_json(data.all)}};
+          {"before_enrichment", distribution_json(table, data.before)},
+          {"after_enrichment", distribution_json(table, data.all)}};
 }
 
 double mean(const std::vector<double>& values) {
@@ -67,6 +65,7 @@ double mean(const std::vector<double>& values) {
 }
 
 Json paper_json() {
+  const sim::ParameterTable& table = sim::single_pendulum().parameters;
   return {{"trials", paper::trials},
           {"half", paper::half},
           {"most_epochs", paper::most_epochs},
@@ -74,8 +73,8 @@ Json paper_json() {
           {"training_loss", paper::training_loss},
           {"double_pendulum_squared_error", paper::double_pendulum_squared_error},
           {"human_peak_to_peak_deg", paper::human_peak_to_peak_deg},
-          {"mean", by_parameter(paper::mean)},
-          {"deviation", by_parameter(paper::deviation)}};
+          {"mean", by_parameter(table, paper::mean)},
+          {"deviation", by_parameter(table, paper::deviation)}};
 }
 
 /// Rows of the table: what, ours by MSE and by MATLAB's loss (or one figure), the paper's.
@@ -108,14 +107,16 @@ std::vector<Row> rows_of(const Study& study) {
   for (const NoiseLevel& level : study.levels)
     rows.push_back(error_row(format("fresh, %g deg sensor noise", level.sensor_noise_deg), level.all, ""));
   const Evaluation& of = study.data ? study.data->validation : fresh;
-  for (std::size_t p = 0; p < outputs; ++p)
-    rows.push_back({format("%s %s", study.data ? "validation," : "fresh,", sim::parameter_info[p].name),
+  const sim::ParameterTable& table = study.protocol.parameters();
+  for (std::size_t p = 0; p < table.size(); ++p)
+    rows.push_back({format("%s %s", study.data ? "validation," : "fresh,", table[p].name.c_str()),
                     format("%.4f", of.mse_per_parameter[p]), format("%.4f", 0.5 * of.mse_per_parameter[p]), ""});
   if (study.dip) {
     const KnownTrial& trial = study.dip->trial;
     const std::string paper = format("%.4f", paper::double_pendulum_squared_error);
     rows.push_back({"double pendulum, SE", format("%.4f", trial.squared_error()), "", paper});
-    rows.push_back({"  mean of the 7", format("%.4f", trial.squared_error() / static_cast<double>(outputs)), "", ""});
+    rows.push_back({format("  mean of the %zu", table.size()),
+                    format("%.4f", trial.squared_error() / static_cast<double>(table.size())), "", ""});
     rows.push_back({format("  SE, mean of %zu trials", study.dip->squared_errors.size()),
                     format("%.4f", mean(study.dip->squared_errors)), "", ""});
   }
@@ -150,24 +151,25 @@ Json page_data(const Study& study, const std::vector<Figure>& figures) {
 }  // namespace
 
 Json study_json(const Study& study) {
+  const sim::ParameterTable& table = study.protocol.parameters();
   Json json{{"model", study.model},
             {"weights_sha256", study.sha256},
             {"version", study.version},
             {"origin", Json::parse(to_json(study.origin))},
             {"architecture", study.architecture},
             {"network_parameters", study.network_parameters},
-            {"data_set", study.data ? data_json(*study.data) : Json(nullptr)},
+            {"data_set", study.data ? data_json(table, *study.data) : Json(nullptr)},
             {"training", nullptr}};
   if (!study.log.empty()) json["training"] = {{"epochs", study.log.size()}, {"kept_epoch", kept_epoch(study)}};
-  json["errors"] = {{"training", study.data ? evaluation_json(study.data->training) : Json(nullptr)},
-                    {"validation", study.data ? evaluation_json(study.data->validation) : Json(nullptr)},
-                    {"fresh", evaluation_json(study.levels.front().all)}};
-  json["sample"] = known_json(study.sample.trial);
+  json["errors"] = {{"training", study.data ? evaluation_json(table, study.data->training) : Json(nullptr)},
+                    {"validation", study.data ? evaluation_json(table, study.data->validation) : Json(nullptr)},
+                    {"fresh", evaluation_json(table, study.levels.front().all)}};
+  json["sample"] = known_json(table, study.sample.trial);
   json["sample"]["from"] = study.sample.from;
   json["sample"]["index"] = study.sample.index;
   json["double_pendulum"] = nullptr;
   if (study.dip) {
-    json["double_pendulum"] = known_json(study.dip->trial);
+    json["double_pendulum"] = known_json(table, study.dip->trial);
     json["double_pendulum"]["squared_errors"] = study.dip->squared_errors;
     json["double_pendulum"]["squared_error_mean"] = mean(study.dip->squared_errors);
   }
@@ -175,7 +177,7 @@ Json study_json(const Study& study) {
   if (study.recording)
     json["recording"] = {
         {"file", study.recording->file},
-        {"identified", by_parameter(study.recording->estimate.parameters)},
+        {"identified", by_parameter(table, study.recording->estimate.parameters)},
         {"peak_to_peak_deg", study.recording->peak_to_peak_deg()},
         {"rms_residual_deg", number_or_null(study.recording->explanation.rms_residual_deg)},
         {"variance_accounted_for", number_or_null(study.recording->explanation.variance_accounted_for)},
@@ -183,9 +185,9 @@ Json study_json(const Study& study) {
   json["worth"] = Json::array();
   for (const NoiseLevel& level : study.levels) {
     Json entry{{"sensor_noise_deg", level.sensor_noise_deg}};
-    entry.update(evaluation_json(level.all));
-    entry["by_amplitude_deg"] = bins_json(level.by_amplitude_deg);
-    entry["by_nv"] = bins_json(level.by_nv);
+    entry.update(evaluation_json(table, level.all));
+    entry["by_amplitude_deg"] = bins_json(table, level.by_amplitude_deg);
+    entry["by_nv"] = bins_json(table, level.by_nv);
     json["worth"].push_back(std::move(entry));
   }
   json["fresh_seed"] = study.fresh_seed;
@@ -210,14 +212,15 @@ std::string study_text(const Study& study) {
   if (study.data) {
     text +=
         format("\n%-30s %20s %14s %14s %14s\n", "after enrichment", "mean", "deviation", "paper's mean", "deviation");
-    for (std::size_t p = 0; p < outputs; ++p) {
+    for (std::size_t p = 0; p < study.protocol.parameters().size(); ++p) {
       const dataset::Distribution& d = study.data->all.parameters[p];
-      text += format("%-30s %20.5g %14.5g %14.5g %14.5g\n", sim::parameter_info[p].name, d.mean(), d.deviation(),
-                     paper::mean[p], paper::deviation[p]);
+      text += format("%-30s %20.5g %14.5g %14.5g %14.5g\n", study.protocol.parameters()[p].name.c_str(), d.mean(),
+                     d.deviation(), paper::mean[p], paper::deviation[p]);
     }
   }
   text += std::string("\n") + convention + "\n";
-  for (const std::string& comparison : study.comparisons) text += "\n" + comparison_text(Json::parse(comparison));
+  for (const std::string& comparison : study.comparisons)
+    text += "\n" + comparison_text(Json::parse(comparison), study.protocol.parameters());
   for (const std::string& note : study.notes) text += "Note: " + note + "\n";
   return text;
 }

@@ -12,19 +12,18 @@ namespace decid::tools {
 namespace {
 
 constexpr const char* grey = "#6f7780";
-constexpr auto outputs = sim::parameter_count;
 
 std::string level_colour(std::size_t index) {
   constexpr const char* colours[] = {"#440154", "#3b528b", "#21918c", "#5ec962", "#e0a030", "#b3322c"};
   return colours[std::min<std::size_t>(index, 5)];
 }
 
-std::string table(const std::vector<NoiseLevel>& levels, std::vector<Bin> NoiseLevel::*bins, const std::string& unit) {
+std::string table(const sim::ParameterTable& parameters, const std::vector<NoiseLevel>& levels,
+                  std::vector<Bin> NoiseLevel::*bins, const std::string& unit) {
   std::vector<std::string> header{"sensor_noise_deg", "low" + unit, "high" + unit, "trials", "mse"};
-  for (const sim::ParameterInfo& info : sim::parameter_info) header.push_back(std::string("mse_") + info.name);
+  for (const sim::ParameterInfo& info : parameters) header.push_back("mse_" + info.name);
   header.emplace_back("mean_guess_mse");
-  for (const sim::ParameterInfo& info : sim::parameter_info)
-    header.push_back(std::string("mean_guess_mse_") + info.name);
+  for (const sim::ParameterInfo& info : parameters) header.push_back("mean_guess_mse_" + info.name);
   std::vector<std::vector<double>> columns(header.size());
   for (const NoiseLevel& level : levels)
     for (const Bin& bin : level.*bins) {
@@ -39,22 +38,26 @@ std::string table(const std::vector<NoiseLevel>& levels, std::vector<Bin> NoiseL
 }
 
 /// A panel for each parameter and one for their mean; a line for each level.
-std::string panels(const std::vector<NoiseLevel>& levels, std::vector<Bin> NoiseLevel::*bins, const std::string& x) {
-  Sheet sheet(1160, 640);
+std::string panels(const sim::ParameterTable& parameters, const std::vector<NoiseLevel>& levels,
+                   std::vector<Bin> NoiseLevel::*bins, const std::string& x) {
+  const std::size_t rows = parameters.size() / 4 + 1;
+  Sheet sheet(1160, 40 + 300 * static_cast<double>(rows));
   std::vector<std::pair<std::string, std::string>> names;
   for (std::size_t l = 0; l < levels.size(); ++l)
     names.emplace_back(format("%g deg", levels[l].sensor_noise_deg), level_colour(l));
   names.emplace_back("guessing the mean", grey);
   sheet.legend({60, 20}, names);
-  const auto value = [](const Scores& scores, std::size_t panel) {
-    return panel < outputs ? scores[panel] : mean_of(scores);
+  const auto value = [&](const Scores& scores, std::size_t panel) {
+    return panel < parameters.size() ? scores[panel] : mean_of(scores);
   };
   const std::vector<Bin>& first = levels.front().*bins;
   const double end = first.back().high;
-  for (std::size_t panel = 0; panel <= outputs; ++panel) {
-    const Sheet::Point corner{60 + 280 * static_cast<double>(panel % 4), panel < 4 ? 60.0 : 360.0};
-    const std::string title = panel < outputs ? sim::parameter_info[panel].name : "Mean of the 7";
-    Plot plot(sheet, corner, 225, 215, {panel < 4 ? "" : x, 0, end}, {panel % 4 == 0 ? "MSE" : "", 0, 1.5}, title);
+  for (std::size_t panel = 0; panel <= parameters.size(); ++panel) {
+    const Sheet::Point corner{60 + 280 * static_cast<double>(panel % 4), 60 + 300 * static_cast<double>(panel / 4)};
+    const std::string title =
+        panel < parameters.size() ? parameters[panel].name : format("Mean of the %zu", parameters.size());
+    Plot plot(sheet, corner, 225, 215, {panel / 4 + 1 < rows ? "" : x, 0, end}, {panel % 4 == 0 ? "MSE" : "", 0, 1.5},
+              title);
     const auto curve = [&](const std::vector<Bin>& list, const Scores Bin::*scores, const Sheet::Pen& pen) {
       std::vector<double> middles, values;
       for (const Bin& bin : list) {
@@ -97,17 +100,18 @@ void add_worth_figures(const Study& study, std::vector<Figure>& figures) {
       study.levels.front().all.trials, static_cast<unsigned long long>(study.fresh_seed), fewest_trials_drawn);
   std::vector<std::string> colours;
   for (std::size_t l = 0; l < std::min<std::size_t>(study.levels.size(), 6); ++l) colours.push_back(level_colour(l));
-  figures.push_back({"error-by-amplitude",
-                     "Error against the amplitude of sway",
-                     trials,
-                     panels(study.levels, &NoiseLevel::by_amplitude_deg, "Peak to peak (deg)"),
-                     table(study.levels, &NoiseLevel::by_amplitude_deg, "_deg"),
-                     {colours.back()}});
+  figures.push_back(
+      {"error-by-amplitude",
+       "Error against the amplitude of sway",
+       trials,
+       panels(study.protocol.parameters(), study.levels, &NoiseLevel::by_amplitude_deg, "Peak to peak (deg)"),
+       table(study.protocol.parameters(), study.levels, &NoiseLevel::by_amplitude_deg, "_deg"),
+       {colours.back()}});
   figures.push_back({"error-by-noise",
                      "Error against the vestibular noise Nv",
                      trials,
-                     panels(study.levels, &NoiseLevel::by_nv, "Nv"),
-                     table(study.levels, &NoiseLevel::by_nv, "_nv"),
+                     panels(study.protocol.parameters(), study.levels, &NoiseLevel::by_nv, "Nv"),
+                     table(study.protocol.parameters(), study.levels, &NoiseLevel::by_nv, "_nv"),
                      {colours.back()}});
   if (!study.learning_curve.empty()) figures.push_back(learning_curve(study.learning_curve));
 }

@@ -9,7 +9,7 @@
 
 #include "sim/protocol_json.hpp"
 #include "tests/helpers.hpp"
-#include "tests/sim/tiny_protocol.hpp"
+#include "tests/sim/made_up_body.hpp"
 
 using namespace decid;
 using namespace decid::dataset;
@@ -27,7 +27,7 @@ Dataset small_dataset(int trials = 5) {
   data.samples = data.protocol.samples();
   for (int i = 0; i < trials; ++i) {
     for (int k = 0; k < data.samples; ++k) data.sway.push_back(1.0f / static_cast<float>(3 + i + k) - 0.01f);
-    sim::Parameters parameters = sim::middle_parameters();
+    sim::Parameters parameters = sim::single_pendulum().parameters.middle();
     for (double& value : parameters) value += 1.0 / (7.0 + i);
     data.parameters.push_back(parameters);
     data.group.push_back(i == 4 ? 1 : i);
@@ -309,4 +309,28 @@ TEST_CASE("a failure to write leaves the old file and nothing else") {
   std::signal(SIGXFSZ, handler);
   CHECK(read_text(folder / "a.npz") == "old");
   CHECK(files_in(folder) == 1);
+}
+
+TEST_CASE("a data set of a made-up body has its fourteen parameters, by their names") {
+  const TemporaryFolder folder;
+  Dataset data = small_dataset();
+  data.protocol.experiment.body_model = &made_up_body();
+  check_error([&] { write_npz(folder / "a.npz", data); },
+              {"the parameters of trial 0 are not those of its body model"});
+  for (std::size_t i = 0; i < data.parameters.size(); ++i)
+    data.parameters[i] = base_trial(made_up_body().parameters, 9, i).parameters;
+  write_npz(folder / "a.npz", data);
+  const Dataset read = read_npz(folder / "a.npz", made_up_body());
+  check_equal(read, data);
+  CHECK(read.protocol.experiment == data.protocol.experiment);
+  CHECK(StoredDataset(folder / "a.npz", made_up_body()).about().parameters == data.parameters);
+  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: decid.json", "parameters other than Kp, Kd,"});
+  write_npz(folder / "b.npz", small_dataset());
+  check_error([&] { read_npz(folder / "b.npz", made_up_body()); }, {"parameters other than gain_1, gain_2,"});
+  require_numpy();
+  CHECK(python(folder / "read.py", folder / "a.npz",
+               "with np.load(path) as data:\n"
+               "    assert data['parameters'].shape == (5, 14)\n"
+               "    about = json.loads(bytes(data['decid.json']))\n"
+               "    assert about['parameters'] == ['gain_%d' % i for i in range(1, 15)]\n"));
 }

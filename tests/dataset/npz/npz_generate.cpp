@@ -8,6 +8,7 @@
 
 #include "base/disk_file.hpp"
 #include "base/sha256.hpp"
+#include "dataset/npz/journal.hpp"
 #include "dataset/npz/npz.hpp"
 #include "sim/protocol_json.hpp"
 #include "tests/helpers.hpp"
@@ -136,7 +137,7 @@ TEST_CASE("a stopped data set goes on where it stopped, more than once, with the
   CHECK(report.base_attempts == whole.base_attempts);
   CHECK(report.child_attempts == whole.child_attempts);
   CHECK(report.parents == whole.parents);
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+  for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
     CHECK(report.base.parameters[i].mean() == whole.base.parameters[i].mean());
     CHECK(report.all.parameters[i].deviation() == whole.all.parameters[i].deviation());
   }
@@ -366,4 +367,45 @@ TEST_CASE("a stored data set reads its sway from the file") {
   check_error([&] { StoredDataset(folder / "c.npz"); }, {"sway of trial 0", "not finite"});
   fs::resize_file(folder / "a.npz", 3000);
   check_error([&] { stored.read(39, a); }, {"a.npz", "shorter than it was"});
+}
+
+TEST_CASE("a journal holds as many parameters as a trial has") {
+  const TemporaryFolder folder;
+  for (const std::size_t parameters : {std::size_t{7}, std::size_t{14}, sim::Parameters::most}) {
+    const fs::path path = folder / std::to_string(parameters).c_str();
+    JournalEntry entry;
+    entry.sway_crc32 = 0x12345678;
+    entry.chunk.base_attempts = 9;
+    entry.chunk.child_attempts = 4;
+    for (std::int32_t i = 0; i < 3; ++i) {
+      TrialRecord trial{sim::Parameters(parameters), 0.01 * i, i % 2};
+      for (std::size_t p = 0; p < parameters; ++p) trial.parameters[p] = 1.0 / (1.0 + static_cast<double>(p) + i);
+      entry.chunk.trials.push_back(trial);
+    }
+    {
+      Journal journal(path, parameters);
+      journal.start("request");
+      journal.append(entry, 0);
+      journal.append(entry, 3);
+    }
+    Journal journal(path, parameters);
+    REQUIRE(journal.request() == "request");
+    // Its front, the text, and for each of two entries 40 bytes and those of three trials.
+    CHECK(fs::file_size(path) == 16 + 8 + 7 + 2 * (40 + 3 * (8 * parameters + 16)));
+    for (const int before : {0, 3}) {
+      const std::optional<JournalEntry> read = journal.read(before);
+      REQUIRE(read);
+      CHECK(read->sway_crc32 == entry.sway_crc32);
+      CHECK(read->chunk.base_attempts == 9);
+      CHECK(read->chunk.child_attempts == 4);
+      REQUIRE(read->chunk.trials.size() == 3);
+      for (std::size_t i = 0; i < 3; ++i) {
+        CHECK(read->chunk.trials[i].parameters == entry.chunk.trials[i].parameters);
+        CHECK(read->chunk.trials[i].peak_to_peak_rad == entry.chunk.trials[i].peak_to_peak_rad);
+        CHECK(read->chunk.trials[i].group == entry.chunk.trials[i].group);
+      }
+      journal.pass(*read);
+    }
+    CHECK_FALSE(journal.read(6));
+  }
 }

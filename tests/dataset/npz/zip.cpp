@@ -126,9 +126,9 @@ TEST_CASE("a data set of more than 4 GiB, all zeros and a hole in the file, is r
     begin_array<float>(zip, "sway", {trials, samples});
     zip.skip(bytes, crc32_of_zeros(bytes));
     zip.end();
-    begin_array<double>(zip, "parameters", {trials, sim::parameter_count});
-    const std::vector<sim::Parameters> parameters(trials, sim::middle_parameters());
-    zip.write(std::as_bytes(std::span(parameters)));
+    begin_array<double>(zip, "parameters", {trials, sim::single_pendulum().parameters.size()});
+    const std::vector<sim::Parameters> parameters(trials, sim::single_pendulum().parameters.middle());
+    zip.write(parameter_bytes(parameters));
     zip.end();
     std::vector<std::int32_t> group(trials);
     for (std::size_t i = 0; i < trials; ++i) group[i] = static_cast<std::int32_t>(i);

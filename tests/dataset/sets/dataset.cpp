@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "tests/helpers.hpp"
-#include "tests/sim/tiny_protocol.hpp"
+#include "tests/sim/made_up_body.hpp"
 
 using namespace decid;
 using namespace decid::dataset;
@@ -116,8 +116,8 @@ TEST_CASE("a base trial's parameters are its attempt's numbers, within the range
   std::vector<double> sway(400), again(400);
   const BaseTrial trial = simulate_base_trial(simulator, 11, 7, sway);
   const Random random(11, Stream::base_parameters, 7);
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-    const sim::ParameterInfo& info = sim::parameter_info[i];
+  for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
+    const sim::ParameterInfo& info = sim::single_pendulum().parameters[i];
     CHECK(trial.parameters[i] == random.uniform(i, info.low, info.high));
     CHECK(trial.parameters[i] > info.low);
     CHECK(trial.parameters[i] < info.high);
@@ -151,8 +151,8 @@ TEST_CASE("children: round robin over the parents, each near its parent and insi
     const std::int32_t parent = parents[c % parents.size()];
     const Random random(3, Stream::child_parameters, c);
     sim::Parameters parameters = data.parameters[static_cast<std::size_t>(parent)];
-    for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-      const sim::ParameterInfo& info = sim::parameter_info[i];
+    for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
+      const sim::ParameterInfo& info = sim::single_pendulum().parameters[i];
       const double wanted = parameters[i] + random.uniform(i, -0.1, 0.1) * (info.high - info.low);
       parameters[i] = std::min(std::max(wanted, info.low), info.high);
       clamped = clamped || parameters[i] != wanted;
@@ -161,8 +161,8 @@ TEST_CASE("children: round robin over the parents, each near its parent and insi
     REQUIRE(data.group[static_cast<std::size_t>(trial)] == parent);
     CHECK(data.parameters[static_cast<std::size_t>(trial)] == parameters);
     CHECK(same(data.trial(trial), as_float(sway)));
-    for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-      const sim::ParameterInfo& info = sim::parameter_info[i];
+    for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
+      const sim::ParameterInfo& info = sim::single_pendulum().parameters[i];
       const double value = parameters[i], mother = data.parameters[static_cast<std::size_t>(parent)][i];
       CHECK(value >= info.low);
       CHECK(value <= info.high);
@@ -283,12 +283,12 @@ TEST_CASE("targets are z-scored by the chosen trials") {
     if (data.split[i] == 0) training.push_back(data.parameters[i]);
   }
   REQUIRE(training.size() == 30);
-  const TargetScaling scaling = target_scaling(training);
-  std::array<double, sim::parameter_count> sum{}, squares{};
+  const TargetScaling scaling = target_scaling(data.protocol.parameters(), training);
+  std::array<double, 7> sum{}, squares{};
   for (const sim::Parameters& parameters : training) {
     const auto target = scaling.scale(parameters);
     const sim::Parameters back = scaling.unscale(target);
-    for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+    for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
       sum[i] += target[i];
       squares[i] += static_cast<double>(target[i]) * target[i];
       // The target is rounded to float; what is left are roundings of doubles.
@@ -296,17 +296,53 @@ TEST_CASE("targets are z-scored by the chosen trials") {
                    0x1p-24 * std::abs(target[i]) * scaling.deviation[i] + 1e-15 * scaling.mean[i]));
     }
   }
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
+  for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
     CHECK(std::abs(sum[i] / 30.0) < 1e-6);
     CHECK(near(squares[i] / 30.0, 1.0, 0x1.01p-23));  // squares of floats
   }
 }
 
 TEST_CASE("targets without spread, and no targets") {
-  const std::vector<sim::Parameters> equal(3, sim::middle_parameters());
-  const TargetScaling scaling = target_scaling(equal);
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) CHECK(near(scaling.mean[i], equal[0][i], 0x1p-51));
+  const std::vector<sim::Parameters> equal(3, sim::single_pendulum().parameters.middle());
+  const TargetScaling scaling = target_scaling(sim::single_pendulum().parameters, equal);
+  for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i)
+    CHECK(near(scaling.mean[i], equal[0][i], 0x1p-51));
   for (const double deviation : scaling.deviation) CHECK(deviation == 1.0);
-  check_error([&] { target_scaling({}); }, {"no trials"});
+  check_error([&] { target_scaling(sim::single_pendulum().parameters, {}); }, {"no trials"});
   check_error([&] { scaling.unscale(std::vector<float>(6)); }, {"6 values for 7 parameters"});
+}
+
+TEST_CASE("fourteen parameters of a made-up body are drawn, counted and scaled by its table") {
+  const sim::ParameterTable& table = made_up_body().parameters;
+  constexpr int count = 400;
+  std::vector<sim::Parameters> drawn;
+  TrialDistributions distributions(table);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    drawn.push_back(base_trial(table, 3, i).parameters);
+    REQUIRE(drawn.back().size() == 14);
+    distributions.add(drawn.back(), 0.01);
+  }
+  CHECK(drawn[7] == base_trial(table, 3, 7).parameters);
+  const TargetScaling scaling = target_scaling(table, drawn);
+  REQUIRE(scaling.mean.size() == 14);
+  REQUIRE(distributions.parameters.size() == 14);
+  for (std::size_t p = 0; p < 14; ++p) {
+    const Distribution& found = distributions.parameters[p];
+    CHECK(found.count() == count);
+    CHECK(found.low() == table[p].low);
+    CHECK(found.high() == table[p].high);
+    CHECK(found.below() + found.above() == 0);
+    CHECK(near(found.mean(), scaling.mean[p], 1e-12));
+    CHECK(near(found.deviation(), scaling.deviation[p], 1e-12));
+    // Uniform: deviation range / sqrt(12), and its own error, 1 / sqrt(5 count) of it, five times.
+    CHECK(near(scaling.deviation[p], table[p].range() / std::sqrt(12.0), 5.0 / std::sqrt(5.0 * count)));
+  }
+  const std::vector<float> target = scaling.scale(drawn[5]);
+  REQUIRE(target.size() == 14);
+  const sim::Parameters back = scaling.unscale(target);
+  for (std::size_t p = 0; p < 14; ++p) {
+    CHECK(near(target[p], (drawn[5][p] - scaling.mean[p]) / scaling.deviation[p], 0x1p-24));
+    CHECK(near(back[p], drawn[5][p], 0x1p-24));
+  }
+  check_error([&] { scaling.unscale(std::vector<float>(7)); }, {"7 values for 14 parameters"});
 }

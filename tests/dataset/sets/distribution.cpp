@@ -46,8 +46,8 @@ TEST_CASE("a data set's distributions are those of its trials, before and after 
   const Dataset data = generate({tiny_protocol(), count, base, 3}, &report);
   const auto check = [&](const TrialDistributions& found, int trials) {
     CAPTURE(trials);
-    for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-      const sim::ParameterInfo& info = sim::parameter_info[p];
+    for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {
+      const sim::ParameterInfo& info = sim::single_pendulum().parameters[p];
       std::vector<double> values;
       std::vector<long long> bins(20, 0);
       for (int i = 0; i < trials; ++i) {

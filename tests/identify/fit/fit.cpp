@@ -26,17 +26,19 @@ std::vector<float> trial(const sim::Simulator& simulator, const sim::Parameters&
 TEST_CASE("fit: a noise-free trial gives its parameters back, all but the passive stiffness" *
           doctest::test_suite("slow")) {
   const sim::Simulator simulator(sim::short_protocol());
-  const sim::Parameters truth = from_unit(std::vector<double>{0.35, 0.6, 0.65, 0.4, 0.0, 0.3, 0.45});
+  const sim::Parameters truth =
+      sim::single_pendulum().parameters.from_unit(std::vector<double>{0.35, 0.6, 0.65, 0.4, 0.0, 0.3, 0.45});
   const std::vector<float> sway = trial(simulator, truth);
-  const std::vector<Start> starts{middle_start()};
+  const std::vector<Start> starts{middle_start(sim::single_pendulum().parameters)};
   const Result result = fit(simulator, sway, starts, {small_budget, 1});
   CHECK(result.stands);
   CHECK(result.simulations <= small_budget);
   CHECK(result.simulations > small_budget / 2);
-  const std::vector<double> expected = to_unit(truth), found = to_unit(result.likeliest);
+  const std::vector<double> expected = sim::single_pendulum().parameters.to_unit(truth),
+                            found = sim::single_pendulum().parameters.to_unit(result.likeliest);
   // The valley is narrow and the passive stiffness lies along it: other seeds find it up to a third of the range away.
   for (const std::size_t p : {sim::Kp, sim::Kd, sim::Kd_pass, sim::Delay}) {
-    CAPTURE(sim::parameter_info[p].name);
+    CAPTURE(sim::single_pendulum().parameters[p].name);
     CAPTURE(result.cost);
     CHECK(std::abs(found[p] - expected[p]) < 0.1);
   }
@@ -58,14 +60,17 @@ TEST_CASE("fit: a noise-free trial gives its parameters back, all but the passiv
 TEST_CASE("fit: what is known beforehand holds the estimate, and widens its errors") {
   const sim::Simulator simulator(sim::short_protocol());
   const std::vector<float> sway =
-      trial(simulator, from_unit(std::vector<double>{0.35, 0.6, 0.65, 0.4, 0.5, 0.3, 0.45}));
-  Start start{from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5}), 0.08, 0.0};
+      trial(simulator,
+            sim::single_pendulum().parameters.from_unit(std::vector<double>{0.35, 0.6, 0.65, 0.4, 0.5, 0.3, 0.45}));
+  Start start{sim::single_pendulum().parameters.from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5}),
+              0.08, 0.0};
   const Settings settings{least_simulations(1), 1};
-  const std::vector<double> known = to_unit(start.parameters);
+  const std::vector<double> known = sim::single_pendulum().parameters.to_unit(start.parameters);
   const auto farthest = [&](const Result& result) {
-    const std::vector<double> found = to_unit(result.parameters);
+    const std::vector<double> found = sim::single_pendulum().parameters.to_unit(result.parameters);
     double distance = 0;
-    for (std::size_t p = 0; p < sim::parameter_count; ++p) distance = std::max(distance, std::abs(found[p] - known[p]));
+    for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p)
+      distance = std::max(distance, std::abs(found[p] - known[p]));
     return distance;
   };
   const Result free = fit(simulator, sway, std::vector{start}, settings);
@@ -73,9 +78,9 @@ TEST_CASE("fit: what is known beforehand holds the estimate, and widens its erro
   const Result held = fit(simulator, sway, std::vector{start}, settings);
   CHECK(farthest(held) < 0.04);  // four deviations
   CHECK(farthest(free) > 2 * farthest(held));
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const double range = sim::parameter_info[p].high - sim::parameter_info[p].low;
-    CAPTURE(sim::parameter_info[p].name);
+  for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {
+    const double range = sim::single_pendulum().parameters[p].high - sim::single_pendulum().parameters[p].low;
+    CAPTURE(sim::single_pendulum().parameters[p].name);
     CHECK(held.standard_error[p] > 0.005 * range);
     CHECK(held.standard_error[p] < 0.1 * range);
   }
@@ -83,32 +88,40 @@ TEST_CASE("fit: what is known beforehand holds the estimate, and widens its erro
 
 TEST_CASE("fit: what is known beforehand to a hundredth, and agrees with the recording, stays known to that") {
   const sim::Simulator simulator(sim::short_protocol());
-  const sim::Parameters truth = from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5});
+  const sim::Parameters truth =
+      sim::single_pendulum().parameters.from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5});
   const Start start{truth, 0.1, 0.01};
   const Result result = fit(simulator, trial(simulator, truth), std::vector{start}, {small_budget, 1});
   // A trial says little within a hundredth of a range, so the draws have the prior's deviation, which counts 2.5 times.
   // Of n effective draws each is known to 1 / sqrt(2 n), the mean of seven to a bit more than a third of that.
   REQUIRE(result.effective_samples > 20);
   double ratio = 0;
-  for (std::size_t p = 0; p < sim::parameter_count; ++p) {
-    const double range = sim::parameter_info[p].high - sim::parameter_info[p].low;
-    ratio += result.standard_error[p] / (2.5 * 0.01 * range) / static_cast<double>(sim::parameter_count);
+  for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {
+    const double range = sim::single_pendulum().parameters[p].high - sim::single_pendulum().parameters[p].low;
+    ratio +=
+        result.standard_error[p] / (2.5 * 0.01 * range) / static_cast<double>(sim::single_pendulum().parameters.size());
     CHECK(test::within(result.parameters[p], truth[p], 3.5 * 0.01 * range));
   }
   CHECK(test::within(ratio, 1.0, 4 / std::sqrt(14 * result.effective_samples)));
 }
 
 TEST_CASE("fit: starts") {
-  for (const double u : to_unit(middle_start().parameters)) CHECK(test::near(u, 0.5, 4e-15));
-  for (const double u : to_unit(random_start(1, 0).parameters)) CHECK((u > 0 && u < 1));
-  CHECK(random_start(1, 0).parameters != random_start(1, 1).parameters);
-  CHECK(random_start(1, 0).parameters != random_start(2, 0).parameters);
+  for (const double u :
+       sim::single_pendulum().parameters.to_unit(middle_start(sim::single_pendulum().parameters).parameters))
+    CHECK(test::near(u, 0.5, 4e-15));
+  for (const double u :
+       sim::single_pendulum().parameters.to_unit(random_start(sim::single_pendulum().parameters, 1, 0).parameters))
+    CHECK((u > 0 && u < 1));
+  CHECK(random_start(sim::single_pendulum().parameters, 1, 0).parameters !=
+        random_start(sim::single_pendulum().parameters, 1, 1).parameters);
+  CHECK(random_start(sim::single_pendulum().parameters, 1, 0).parameters !=
+        random_start(sim::single_pendulum().parameters, 2, 0).parameters);
 }
 
 TEST_CASE("fit: what it cannot be asked") {
   const sim::Simulator simulator(sim::default_protocol());
   const std::vector<float> sway(static_cast<std::size_t>(simulator.samples()));
-  const std::vector<Start> starts{middle_start()};
+  const std::vector<Start> starts{middle_start(sim::single_pendulum().parameters)};
   CHECK_THROWS_AS(fit(simulator, sway, {}, {}), Error);
   CHECK_THROWS_AS(fit(simulator, sway, starts, {least_simulations(1) - 1, 1}), Error);
   CHECK_THROWS_AS(fit(simulator, std::span(sway).subspan(1), starts, {}), Error);

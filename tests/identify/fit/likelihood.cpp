@@ -58,7 +58,7 @@ TEST_CASE("likelihood: the cost is its formula's, Student's t about the realisat
   const TrialSpectrum spectrum(simulator.protocol());
   const auto bins = static_cast<std::size_t>(spectrum.bins());
   constexpr std::uint64_t seed = 4, first = 30;
-  const sim::Parameters parameters = sim::middle_parameters();
+  const sim::Parameters parameters = sim::single_pendulum().parameters.middle();
   std::vector<float> recorded = trial(simulator, parameters, 1);
   const Random sensor(6, Stream::sensor_noise, 0);
   for (std::size_t k = 0; k < recorded.size(); ++k)
@@ -108,14 +108,14 @@ TEST_CASE("likelihood: the cost is its formula's, Student's t about the realisat
 
 TEST_CASE("likelihood: the truth is likelier than what lies a quarter of a range away, on any number of threads") {
   const sim::Simulator simulator(short_sines());
-  sim::Parameters truth = sim::middle_parameters();
+  sim::Parameters truth = sim::single_pendulum().parameters.middle();
   truth[sim::Nv] = 0.2;
   const Likelihood likelihood(simulator, trial(simulator, truth, 0));
   std::vector<sim::Parameters> candidates{truth};
   // Those that a trial of 30 s tells something about.
   for (const std::size_t p : {sim::Kp, sim::Kd, sim::Nv, sim::Delay}) {
     candidates.push_back(truth);
-    const sim::ParameterInfo& info = sim::parameter_info[p];
+    const sim::ParameterInfo& info = sim::single_pendulum().parameters[p];
     candidates.back()[p] += (p == sim::Nv ? 0.6 : -0.3) * (info.high - info.low);
   }
   const std::vector<Cost> costs = likelihood.costs(candidates, 16, 1, 0);
@@ -134,7 +134,7 @@ TEST_CASE("likelihood: the truth is likelier than what lies a quarter of a range
 
 TEST_CASE("likelihood: the sensor's noise is found, and without any the lowest level is") {
   const sim::Simulator simulator(short_sines());
-  sim::Parameters truth = sim::middle_parameters();
+  sim::Parameters truth = sim::single_pendulum().parameters.middle();
   truth[sim::Nv] = 0;
   std::vector<float> sway = trial(simulator, truth, 0);
   const std::vector<sim::Parameters> one{truth};
@@ -152,8 +152,8 @@ TEST_CASE("likelihood: the sensor's noise is found, and without any the lowest l
 
 TEST_CASE("likelihood: what falls costs more than all that stands, the earlier the more") {
   const sim::Simulator simulator(short_sines());
-  const Likelihood likelihood(simulator, trial(simulator, sim::middle_parameters(), 0));
-  sim::Parameters falls = sim::middle_parameters(), falls_at_once = falls, stands = falls;
+  const Likelihood likelihood(simulator, trial(simulator, sim::single_pendulum().parameters.middle(), 0));
+  sim::Parameters falls = sim::single_pendulum().parameters.middle(), falls_at_once = falls, stands = falls;
   falls[sim::Kp] = falls_at_once[sim::Kp] = 1200;
   falls[sim::Kd] = falls_at_once[sim::Kd] = 130;
   falls[sim::Delay] = 0.20;
@@ -175,7 +175,7 @@ TEST_CASE("likelihood: what it cannot be asked") {
   broken[7] = std::nanf("");
   CHECK_THROWS_AS(Likelihood(simulator, broken), Error);
   const Likelihood likelihood(simulator, std::vector<float>(samples));
-  CHECK_THROWS_AS(likelihood.costs(std::vector{sim::middle_parameters()}, 1, 1, 0), Error);
+  CHECK_THROWS_AS(likelihood.costs(std::vector{sim::single_pendulum().parameters.middle()}, 1, 1, 0), Error);
   sim::Protocol brief;
   brief.experiment.stimulus = sim::Sines{{{0.5, 0.5, 0.0}}, 4.0, 1, 0.0, 0.0};
   CHECK_THROWS_AS(TrialSpectrum{brief}, Error);  // 15 frequencies up to 4 Hz

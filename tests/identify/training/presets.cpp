@@ -54,7 +54,7 @@ TEST_CASE("presets: each makes a network of seven outputs for its image, whateve
       Model model(protocol, image_for(preset, protocol), preset.architecture);
       const dataset::ImageShape image = model.images().shape();
       CHECK(model.network.input_shape().size() == image.size());
-      CHECK(model.network.output_shape().size() == static_cast<int>(sim::parameter_count));
+      CHECK(model.network.output_shape().size() == static_cast<int>(sim::single_pendulum().parameters.size()));
     }
   }
 }

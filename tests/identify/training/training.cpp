@@ -44,7 +44,7 @@ std::string train_hash(const dataset::TrialSource& source) {
   TrainingState state = start_training(source, settings);
   run_training(
       source, settings, state, [](int, int) { return true; }, [] {});
-  return nn::weights_sha256(state.model.network) + sha256(log_csv(state.log));
+  return nn::weights_sha256(state.model.network) + sha256(log_csv(state.log, 7));
 }
 
 }  // namespace
@@ -93,7 +93,7 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   CHECK(checkpoint.progress == "1");
   CHECK(run_training(
       *source, settings, resumed, [](int, int) { return true; }, [] {}));
-  CHECK(nn::weights_sha256(resumed.model.network) + sha256(log_csv(resumed.log)) == straight);
+  CHECK(nn::weights_sha256(resumed.model.network) + sha256(log_csv(resumed.log, 7)) == straight);
 }
 
 TEST_CASE("patience ends a training that no longer improves, resumed or not") {

@@ -33,7 +33,7 @@ TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
   CHECK(model.protocol.experiment == data.protocol.experiment);
   const std::vector<float> outputs =
       predict(model, data.trials(), 64, sways_in_memory([&](int i) { return data.trial(i); }));
-  const Evaluation result = evaluate(model, outputs, data.parameters);
+  const Evaluation result = evaluate(model.targets, scores_of(model, outputs), data.parameters);
   CHECK(result.trials == 100);
   // The bits are promised: any other figure means that simulator, image, kernels or weights have changed.
   CHECK(result.mse() == built_in_mse);

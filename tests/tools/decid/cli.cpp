@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/parameters.hpp"
+#include "sim/body_model.hpp"
 #include "sim/protocol.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
@@ -110,7 +110,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   CHECK(recording.at("warnings").is_array());
   REQUIRE(recording.at("parameters").size() == 7);
   for (std::size_t p = 0; p < 7; ++p) {
-    const auto& info = decid::sim::parameter_info[p];
+    const auto& info = decid::sim::single_pendulum().parameters[p];
     const Json& parameter = recording.at("parameters").at(p);
     CHECK(parameter.at("name") == info.name);
     CHECK(parameter.at("unit") == info.unit);
@@ -212,7 +212,7 @@ TEST_CASE("a measured tilt puts a recording that started early in time") {
   const Json told = Json::parse(run_decid("identify --json --start 3 " + folder / "early.csv").out)["recordings"][0];
   CHECK(told.at("parameters") == timed.at("parameters"));
   for (std::size_t p = 0; p < 7; ++p) {  // but for the digits in the file
-    const auto& info = decid::sim::parameter_info[p];
+    const auto& info = decid::sim::single_pendulum().parameters[p];
     CHECK(std::abs(timed["parameters"][p]["value"].get<double>() - plain["parameters"][p]["value"].get<double>()) <
           1e-3 * (info.high - info.low));
   }
@@ -238,7 +238,7 @@ TEST_CASE("a recording at another rate, in radians, without header, is the same 
   const Json a = Json::parse(run_decid("identify --json " + folder / "a.csv").out);
   const Json b = Json::parse(run_decid("identify --json --unit rad " + folder / "rad.csv").out);
   for (std::size_t p = 0; p < 7; ++p) {
-    const auto& info = decid::sim::parameter_info[p];
+    const auto& info = decid::sim::single_pendulum().parameters[p];
     const double difference = a["recordings"][0]["parameters"][p]["value"].get<double>() -
                               b["recordings"][0]["parameters"][p]["value"].get<double>();
     CHECK(std::abs(difference) < 0.02 * (info.high - info.low));

@@ -174,7 +174,8 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
 
   CHECK(result.err.find("before enrichment") != std::string::npos);
   CHECK(result.err.find("peak to peak") != std::string::npos);
-  for (const auto& info : decid::sim::parameter_info) CHECK(result.err.find(info.name) != std::string::npos);
+  for (const auto& info : decid::sim::single_pendulum().parameters)
+    CHECK(result.err.find(info.name) != std::string::npos);
 
   const std::string page = read_text(folder / "a.html");
   CHECK(page.starts_with("<!doctype html>"));

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "sim/parameters.hpp"
+#include "sim/body_model.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/comparison_page.hpp"
@@ -31,10 +31,10 @@ TEST_CASE("fit says what identify says, and what the fit cost" * doctest::test_s
   REQUIRE(result.code == 0);
   CHECK(result.out == read_text(folder / "o.json"));
   const Json recording = Json::parse(result.out)["recordings"].at(0);
-  REQUIRE(recording["parameters"].size() == decid::sim::parameter_count);
-  for (std::size_t p = 0; p < decid::sim::parameter_count; ++p) {
+  REQUIRE(recording["parameters"].size() == decid::sim::single_pendulum().parameters.size());
+  for (std::size_t p = 0; p < decid::sim::single_pendulum().parameters.size(); ++p) {
     const Json& parameter = recording["parameters"][p];
-    const decid::sim::ParameterInfo& info = decid::sim::parameter_info[p];
+    const decid::sim::ParameterInfo& info = decid::sim::single_pendulum().parameters[p];
     CHECK(parameter["name"] == info.name);
     CHECK(parameter["unit"] == info.unit);
     CHECK(parameter["value"].get<double>() >= info.low);
@@ -154,10 +154,9 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
 
 TEST_CASE("errors are squared differences over the deviation, averaged") {
   using namespace decid;
-  const std::vector<sim::Parameters> truth(2, sim::Parameters{});
-  std::vector<sim::Parameters> estimates(2, sim::Parameters{});
-  sim::Parameters deviation;
-  deviation.fill(2);
+  const std::vector<sim::Parameters> truth(2, sim::Parameters(7));
+  std::vector<sim::Parameters> estimates = truth;
+  const sim::Parameters deviation{2, 2, 2, 2, 2, 2, 2};
   estimates[0][1] = 4;   // 2 deviations
   estimates[1][1] = -2;  // 1
   const MethodFigures figures = errors_of("a", "b", estimates, truth, deviation);

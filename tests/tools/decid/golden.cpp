@@ -34,7 +34,7 @@ constexpr const char* golden =
 
 }  // namespace
 
-TEST_CASE("golden: two epochs on fresh trials, with every instruction set") {
+TEST_CASE("golden: two epochs on fresh trials, with every instruction set" * doctest::test_suite("golden")) {
   const auto instruction_sets = decid::available_isas();
   CHECK(instruction_sets.size() >= 2);  // the reference, and the processor's
   for (const decid::Isa isa : instruction_sets) {
@@ -43,7 +43,7 @@ TEST_CASE("golden: two epochs on fresh trials, with every instruction set") {
   }
 }
 
-TEST_CASE("golden: two epochs on fresh trials, with any number of threads") {
+TEST_CASE("golden: two epochs on fresh trials, with any number of threads" * doctest::test_suite("golden")) {
   for (const char* threads : {"1", "2", "3", "8"}) {
     CAPTURE(threads);
     CHECK(train("", std::string(" --threads ") + threads) == golden);

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "sim/parameters.hpp"
+#include "sim/body_model.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/svg.hpp"
@@ -128,7 +128,7 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
 
   const Json identified = Json::parse(run_decid("identify --json --model " + s.model + " " + s.recording).out);
   for (std::size_t p = 0; p < 7; ++p)
-    CHECK(json.at("recording").at("identified").at(decid::sim::parameter_info[p].name) ==
+    CHECK(json.at("recording").at("identified").at(decid::sim::single_pendulum().parameters[p].name) ==
           identified.at("recordings").at(0).at("parameters").at(p).at("value"));
   CHECK(json.at("double_pendulum").at("squared_errors").size() == 3);
   CHECK(json.at("double_pendulum").at("squared_errors").at(0) == json.at("double_pendulum").at("squared_error"));

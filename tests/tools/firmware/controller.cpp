@@ -46,8 +46,8 @@ std::string as_bytes(const std::vector<double>& values) {
 /// Shortest texts that are these very numbers.
 std::string options_of(const sim::Parameters& p) {
   std::string text;
-  for (std::size_t i = 0; i < sim::parameter_count; ++i)
-    if (i != sim::Nv) text += format(" --%s %.17g", sim::parameter_info[i].option, p[i]);
+  for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i)
+    if (i != sim::Nv) text += format(" --%s %.17g", sim::single_pendulum().parameters[i].option.c_str(), p[i]);
   return text;
 }
 
@@ -77,7 +77,7 @@ void check_controller(const sim::Parameters& parameters, const std::string& prot
 
 TEST_CASE("an exported controller sways as the simulator's, to the bit") {
   const std::string c99 = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
-  sim::Parameters p = sim::middle_parameters();
+  sim::Parameters p = sim::single_pendulum().parameters.middle();
   check_controller(p, "default", c99);
   p[sim::Delay] = 0.1;  // whole milliseconds
   check_controller(p, "short", c99);

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "identify/prediction.hpp"
 #include "identify/training/presets.hpp"
 #include "identify/training/training.hpp"
 #include "tests/tools/firmware/models.hpp"
@@ -75,8 +76,9 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
     std::vector<float> all;
     const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
     const std::vector<float> outputs = predict_planned(plan, model, trials, sways);
-    for (std::size_t i = 0; i < outputs.size(); i += sim::parameter_count)
-      for (const double value : model.targets.unscale(std::span(outputs).subspan(i, sim::parameter_count)))
+    for (std::size_t i = 0; i < outputs.size(); i += sim::single_pendulum().parameters.size())
+      for (const double value :
+           model.targets.unscale(std::span(outputs).subspan(i, sim::single_pendulum().parameters.size())))
         all.push_back(static_cast<float>(value));
     expected = as_bytes(all);
   }
@@ -180,11 +182,15 @@ TEST_CASE("the firmware model: the hash that is written down, its error, and wha
   const dataset::Dataset data = dataset::generate({.protocol = protocol, .count = 500, .seed = 4242});
   const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
   Model best = built_in_model();
-  const double best_mse = evaluate(best, predict(best, data.trials(), 64, sways), data.parameters).mse();
-  const double mse = evaluate(model, predict(model, data.trials(), 64, sways), data.parameters).mse();
+  const double best_mse =
+      evaluate(best.targets, scores_of(best, predict(best, data.trials(), 64, sways)), data.parameters).mse();
+  const double mse =
+      evaluate(model.targets, scores_of(model, predict(model, data.trials(), 64, sways)), data.parameters).mse();
   FirmwarePlan plan = plan_firmware(model, {.int8 = true});
   quantise(plan, model);
-  const double int8_mse = evaluate(model, predict_planned(plan, model, data.trials(), sways), data.parameters).mse();
+  const double int8_mse =
+      evaluate(model.targets, scores_of(model, predict_planned(plan, model, data.trials(), sways)), data.parameters)
+          .mse();
   MESSAGE("MSE: best " << best_mse << ", firmware " << mse << ", in 8-bit integers " << int8_mse);
   CHECK(mse < best_mse + 0.05);
   CHECK(int8_mse < mse + 0.01);
@@ -197,6 +203,22 @@ TEST_CASE("the plan's own network in float has the bits of the engine") {
   const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
   const std::vector<float> outputs = predict(model, data.trials(), 64, sways);
   CHECK(as_bytes(predict_planned(plan_firmware(model, {}), model, data.trials(), sways)) == as_bytes(outputs));
+}
+
+TEST_CASE("outputs that are not parameters are not exported") {
+  class OtherHead final : public Head {
+    std::string name() const override { return "other"; }
+    std::size_t outputs(std::size_t parameters) const override { return parameters; }
+    double loss(const nn::TensorView<const float>&, std::span<const float>,
+                const nn::TensorView<float>&) const override {
+      return 0.0;
+    }
+    void scores(std::span<const float>, std::span<float>) const override {}
+  };
+  const OtherHead other;
+  Model model = load_model(test::firmware_model);
+  model.head = &other;
+  CHECK_THROWS_WITH_AS(plan_firmware(model, {}), doctest::Contains("outputs are of the kind 'other'"), Error);
 }
 
 TEST_CASE("decid evaluate --int8 measures the network in integers") {

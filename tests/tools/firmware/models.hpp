@@ -33,9 +33,9 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
     model.rows.mean.push_back(vary(static_cast<std::size_t>(i)));
     model.rows.deviation.push_back(1.0F + vary(static_cast<std::size_t>(i)));
   }
-  for (std::size_t i = 0; i < sim::parameter_count; ++i) {
-    model.targets.mean[i] = sim::parameter_info[i].middle();
-    model.targets.deviation[i] = 0.3 * sim::parameter_info[i].high;
+  for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
+    model.targets.mean[i] = sim::single_pendulum().parameters[i].middle();
+    model.targets.deviation[i] = 0.3 * sim::single_pendulum().parameters[i].high;
   }
   return model;
 }

@@ -88,8 +88,9 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
   std::vector<float> expected;
   const std::vector<float> outputs =
       predict_planned(plan, model, data.trials(), sways_in_memory([&](int i) { return data.trial(i); }));
-  for (std::size_t i = 0; i < outputs.size(); i += sim::parameter_count)
-    for (const double value : model.targets.unscale(std::span(outputs).subspan(i, sim::parameter_count)))
+  for (std::size_t i = 0; i < outputs.size(); i += sim::single_pendulum().parameters.size())
+    for (const double value :
+         model.targets.unscale(std::span(outputs).subspan(i, sim::single_pendulum().parameters.size())))
       expected.push_back(static_cast<float>(value));
   CHECK(test::read_text(folder / "out/results.bin") == test::as_bytes(expected));
 }

@@ -34,7 +34,7 @@ Identifications recording() {
   Identification& made = all.recordings.emplace_back();
   made.file = "trial.csv";
   made.column = "com_sway_deg";
-  made.estimate.parameters = sim::middle_parameters();
+  made.estimate.parameters = sim::single_pendulum().parameters.middle();
   made.estimate.parameters[sim::Kp] = 838.99;
   made.explanation.rms_residual_deg = 0.25;
   made.explanation.variance_accounted_for = 0.75;
@@ -91,7 +91,7 @@ TEST_CASE("the page is whole, self-contained and small") {
 TEST_CASE("the data are those of the identification") {
   Identifications all = recording();
   Identification& made = all.recordings.front();
-  made.truth = sim::middle_parameters();
+  made.truth = sim::single_pendulum().parameters.middle();
   made.estimate.warnings = {"the recording is short"};
   const json data = data_of(all);
   CHECK(data["model"]["name"] == "built-in");
@@ -109,10 +109,10 @@ TEST_CASE("the data are those of the identification") {
   for (std::size_t i = 0; i < 7; ++i) {
     const json& parameter = shown["parameters"][i];
     CAPTURE(i);
-    CHECK(parameter["name"] == sim::parameter_info[i].name);
+    CHECK(parameter["name"] == sim::single_pendulum().parameters[i].name);
     CHECK(near(parameter["value"].get<double>(), made.estimate.parameters[i], six_digits));
     CHECK(near(parameter["truth"].get<double>(), (*made.truth)[i], six_digits));
-    CHECK(parameter.contains("normalized") == sim::parameter_info[i].per_mgh);
+    CHECK(parameter.contains("normalized") == sim::single_pendulum().parameters[i].per_mgh);
   }
   CHECK(near(shown["parameters"][0]["normalized"].get<double>(), 838.99 / sim::Body{}.mgh(), six_digits));
 }

@@ -1,0 +1,37 @@
+// What the outputs of a network mean: how many there are, what loss they are trained with, and which parameters they
+// stand for. A model names its head; whoever adds one adds it here, and to head_named().
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "nn/tensor.hpp"
+
+namespace decid {
+
+/// Immutable, without data of its own: one serves all models and threads.
+class Head {
+ public:
+  virtual ~Head() = default;
+
+  /// As in model files.
+  virtual std::string name() const = 0;
+  /// Outputs that a network needs, for so many parameters.
+  virtual std::size_t outputs(std::size_t parameters) const = 0;
+  /// Loss of a batch, summed over its trials and the parameters. outputs: shape (outputs, 1, 1); targets: batch x
+  /// parameters, z-scored, row-major. diff, of the shape of outputs, gets the gradient of the loss's mean over both;
+  /// lanes without a trial get 0. The bits depend on the batch alone.
+  virtual double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
+                      const nn::TensorView<float>& diff) const = 0;
+  /// The z-scored point estimate of each parameter that one trial's outputs stand for.
+  virtual void scores(std::span<const float> outputs, std::span<float> scores) const = 0;
+};
+
+/// Z-scored parameters themselves, trained with the mean squared error: "point".
+const Head& point_head();
+
+/// Throws Error for a name that no head has; `where` names the model.
+const Head& head_named(const std::string& name, const std::string& where);
+
+}  // namespace decid

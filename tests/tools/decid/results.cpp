@@ -1,0 +1,128 @@
+// What is printed and drawn of a made-up body's fourteen parameters: all say what the body's table says.
+#include "tools/decid/results.hpp"
+
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "dataset/sets/dataset.hpp"
+#include "tests/near.hpp"
+#include "tests/sim/made_up_body.hpp"
+#include "tools/decid/fit_results.hpp"
+#include "tools/report/comparison_page.hpp"
+#include "tools/report/dataset_page.hpp"
+#include "tools/report/identify_page.hpp"
+#include "tools/report/parameters_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const sim::ParameterTable& table() {
+  return test::made_up_body().parameters;
+}
+
+sim::Parameters values(std::uint64_t number) {
+  return dataset::base_trial(table(), 17, number).parameters;
+}
+
+Identifications identified() {
+  Identifications all;
+  all.protocol = test::made_up_protocol();
+  Identification& id = all.recordings.emplace_back();
+  id.file = "trial.csv";
+  id.column = "com_sway_deg";
+  id.truth = values(1);
+  id.estimate.parameters = values(2);
+  id.estimate.trial = dataset::trial_of(std::vector<float>(400, 0.01F));
+  all.tilt_rad.assign(400, 0.0F);
+  return all;
+}
+
+void check_names(const Json& by_name) {
+  REQUIRE(by_name.size() == 14);
+  std::size_t p = 0;
+  for (const auto& [name, unused] : by_name.items()) CHECK(name == table()[p++].name);
+}
+
+}  // namespace
+
+TEST_CASE("fourteen parameters as results: JSON, text and page") {
+  const Identifications all = identified();
+  const Json recording = Json::parse(identifications_json("mine", all)).at("recordings").at(0);
+  const Json& parameters = recording.at("parameters");
+  REQUIRE(parameters.size() == 14);
+  const std::string text = identifications_text(all), page = report_html({"mine", "0", "1"}, all);
+  for (std::size_t p = 0; p < 14; ++p) {
+    const sim::ParameterInfo& info = table()[p];
+    CHECK(parameters[p].at("name") == info.name);
+    CHECK(parameters[p].at("unit") == info.unit);
+    CHECK(parameters[p].at("value") == values(2)[p]);
+    CHECK(parameters[p].at("true") == values(1)[p]);
+    CHECK(parameters[p].at("normalized").is_null() != info.per_mgh);
+    CHECK(text.find("  " + info.name + " ") != std::string::npos);
+    CHECK(page.find("\"name\":\"" + info.name + "\",\"description\":\"" + info.description + "\"") !=
+          std::string::npos);
+  }
+  CHECK(text.find("Kp") == std::string::npos);
+}
+
+TEST_CASE("fourteen parameters of a fit") {
+  FittedRecordings all{identified(), {}};
+  FitFigures& figures = all.fits.emplace_back();
+  figures.start = "middle";
+  figures.result.parameters = figures.result.likeliest = values(3);
+  figures.result.standard_error = values(4);
+  const Json parameters = Json::parse(fits_json("mine", all)).at("recordings").at(0).at("parameters");
+  REQUIRE(parameters.size() == 14);
+  for (std::size_t p = 0; p < 14; ++p) {
+    CHECK(parameters[p].at("standard_error") == values(4)[p]);
+    CHECK(parameters[p].at("likeliest") == values(3)[p]);
+  }
+  CHECK(fits_text(all).find("gain_14 ") != std::string::npos);
+}
+
+TEST_CASE("fourteen parameters' errors, of a model and of methods") {
+  Evaluation evaluation;
+  evaluation.trials = 2;
+  for (int p = 0; p < 14; ++p) evaluation.mse_per_parameter.push_back(0.5 + p);
+  CHECK(evaluation.mse() == 7.0);
+  CHECK(evaluation.matlab_loss() == 49.0);
+  check_names(evaluation_json(table(), evaluation).at("mse_per_parameter"));
+
+  ComparisonFigures figures;
+  figures.protocol = test::made_up_protocol();
+  const std::vector<sim::Parameters> truth{values(5), values(6)}, found{values(7), values(8)};
+  sim::Parameters deviation(14);
+  for (std::size_t p = 0; p < 14; ++p) deviation[p] = table()[p].range();
+  figures.methods.push_back(errors_of("network", "", found, truth, deviation));
+  const Json json = comparison_json(figures);
+  check_names(json.at("methods").at(0).at("mse_per_parameter"));
+  double sum = 0.0;
+  for (std::size_t p = 0; p < 14; ++p) {
+    double of_parameter = 0.0;
+    for (std::size_t i = 0; i < 2; ++i) of_parameter += std::pow((found[i][p] - truth[i][p]) / deviation[p], 2) / 2.0;
+    CHECK(test::near(figures.methods[0].mse_per_parameter[p], of_parameter, 1e-14));
+    sum += of_parameter;
+  }
+  CHECK(test::near(figures.methods[0].mse, sum / 14.0, 1e-14));
+  const std::string text = comparison_text(json, table());
+  CHECK(text.find("| gain_13 | gain_14 | simulations | seconds |\n|") != std::string::npos);
+  const std::size_t rule = text.find("\n|---|") + 1;
+  CHECK(text.substr(rule, text.find('\n', rule) - rule).size() == 1 + 4 * 19);
+}
+
+TEST_CASE("fourteen parameters' distributions in a data set") {
+  DatasetFigures figures;
+  figures.request.protocol = test::made_up_protocol();
+  figures.report.base = figures.report.all = dataset::TrialDistributions(table());
+  for (std::uint64_t i = 0; i < 10; ++i) figures.report.all.add(values(i), 0.02);
+  Json distributions = dataset_json(figures).at("distributions");
+  CHECK(distributions.erase("peak_to_peak") == 1);
+  check_names(distributions);
+  CHECK(distributions.at("gain_14").at("description") == "Gain number 14");
+  CHECK(distributions.at("gain_14").at("low") == table()[13].low);
+}
+
+}  // namespace decid::tools
