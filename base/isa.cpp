@@ -13,11 +13,10 @@ constexpr Isa all_isas[] = {Isa::reference, Isa::baseline, Isa::avx2, Isa::avx51
 bool runs_here(Isa isa) {
   switch (isa) {
     case Isa::reference:
-      return true;
 #if defined(__x86_64__)
-    // __builtin_cpu_supports also asks whether the operating system saves the wide registers (XGETBV).
     case Isa::baseline:
       return true;
+    // __builtin_cpu_supports also asks whether the operating system saves the wide registers (XGETBV).
     case Isa::avx2:
       return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     case Isa::avx512:

@@ -4,10 +4,10 @@ set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
-set(packages ${CMAKE_CURRENT_LIST_DIR}/../build/aarch64-packages)
+get_filename_component(packages ${CMAKE_CURRENT_LIST_DIR}/../build/aarch64-packages ABSOLUTE)
 set(libraries ${packages}/usr/lib/aarch64-linux-gnu)
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L /usr/aarch64-linux-gnu
-    -E LD_LIBRARY_PATH=${libraries}:${libraries}/hdf5/serial:/usr/aarch64-linux-gnu/lib)
+    -E LD_LIBRARY_PATH=${libraries}:${packages}/lib/aarch64-linux-gnu:${libraries}/hdf5/serial:/usr/aarch64-linux-gnu/lib)
 # What those libraries are linked with themselves is the loader's to find.
 set(CMAKE_EXE_LINKER_FLAGS_INIT -Wl,--allow-shlib-undefined)
 # Libraries and their headers are the target's; programs the host's, and packages of headers alone may be.

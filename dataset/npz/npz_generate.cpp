@@ -123,6 +123,7 @@ class Partial {
 
 std::vector<std::span<const std::byte>> bytes_of(const std::vector<std::span<const float>>& sway) {
   std::vector<std::span<const std::byte>> pieces;
+  pieces.reserve(sway.size());
   for (const std::span<const float> trial : sway) pieces.push_back(std::as_bytes(trial));
   return pieces;
 }

@@ -121,7 +121,7 @@ void collect(const matvar_t& variable, const std::string& outer, int depth, Colu
     if (height != 1 || width != 1 || depth >= deepest || variable.data == nullptr) return;
     const auto* const* fields = static_cast<matvar_t* const*>(variable.data);
     const unsigned count = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&variable));
-    for (unsigned i = 0; i < count && i * sizeof *fields < variable.nbytes; ++i) {
+    for (unsigned i = 0; i < count && i * sizeof(void*) < variable.nbytes; ++i) {
       if (fields[i] != nullptr) collect(*fields[i], path, depth + 1, columns);
     }
     return;

@@ -73,7 +73,9 @@ struct CmaEs::State {
     random.fill_normal(normals, first);
     steps = axes * lengths.asDiagonal() * Eigen::Map<const Matrix>(normals.data(), n, lambda);
     for (int k = 0; k < lambda; ++k)
-      for (int i = 0; i < n; ++i) points[static_cast<std::size_t>(k * n + i)] = mirrored(mean[i] + sigma * steps(i, k));
+      for (int i = 0; i < n; ++i)
+        points[static_cast<std::size_t>(k) * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] =
+            mirrored(mean[i] + sigma * steps(i, k));
   }
 
   void update(std::span<const double> values) {
@@ -86,7 +88,8 @@ struct CmaEs::State {
     std::ranges::stable_sort(order, [&](int a, int b) { return value(a) < value(b); });
     if (value(order[0]) < best_value) {
       best_value = value(order[0]);
-      best.assign(points.begin() + order[0] * n, points.begin() + (order[0] + 1) * n);
+      const auto begin = points.begin() + std::ptrdiff_t{order[0]} * n;
+      best.assign(begin, begin + n);
     }
     Matrix chosen(n, mu);
     for (int i = 0; i < mu; ++i) chosen.col(i) = steps.col(order[static_cast<std::size_t>(i)]);

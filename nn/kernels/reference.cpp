@@ -16,7 +16,8 @@ T value_or_zero(BlockView<const T> v, int rows, int columns, int channel, int ro
 }
 
 std::size_t weight_index(const Conv2dShape& s, int o, int c, int ky, int kx) {
-  return static_cast<std::size_t>(((o * s.src_channels + c) * s.kernel_rows + ky) * s.kernel_columns + kx);
+  const int index = ((o * s.src_channels + c) * s.kernel_rows + ky) * s.kernel_columns + kx;
+  return static_cast<std::size_t>(index);
 }
 
 template <class T>
@@ -104,7 +105,8 @@ void for_each_value(Shape shape, BlockView<T> v, int first, int last, const F& f
   for (int c = first; c < last; ++c)
     for (int i = 0; i < shape.rows; ++i)
       for (int j = 0; j < shape.columns; ++j)
-        f(static_cast<std::size_t>((c * shape.rows + i) * shape.columns + j),
+        f(static_cast<std::size_t>(c * shape.rows + i) * static_cast<std::size_t>(shape.columns) +
+              static_cast<std::size_t>(j),
           v.data + c * v.channel + i * v.row + j * lanes);
 }
 

@@ -1,5 +1,5 @@
 # Installs a build tree below it, then configures, builds and runs the project beside this file against that.
-#   cmake -D BUILD=DIR -D CONFIG=Release -D GENERATOR=.. -D COMPILER=.. -P check.cmake
+#   cmake -D BUILD=DIR -D CONFIG=Release -D GENERATOR=.. -D COMPILER=.. [-D TOOLCHAIN=FILE] -P check.cmake
 set(scratch ${BUILD}/consumer)
 file(REMOVE_RECURSE ${scratch})
 
@@ -10,6 +10,9 @@ endfunction()
 
 set(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -G ${GENERATOR} -D CMAKE_BUILD_TYPE=${CONFIG}
     -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${scratch}/moved)
+if(TOOLCHAIN)
+  list(APPEND configure -D CMAKE_TOOLCHAIN_FILE=${TOOLCHAIN})
+endif()
 
 # refuse(part settings...): configuring fails, with `part` in what is said.
 function(refuse part)

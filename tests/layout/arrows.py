@@ -63,6 +63,8 @@ def look_at(path, text, allowed, arrows, complaints):
         return
     for number, line in enumerate(text.splitlines(), 1):
         where = f"{path}:{number}"
+        if path.startswith("tests/") and "doctest::Approx" in line:
+            complaints.append(f"{where}: doctest::Approx adds 1 to the scale; use near() of tests/near.hpp")
         match = INCLUDE.match(line)
         if not match:
             continue
