@@ -15,16 +15,13 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 
 namespace decid {
 namespace {
 
-std::string reason(int error) {
-  return std::generic_category().message(error);
-}
-
-[[noreturn]] void fail_to_write(const std::filesystem::path& path, int error) {
-  throw Error(path.string(), "cannot be written: " + reason(error),
+[[noreturn]] void fail_at_position(const std::filesystem::path& path, int error) {
+  throw Error(path.string(), "cannot be written: " + errno_text(error),
               error == ENOSPC || error == EDQUOT ? "free space on its disk and run the same command again"
                                                  : "check the disk and its mount, then run the same command again");
 }
@@ -37,14 +34,15 @@ DiskFile::DiskFile(std::filesystem::path path, Access access)
   if (descriptor_ >= 0) return;
   const int error = errno;
   if (access == Access::read) {
-    throw Error(path_.string(), "cannot be opened: " + reason(error), "check the name and the permissions of the file");
+    throw Error(path_.string(), "cannot be opened: " + errno_text(error),
+                "check the name and the permissions of the file");
   }
   const std::filesystem::path folder = path_.parent_path().empty() ? "." : path_.parent_path();
   std::error_code ignored;
   if (error == ENOENT && !std::filesystem::exists(folder, ignored)) {
     throw Error(path_.string(), "its folder does not exist", "create the folder " + folder.string() + " first");
   }
-  throw Error(path_.string(), "cannot be created: " + reason(error),
+  throw Error(path_.string(), "cannot be created: " + errno_text(error),
               "choose a folder that exists and that you may write to");
 }
 
@@ -58,7 +56,7 @@ DiskFile::DiskFile(DiskFile&& other) noexcept
 std::uint64_t DiskFile::size() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) {
-    throw Error(path_.string(), "its size is unknown: " + reason(errno), "check the disk and its mount");
+    throw Error(path_.string(), "its size is unknown: " + errno_text(errno), "check the disk and its mount");
   }
   return static_cast<std::uint64_t>(status.st_size);
 }
@@ -69,7 +67,7 @@ std::size_t DiskFile::read(std::uint64_t position, std::span<std::byte> bytes) c
     const ssize_t count =
         ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(position + done));
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw Error(path_.string(), "reading failed: " + reason(errno), "check the disk and its mount");
+    if (count < 0) throw Error(path_.string(), "reading failed: " + errno_text(errno), "check the disk and its mount");
     if (count == 0) break;
     done += static_cast<std::size_t>(count);
   }
@@ -94,7 +92,7 @@ void DiskFile::write(std::uint64_t position, std::span<const std::span<const std
     const ssize_t count =
         ::pwritev(descriptor_, vectors.data(), static_cast<int>(vectors.size()), static_cast<off_t>(position));
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail_to_write(path_, errno);
+    if (count < 0) fail_at_position(path_, errno);
     position += static_cast<std::uint64_t>(count);
     auto left = static_cast<std::size_t>(count);
     for (; next < pieces.size() && left >= pieces[next].size() - done_of_next; ++next) {
@@ -107,7 +105,7 @@ void DiskFile::write(std::uint64_t position, std::span<const std::span<const std
 
 void DiskFile::truncate(std::uint64_t size) {
   while (::ftruncate(descriptor_, static_cast<off_t>(size)) != 0) {
-    if (errno != EINTR) fail_to_write(path_, errno);
+    if (errno != EINTR) fail_at_position(path_, errno);
   }
 }
 
@@ -120,7 +118,7 @@ void DiskFile::start_writeback([[maybe_unused]] std::uint64_t position, [[maybe_
 
 void DiskFile::sync() {
   while (::fsync(descriptor_) != 0) {
-    if (errno != EINTR) fail_to_write(path_, errno);
+    if (errno != EINTR) fail_at_position(path_, errno);
   }
 }
 

@@ -14,15 +14,12 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 
 namespace decid {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string reason(int error) {
-  return std::generic_category().message(error);
-}
 
 // A file descriptor that is closed at the end of its scope.
 class Descriptor {
@@ -44,7 +41,7 @@ class Descriptor {
 };
 
 [[noreturn]] void fail_to_write(const fs::path& path, int error) {
-  throw Error(path.string(), "writing failed: " + reason(error),
+  throw Error(path.string(), "writing failed: " + errno_text(error),
               error == ENOSPC ? "free space on the disk" : "check the disk and its mount");
 }
 
@@ -104,7 +101,7 @@ fs::path create_temporary(const fs::path& target) {
     if (error == ENOENT && !fs::exists(folder, ignored)) {
       throw Error(target.string(), "its folder does not exist", "create the folder " + folder.string() + " first");
     }
-    throw Error(target.string(), "cannot be created: " + reason(error),
+    throw Error(target.string(), "cannot be created: " + errno_text(error),
                 "choose a folder that exists and that you may write to");
   }
 }
@@ -114,7 +111,8 @@ fs::path create_temporary(const fs::path& target) {
 std::string read_file(const fs::path& path, std::size_t limit_bytes) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.is_open()) {
-    throw Error(path.string(), "cannot be opened: " + reason(errno), "check the name and the permissions of the file");
+    throw Error(path.string(), "cannot be opened: " + errno_text(errno),
+                "check the name and the permissions of the file");
   }
   struct stat status {};
   if (::fstat(file.number(), &status) == 0 && S_ISDIR(status.st_mode)) {
@@ -130,7 +128,7 @@ std::string read_file(const fs::path& path, std::size_t limit_bytes) {
     if (length == content.size()) content.resize(2 * length);
     const ssize_t count = ::read(file.number(), content.data() + length, content.size() - length);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw Error(path.string(), "reading failed: " + reason(errno), "check the disk and its mount");
+    if (count < 0) throw Error(path.string(), "reading failed: " + errno_text(errno), "check the disk and its mount");
     if (count == 0) break;
     length += static_cast<std::size_t>(count);
     if (length > limit_bytes) {
@@ -146,7 +144,7 @@ void write_file(const fs::path& path, std::string_view content) {
   PendingFile pending(path);
   Descriptor file(::open(pending.path().c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
   if (!file.is_open()) {
-    throw Error(path.string(), "cannot be opened: " + reason(errno), "check the permissions of the file");
+    throw Error(path.string(), "cannot be opened: " + errno_text(errno), "check the permissions of the file");
   }
   write_all(file.number(), content, path);
   if (!file.close()) fail_to_write(path, errno);
@@ -173,7 +171,7 @@ void PendingFile::commit() {
   if (!file.is_open() || ::fsync(file.number()) != 0) fail_to_write(target_, errno);
   if (!file.close()) fail_to_write(target_, errno);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
-    throw Error(target_.string(), "cannot be replaced: " + reason(errno), "check the permissions of its folder");
+    throw Error(target_.string(), "cannot be replaced: " + errno_text(errno), "check the permissions of its folder");
   }
   committed_ = true;
   // Makes the rename last through a crash. Some file systems cannot; the file is whole either way.

@@ -9,10 +9,9 @@
 #include <string_view>
 #include <vector>
 
-namespace decid {
+#include "base/json.hpp"
 
-/// Keeps the keys in the order in which they were written.
-using Json = nlohmann::ordered_json;
+namespace decid {
 
 /// Lists and objects within each other: no file of decid's has more than 6, and the library prints them recursively.
 inline constexpr int deepest_json = 32;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <system_error>
 
 namespace decid {
 
@@ -28,6 +29,10 @@ std::string format(const char* pattern, ...) {
   if (length > 0) std::vsnprintf(text.data(), text.size() + 1, pattern, again);
   va_end(again);
   return text;
+}
+
+std::string errno_text(int error) {
+  return std::generic_category().message(error);
 }
 
 std::string duration_text(double seconds) {

@@ -12,6 +12,9 @@ namespace decid {
 /// Seconds for people, rounded up: "42 s", "3 min 20 s", "1 h 12 min".
 std::string duration_text(double seconds);
 
+/// The system\'s words for a value of errno: "No space left on device".
+std::string errno_text(int error);
+
 /// Control characters become question marks: one line, whatever a file's name holds.
 std::string one_line(std::string text);
 

@@ -70,30 +70,13 @@ function(decid_library name)
   list(TRANSFORM DECID_NEEDS_${name} PREPEND decid:: OUTPUT_VARIABLE needs)
   target_link_libraries(decid_${name} PUBLIC ${needs})
   decid_compile_options(decid_${name})
-  decid_precompile(decid_${name} decid_base)
   set_property(TARGET decid_${name} PROPERTY DECID_FINDS "${arg_FINDS}")
 endfunction()
 
-# decid_glue(target): code that reads options and writes pages and JSON takes half as long to compile with -O1, and
-# nobody waits for what it does.
+# decid_glue(target): code that reads options, writes pages and JSON or tests takes half as long to compile with -O1,
+# and nobody waits for what it does.
 function(decid_glue target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-endfunction()
-
-# decid_precompile(target owner): what many files include is compiled once, for the owner and the targets whose options
-# are its. Sources include what they use all the same: the preset clang does without.
-function(decid_precompile target owner)
-  # A compiler cache does not know a source again that was compiled with these.
-  if(CMAKE_CXX_COMPILER_LAUNCHER)
-    return()
-  endif()
-  if(target STREQUAL owner)
-    target_precompile_headers(${target} PRIVATE <algorithm> <array> <charconv> <cmath> <cstdint> <filesystem>
-      <functional> <limits> <memory> <numeric> <optional> <span> <sstream> <string> <string_view> <utility> <vector>
-      <nlohmann/json.hpp>)
-  else()
-    target_precompile_headers(${target} REUSE_FROM ${owner})
-  endif()
 endfunction()
 
 # decid_kernels(library): adds kernels/kernels_<instruction set>.cpp of the current folder to decid_<library>, one
@@ -115,7 +98,6 @@ function(decid_kernels library)
   endif()
   foreach(isa ${isas})
     target_sources(decid_${library} PRIVATE kernels/kernels_${isa}.cpp)
-    set_source_files_properties(kernels/kernels_${isa}.cpp PROPERTIES COMPILE_OPTIONS "-O3;${flags_${isa}}"
-                                                                      SKIP_PRECOMPILE_HEADERS ON)
+    set_source_files_properties(kernels/kernels_${isa}.cpp PROPERTIES COMPILE_OPTIONS "-O3;${flags_${isa}}")
   endforeach()
 endfunction()

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "embedded/built_in_model.hpp"
 #include "nn/predictor.hpp"
@@ -16,7 +16,6 @@
 namespace decid {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr const char* format_name = "decid model 1";
 
 Json list_of(const sim::Parameters& parameters) {

@@ -6,17 +6,15 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/error.hpp"
+#include "base/json_object.hpp"
 
 namespace decid::nn {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "values are copied as they lie in memory");
-using Json = nlohmann::ordered_json;
-
 constexpr std::size_t largest_header = 100'000'000;  // the format's own limit
 
 constexpr std::uint64_t most_in_tensor = std::uint64_t{1} << 40;

@@ -14,8 +14,6 @@
 namespace decid::sim {
 namespace {
 
-constexpr double step_s = 1.0 / steps_per_second;
-
 // One DEC module with its delay. The body and its support are those of the servo; the passive part acts on the joint,
 // whose angle may differ from theirs.
 class Module {

@@ -12,8 +12,6 @@
 namespace decid::sim {
 namespace {
 
-constexpr double step_s = 1.0 / steps_per_second;
-
 // (sin a - a) / a^3 for |a| <= 5 degrees as a polynomial in a^2: the one of its degree with the least relative error of
 // the sine, 8.5e-17 (Remez exchange in 50 digits). Rounding adds at most half a unit in the last place of a; beyond the
 // bound, where a trial is over, the error grows slowly.

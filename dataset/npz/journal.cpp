@@ -9,7 +9,7 @@
 namespace decid::dataset {
 namespace {
 
-constexpr std::string_view magic = "decid journal 1\n";
+constexpr std::string_view journal_magic = "decid journal 1\n";
 constexpr std::uint32_t entry_mark = 0x79727465;  // "etry"
 constexpr std::uint32_t longest_request = 1 << 24;
 
@@ -41,13 +41,13 @@ std::uint32_t checksum(EntryFront front, std::span<const std::byte> trials) {
 }  // namespace
 
 std::optional<std::string> Journal::request() {
-  std::string mark(magic.size(), '\0');
+  std::string mark(journal_magic.size(), '\0');
   Front front{};
-  if (file_.read(0, std::as_writable_bytes(std::span(mark))) != mark.size() || mark != magic ||
-      !read_value(file_, magic.size(), front) || front.length > longest_request) {
+  if (file_.read(0, std::as_writable_bytes(std::span(mark))) != mark.size() || mark != journal_magic ||
+      !read_value(file_, journal_magic.size(), front) || front.length > longest_request) {
     return std::nullopt;
   }
-  const std::uint64_t start = magic.size() + sizeof front;
+  const std::uint64_t start = journal_magic.size() + sizeof front;
   std::string text(front.length, '\0');
   if (file_.read(start, std::as_writable_bytes(std::span(text))) != text.size() ||
       crc32(std::as_bytes(std::span(text))) != front.crc32) {
@@ -59,7 +59,7 @@ std::optional<std::string> Journal::request() {
 
 void Journal::start(const std::string& request) {
   const Front front{static_cast<std::uint32_t>(request.size()), crc32(std::as_bytes(std::span(request)))};
-  std::string content(magic);
+  std::string content(journal_magic);
   content.append(reinterpret_cast<const char*>(&front), sizeof front);
   content += request;
   file_.truncate(0);

@@ -11,7 +11,7 @@ namespace decid::dataset {
 
 namespace {
 
-constexpr std::string_view magic = "\x93NUMPY";
+constexpr std::string_view npy_magic = "\x93NUMPY";
 
 /// Walks the dictionary; every step either takes what it expects or throws.
 class Dictionary {
@@ -120,18 +120,18 @@ std::string npy_header(const std::string& type, const std::vector<std::size_t>& 
   for (const std::size_t extent : shape) tuple += std::to_string(extent) + (shape.size() == 1 ? "," : ", ");
   if (shape.size() > 1) tuple.resize(tuple.size() - 2);
   std::string dictionary = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + tuple + "), }";
-  constexpr std::size_t fixed = magic.size() + 4;  // version and length
+  constexpr std::size_t fixed = npy_magic.size() + 4;  // version and length
   const std::size_t total = (fixed + dictionary.size() + 1 + 63) / 64 * 64;
   dictionary.append(total - fixed - dictionary.size() - 1, ' ') += '\n';
-  std::string header(magic);
+  std::string header(npy_magic);
   header += {'\x01', '\x00', static_cast<char>(dictionary.size() & 0xff), static_cast<char>(dictionary.size() >> 8)};
   return header + dictionary;
 }
 
 NpyHeader parse_npy_header(std::string_view content, const std::string& where) {
   const auto cut_off = [&] { return Error(where, "its NumPy header is cut off", "make the file again"); };
-  if (!content.starts_with(magic)) throw Error(where, "is not a NumPy array", "write it with numpy.savez");
-  if (content.size() < magic.size() + 2) throw cut_off();
+  if (!content.starts_with(npy_magic)) throw Error(where, "is not a NumPy array", "write it with numpy.savez");
+  if (content.size() < npy_magic.size() + 2) throw cut_off();
   const auto byte = [&](std::size_t index) { return std::size_t{static_cast<unsigned char>(content[index])}; };
   const std::size_t major = byte(6), minor = byte(7);
   if ((major != 1 && major != 2) || minor != 0) {

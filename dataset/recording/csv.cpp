@@ -15,9 +15,6 @@ namespace decid::dataset {
 
 namespace {
 
-constexpr std::size_t row_limit = 10'000'000;
-constexpr std::size_t column_limit = 1000;
-
 std::string_view trim(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
@@ -128,7 +125,7 @@ CsvTable::CsvTable(std::string text, std::string where) : text_(std::move(text))
                       " columns, the lines before it " + std::to_string(names_.size()),
                   "correct the line, or put # before lines that are not data");
     }
-    if (++rows_ > row_limit) {
+    if (++rows_ > most_rows) {
       throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
     }
     return true;
@@ -180,7 +177,7 @@ void CsvTable::read_header(std::string_view line) {
   std::vector<std::string_view> cells;
   split(line, separator_, cells);
   while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
-  if (cells.size() > column_limit) {
+  if (cells.size() > most_columns) {
     throw Error(where_, "has " + std::to_string(cells.size()) + " columns", "at most 1000 can be read");
   }
   has_header_ = std::any_of(cells.begin(), cells.end(),

@@ -17,7 +17,7 @@ namespace decid::dataset {
 
 namespace {
 
-constexpr std::size_t column_limit = 1000, value_limit = 100'000'000, row_limit = 10'000'000;
+constexpr std::size_t most_values = 100'000'000;
 constexpr int deepest = 4;
 
 struct Close {
@@ -127,7 +127,7 @@ void collect(const matvar_t& variable, const std::string& outer, int depth, Colu
     return;
   }
   std::vector<double> all;
-  if (height == 0 || width == 0 || height > value_limit / width) return;
+  if (height == 0 || width == 0 || height > most_values / width) return;
   if (!numbers_of(variable, height * width, all)) return;
   if (all.size() == 1) {
     if (is_rate(name) && std::isfinite(all[0]) && all[0] > 0.0) columns.rate_hz = all[0];
@@ -142,7 +142,7 @@ void collect(const matvar_t& variable, const std::string& outer, int depth, Colu
   }
   const bool wide = width > height;
   const std::size_t signals = wide ? height : width, samples = wide ? width : height;
-  for (std::size_t s = 0; s < signals && columns.values.size() <= column_limit; ++s) {
+  for (std::size_t s = 0; s < signals && columns.values.size() <= most_columns; ++s) {
     const std::string index = wide ? "(" + std::to_string(s + 1) + ",:)" : "(:," + std::to_string(s + 1) + ")";
     columns.leaf.push_back(name + index);
     columns.path.push_back(path + index);
@@ -218,9 +218,9 @@ MatTable::MatTable(const std::filesystem::path& path) : where_(path.string()) {
     std::size_t count = 1;
     for (int d = 0; d < variable->rank; ++d) {
       const std::size_t size = variable->dims[d];
-      count = size != 0 && count > value_limit / size ? value_limit + 1 : count * size;
+      count = size != 0 && count > most_values / size ? most_values + 1 : count * size;
     }
-    if (count > value_limit) {
+    if (count > most_values) {
       throw Error(where_, std::string(variable->name != nullptr ? variable->name : "") + " claims too many values",
                   "save the trial to be identified alone");
     }
@@ -237,13 +237,13 @@ MatTable::MatTable(const std::filesystem::path& path) : where_(path.string()) {
                 columns.held.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + columns.held,
                 remedy);
   }
-  if (columns.values.size() > column_limit) {
+  if (columns.values.size() > most_columns) {
     throw Error(where_, "has " + std::to_string(columns.values.size()) + " columns", "at most 1000 can be read");
   }
   std::map<std::string, int> uses;
   for (const std::string& leaf : columns.leaf) ++uses[leaf];
   for (std::size_t i = 0; i < columns.leaf.size(); ++i) {
-    if (columns.values[i].size() > row_limit) {
+    if (columns.values[i].size() > most_rows) {
       throw Error(where_, columns.path[i] + " has more than 10 million values", "cut it to the trial to be identified");
     }
     names_.push_back(uses[columns.leaf[i]] > 1 ? columns.path[i] : columns.leaf[i]);

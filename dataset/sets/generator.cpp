@@ -14,7 +14,7 @@
 namespace decid::dataset {
 namespace {
 
-constexpr const char* where = "data set";
+constexpr const char* generation = "data set";
 /// Attempts simulated at once: enough to keep lanes and threads busy, 50 MB of sway at 121 s and 100 Hz.
 constexpr std::size_t most_attempts = 1024, fewest_attempts = 16;
 constexpr std::size_t most_bytes = std::size_t{1} << 26;
@@ -26,10 +26,10 @@ constexpr std::uint64_t child_sensor_noise = std::uint64_t{1} << 63;
 
 DatasetRequest checked(DatasetRequest request) {
   if (request.count < 1) {
-    throw Error(where, std::to_string(request.count) + " trials are asked for", "ask for at least 1");
+    throw Error(generation, std::to_string(request.count) + " trials are asked for", "ask for at least 1");
   }
   if (request.base < 0 || request.base > request.count) {
-    throw Error(where,
+    throw Error(generation,
                 std::to_string(request.base) + " base trials of " + std::to_string(request.count) + " trials in all",
                 "choose from 1 to all trials as base trials, or 0 for all");
   }
@@ -104,7 +104,7 @@ Generator::Result Generator::finish(long long attempt, std::span<double> sway_ra
 const Chunk& Generator::next() {
   const bool children = making_children();
   if (children && parents_.empty()) {
-    throw Error(where,
+    throw Error(generation,
                 "none of the " + std::to_string(base_) +
                     " base trials sways more than 0.05 rad, so none can be the parent of more",
                 "ask for more base trials, or only for base trials");
@@ -142,7 +142,7 @@ const Chunk& Generator::next() {
     const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
     if (made >= patience && valid * attempts_per_valid_trial < made) {
       throw Error(
-          where,
+          generation,
           "only " + std::to_string(valid) + " of " + std::to_string(made) + " simulated trials stay within 5 degrees",
           "check body, amplitude and noise of the protocol");
     }

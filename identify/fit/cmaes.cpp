@@ -1,7 +1,7 @@
 // CMA-ES: see cmaes.hpp. Names and equations are those of the tutorial's appendix A.
 #include "identify/fit/cmaes.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,8 +14,7 @@
 namespace decid::fit {
 namespace {
 
-using Vector = Eigen::VectorXd;
-using Matrix = Eigen::MatrixXd;
+using Eigen::MatrixXd, Eigen::VectorXd;
 constexpr const char* where = "CMA-ES";
 
 }  // namespace
@@ -28,14 +27,14 @@ double mirrored(double x) noexcept {
 struct CmaEs::State {
   Random random;
   int n, lambda, mu;
-  Vector weights;
+  VectorXd weights;
   double mu_eff, c_sigma, d_sigma, c_c, c_1, c_mu, chi_n;
 
-  Vector mean, path_sigma, path_c;
+  VectorXd mean, path_sigma, path_c;
   double sigma;
-  Matrix covariance, axes;  // covariance = axes diag(lengths^2) axes^T
-  Vector lengths;
-  Matrix steps;  // of the generation asked for, a column a point: (x - mean) / sigma
+  MatrixXd covariance, axes;  // covariance = axes diag(lengths^2) axes^T
+  VectorXd lengths;
+  MatrixXd steps;  // of the generation asked for, a column a point: (x - mean) / sigma
   std::vector<double> points;
   bool asked = false;
   int generation = 0;
@@ -47,7 +46,7 @@ struct CmaEs::State {
     const double dimensions = n;
     lambda = population == 0 ? 4 + static_cast<int>(3 * std::log(dimensions)) : population;
     mu = lambda / 2;
-    weights = Vector(mu);
+    weights = VectorXd(mu);
     for (int i = 0; i < mu; ++i) weights[i] = std::log(0.5 * (lambda + 1)) - std::log(i + 1.0);
     weights /= weights.sum();
     mu_eff = 1 / weights.squaredNorm();
@@ -58,11 +57,11 @@ struct CmaEs::State {
     c_mu = std::min(1 - c_1, 2 * (mu_eff - 2 + 1 / mu_eff) / ((dimensions + 2) * (dimensions + 2) + mu_eff));
     // The mean length of a standard normal vector.
     chi_n = std::sqrt(dimensions) * (1 - 1 / (4 * dimensions) + 1 / (21 * dimensions * dimensions));
-    mean = Eigen::Map<const Vector>(start.data(), n);
-    path_sigma = path_c = Vector::Zero(n);
-    covariance = axes = Matrix::Identity(n, n);
-    lengths = Vector::Ones(n);
-    steps = Matrix(n, lambda);
+    mean = Eigen::Map<const VectorXd>(start.data(), n);
+    path_sigma = path_c = VectorXd::Zero(n);
+    covariance = axes = MatrixXd::Identity(n, n);
+    lengths = VectorXd::Ones(n);
+    steps = MatrixXd(n, lambda);
     points.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(lambda));
     best.assign(start.begin(), start.end());
   }
@@ -71,7 +70,7 @@ struct CmaEs::State {
     const auto first = static_cast<std::uint64_t>(generation) * points.size();
     std::vector<double> normals(points.size());
     random.fill_normal(normals, first);
-    steps = axes * lengths.asDiagonal() * Eigen::Map<const Matrix>(normals.data(), n, lambda);
+    steps = axes * lengths.asDiagonal() * Eigen::Map<const MatrixXd>(normals.data(), n, lambda);
     for (int k = 0; k < lambda; ++k)
       for (int i = 0; i < n; ++i)
         points[static_cast<std::size_t>(k) * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] =
@@ -91,11 +90,11 @@ struct CmaEs::State {
       const auto begin = points.begin() + std::ptrdiff_t{order[0]} * n;
       best.assign(begin, begin + n);
     }
-    Matrix chosen(n, mu);
+    MatrixXd chosen(n, mu);
     for (int i = 0; i < mu; ++i) chosen.col(i) = steps.col(order[static_cast<std::size_t>(i)]);
-    const Vector step = chosen * weights;
+    const VectorXd step = chosen * weights;
     mean += sigma * step;
-    const Vector whitened = axes * lengths.cwiseInverse().asDiagonal() * axes.transpose() * step;
+    const VectorXd whitened = axes * lengths.cwiseInverse().asDiagonal() * axes.transpose() * step;
     path_sigma = (1 - c_sigma) * path_sigma + std::sqrt(c_sigma * (2 - c_sigma) * mu_eff) * whitened;
     ++generation;
     const double settled = 1 - std::pow(1 - c_sigma, 2.0 * generation);
@@ -106,7 +105,7 @@ struct CmaEs::State {
     covariance = (1 - c_1 - c_mu + lost) * covariance + c_1 * path_c * path_c.transpose() +
                  c_mu * chosen * weights.asDiagonal() * chosen.transpose();
     sigma *= std::exp(std::min(1.0, c_sigma / d_sigma * (path_sigma.norm() / chi_n - 1)));
-    const Eigen::SelfAdjointEigenSolver<Matrix> solver(covariance);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(covariance);
     axes = solver.eigenvectors();
     // Rounding may leave a length that is not positive: bounded to 1e7 times the longest.
     const double longest = solver.eigenvalues().maxCoeff();

@@ -3,7 +3,7 @@
 // part of what decides the bits.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <cstdint>
 #include <span>
 

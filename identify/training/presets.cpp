@@ -11,7 +11,9 @@ namespace decid {
 
 using dataset::Channel;
 
-const std::vector<Preset>& presets() {
+namespace {
+
+std::vector<Preset> make_presets() {
   // The mean of the stimulus' cycles, and how they differ.
   const std::vector<Channel> folded_channels{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
                                              Channel::log_residual};
@@ -21,37 +23,44 @@ const std::vector<Preset>& presets() {
                                                .standardize_rows = true,
                                                .fold = 2,
                                                .rows = 256};
+  const dataset::ImageSettings short_image{.window = 2000,
+                                           .half_spectrum = true,
+                                           .channels = folded_channels,
+                                           .standardize_rows = true,
+                                           .first_sample = 197,
+                                           .fold = 3,
+                                           .rows = 128};
+  const dataset::ImageSettings paper_image,
+      half_image{.window = 110,
+                 .half_spectrum = true,
+                 .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
+                 .standardize_rows = true};
   // Neighbouring harmonics carry the same information, so convolutions along them come first.
   const std::string harmonics_network =
       "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
       "conv 96 3x1 stride 2x1 pad 1x0; batchnorm; relu; fc 256; batchnorm; relu; fc 7";
-  static const std::vector<Preset> all{
-      {.name = "best",
-       .description = "the spectrum of the cycles' mean and difference, harmonic by harmonic up to 4.2 Hz",
-       .architecture = harmonics_network,
-       .image = harmonics_image,
-       .epochs = 48,
-       .batch = 64,
-       .learning_rate = 0.05,
-       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
-       .schedule = "cosine",
-       .warmup_epochs = 1},
-      {.name = "short",
-       .description = "the same for the short protocol, three cycles of 20 s, up to 6.4 Hz",
-       .architecture = harmonics_network,
-       .image = {.window = 2000,
-                 .half_spectrum = true,
-                 .channels = folded_channels,
-                 .standardize_rows = true,
-                 .first_sample = 197,
-                 .fold = 3,
-                 .rows = 128},
-       .epochs = 24,
-       .batch = 64,
-       .learning_rate = 0.05,
-       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
-       .schedule = "cosine",
-       .warmup_epochs = 1},
+  std::vector<Preset> all;
+  all.push_back({.name = "best",
+                 .description = "the spectrum of the cycles' mean and difference, harmonic by harmonic up to 4.2 Hz",
+                 .architecture = harmonics_network,
+                 .image = harmonics_image,
+                 .epochs = 48,
+                 .batch = 64,
+                 .learning_rate = 0.05,
+                 .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+                 .schedule = "cosine",
+                 .warmup_epochs = 1});
+  all.push_back({.name = "short",
+                 .description = "the same for the short protocol, three cycles of 20 s, up to 6.4 Hz",
+                 .architecture = harmonics_network,
+                 .image = short_image,
+                 .epochs = 24,
+                 .batch = 64,
+                 .learning_rate = 0.05,
+                 .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+                 .schedule = "cosine",
+                 .warmup_epochs = 1});
+  all.push_back(
       {.name = "firmware",
        .description = "the image of best, a network of 52 KB for decid export c",
        .architecture =
@@ -64,36 +73,40 @@ const std::vector<Preset>& presets() {
        .learning_rate = 0.05,
        .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
        .schedule = "cosine",
-       .warmup_epochs = 1},
+       .warmup_epochs = 1});
+  all.push_back(
       {.name = "paper",
        .description = "the paper's setting: 64 filters first, raw modulus and phase, 110 x 110",
        .architecture =
            "conv 64 3x3 pad 1x1; batchnorm; relu; maxpool 2x2; conv 64 3x3 pad 1x1; batchnorm; relu; "
            "maxpool 2x2; conv 128 3x3 pad 1x1; batchnorm; relu; maxpool 2x2; conv 128 3x3 pad 1x1; batchnorm; "
            "relu; globalavgpool; fc 7",
-       .image = {},
+       .image = paper_image,
        .epochs = 100,
        .batch = 64,
        .learning_rate = 0.01,
        .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
        .schedule = "step:30:0.3",
-       .warmup_epochs = 0},
-      {.name = "small",
-       .description = "trains in seconds, for trying things out",
-       .architecture =
-           "conv 8 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 16 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
-           "conv 32 3x3 stride 2x2 pad 1x1; batchnorm; relu; globalavgpool; fc 7",
-       .image = {.window = 110,
-                 .half_spectrum = true,
-                 .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
-                 .standardize_rows = true},
-       .epochs = 10,
-       .batch = 32,
-       .learning_rate = 0.02,
-       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
-       .schedule = "cosine",
-       .warmup_epochs = 0},
-  };
+       .warmup_epochs = 0});
+  all.push_back({.name = "small",
+                 .description = "trains in seconds, for trying things out",
+                 .architecture =
+                     "conv 8 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 16 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
+                     "conv 32 3x3 stride 2x2 pad 1x1; batchnorm; relu; globalavgpool; fc 7",
+                 .image = half_image,
+                 .epochs = 10,
+                 .batch = 32,
+                 .learning_rate = 0.02,
+                 .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
+                 .schedule = "cosine",
+                 .warmup_epochs = 0});
+  return all;
+}
+
+}  // namespace
+
+std::span<const Preset> presets() {
+  static const std::vector<Preset> all = make_presets();
   return all;
 }
 

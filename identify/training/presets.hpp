@@ -1,6 +1,7 @@
 // Ready-made networks: architecture, image and training settings under one name, for decid train --preset.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct Preset {
   int warmup_epochs = 0;
 };
 
-const std::vector<Preset>& presets();
+std::span<const Preset> presets();
 /// The preset's image for trials of a protocol. Images that fold whole cycles into one window fit every protocol: its
 /// cycles are the windows, up to the same frequency, in 64 to 1024 rows; cycles that are not a whole number of samples,
 /// too long, too many, or of a length that is not transformed, are one window, as many as fit, and not folded. Other

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
@@ -19,7 +19,7 @@
 namespace decid::tools {
 namespace {
 
-struct Options {
+struct CompareOptions {
   CommonOptions common;
   std::string model, data, output, report;
   std::vector<double> sensor_noise_deg;
@@ -29,7 +29,7 @@ struct Options {
 };
 
 /// The trials: the first of a data set, or fresh ones of the model's experiment.
-dataset::Dataset trials_of(const Options& options, const Model& model) {
+dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
   using dataset::TrialIdentity;
   if (options.data.empty()) {
     require_not_trained_on(model.origin, {TrialIdentity::Kind::stream, options.seed, {}}, Measured::all, "--seed");
@@ -64,7 +64,7 @@ struct Stopwatch {
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
 };
 
-ComparisonFigures compare(const Options& options) {
+ComparisonFigures compare(const CompareOptions& options) {
   const Model model = model_or_built_in(options.model);
   const dataset::Dataset data = trials_of(options, model);
   const int trials = data.trials();
@@ -128,14 +128,14 @@ ComparisonFigures compare(const Options& options) {
   return figures;
 }
 
-void run_compare(const Options& options) {
+void run_compare(const CompareOptions& options) {
   catch_interrupt();
   refuse_same_file(options.output, {options.model, options.data});
   refuse_same_file(options.report, {options.model, options.data, options.output});
   for (const std::string& path : {options.output, options.report})
     if (!path.empty()) PendingFile probe(path);
   const ComparisonFigures figures = compare(options);
-  const nlohmann::ordered_json comparison = comparison_json(figures);
+  const Json comparison = comparison_json(figures);
   const std::string json = comparison.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!options.output.empty()) write_file(options.output, json);
   if (!options.report.empty()) write_file(options.report, comparison_html(figures));
@@ -145,7 +145,7 @@ void run_compare(const Options& options) {
 }  // namespace
 
 void add_compare(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareOptions>();
   const Command command = program.add_subcommand(
       "compare", "Compare network, iterative fit and fit from the network on trials with known parameters");
   command.add_option("--trials", options->trials, "How many trials").show_default().range(1, 100'000);

@@ -16,7 +16,7 @@
 namespace decid::tools {
 namespace {
 
-struct Options {
+struct DatasetOptions {
   CommonOptions common;
   int count = 0, base = 0;
   std::uint64_t seed = 1;
@@ -68,7 +68,7 @@ std::string summary(const DatasetFigures& figures, double seconds) {
 }
 
 /// Warns before the work, which goes on: space may be made meanwhile, and what is done is kept.
-void warn_of_little_space(const Options& options, std::uint64_t bytes, const dataset::NpzPartial& partial) {
+void warn_of_little_space(const DatasetOptions& options, std::uint64_t bytes, const dataset::NpzPartial& partial) {
   std::error_code error;
   const auto folder = std::filesystem::path(partial.file).parent_path();
   const auto space = std::filesystem::space(folder.empty() ? "." : folder, error);
@@ -82,7 +82,7 @@ void warn_of_little_space(const Options& options, std::uint64_t bytes, const dat
       options.output.c_str(), megabytes(bytes).c_str(), megabytes(space.available).c_str());
 }
 
-void make_dataset(const Options& options) {
+void make_dataset(const DatasetOptions& options) {
   catch_interrupt();
   DatasetFigures figures;
   figures.file = options.output;
@@ -128,7 +128,7 @@ void make_dataset(const Options& options) {
 }  // namespace
 
 void add_dataset(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DatasetOptions>();
   const Command command = program.add_subcommand("dataset", "Simulate a data set of valid trials");
   command.add_option("--count", options->count, "Valid trials in all").required().range(1, 10'000'000);
   command.add_option("--base", options->base,

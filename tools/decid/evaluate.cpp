@@ -15,7 +15,7 @@
 namespace decid::tools {
 namespace {
 
-struct Options {
+struct EvaluateOptions {
   CommonOptions common;
   std::string model, data, split;
   bool int8 = false;
@@ -30,7 +30,7 @@ std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& 
 }
 
 /// The part that was asked for, if the model was not trained on it; the other half of its own data set if none was.
-std::string split_of(const Options& options, const Origin& origin, const dataset::TrialIdentity& data) {
+std::string split_of(const EvaluateOptions& options, const Origin& origin, const dataset::TrialIdentity& data) {
   std::string split = options.split.empty() ? "all" : options.split;
   if (options.split.empty() && trained_on(origin, data)) {
     split = "validation";
@@ -45,7 +45,7 @@ std::string split_of(const Options& options, const Origin& origin, const dataset
   return split;
 }
 
-void evaluate_model(const Options& options) {
+void evaluate_model(const EvaluateOptions& options) {
   Model model = model_or_built_in(options.model);
   const dataset::StoredDataset stored(options.data);
   const dataset::Dataset& data = stored.about();
@@ -94,7 +94,7 @@ void evaluate_model(const Options& options) {
 }  // namespace
 
 void add_evaluate(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EvaluateOptions>();
   const Command command = program.add_subcommand("evaluate", "Measure a model's error on a data set");
   command.add_option("--model", options->model, "Model file; default: the built-in model");
   command.add_option("--data", options->data, "Data set made by decid dataset").required();

@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "dataset/recording/protocol_file.hpp"
@@ -26,10 +26,9 @@
 namespace decid::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-struct Options {
+struct ExportOptions {
   CommonOptions common;
   std::string model, output, name;
   FirmwareOptions firmware;
@@ -72,7 +71,7 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   return test;
 }
 
-void export_model(const Options& options) {
+void export_model(const ExportOptions& options) {
   const std::string name = options.name.empty() ? name_of(options.model) : options.name;
   check_firmware_name(name);
   const Model model = model_or_built_in(options.model);
@@ -103,7 +102,7 @@ void export_model(const Options& options) {
 }
 
 void add_export_c(const Command& parent) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportOptions>();
   const Command command = parent.add_subcommand("c", "A model as one C file and its header");
   command.add_option("model", options->model, "Model file; default: the built-in model");
   command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")

@@ -15,14 +15,14 @@
 namespace decid::tools {
 namespace {
 
-struct Options {
+struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
   std::string model, protocol, start = "network", output;
   FitRequest request;
 };
 
-void run_fit(const Options& options) {
+void run_fit(const FitOptions& options) {
   catch_interrupt();
   ReadOptions reading = options.recordings.read_options();
   std::vector<std::string> inputs = options.recordings.files;
@@ -61,7 +61,7 @@ void run_fit(const Options& options) {
 }  // namespace
 
 void add_fit(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FitOptions>();
   const Command command = program.add_subcommand("fit", "Fit recordings by iterative simulation, the slow way");
   command.add_option("--start", options->start, "Where the first search starts: network, middle or random")
       .show_default()

@@ -1,14 +1,11 @@
 // Fits as JSON and text: see fit_results.hpp.
 #include "tools/decid/fit_results.hpp"
 
-#include <nlohmann/json.hpp>
-
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "tools/decid/results.hpp"
 
 namespace decid::tools {
-
-using Json = nlohmann::ordered_json;
 
 std::string fits_json(const std::string& model, const FittedRecordings& all) {
   Json recordings = Json::array();

@@ -14,13 +14,13 @@
 namespace decid::tools {
 namespace {
 
-struct Options {
+struct IdentifyOptions {
   CommonOptions common;
   RecordingFlags recordings;
   std::string model, output, report;
 };
 
-void run_identify(const Options& options) {
+void run_identify(const IdentifyOptions& options) {
   ReadOptions reading = options.recordings.read_options();
   std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
@@ -47,7 +47,7 @@ void run_identify(const Options& options) {
 }  // namespace
 
 void add_identify(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<IdentifyOptions>();
   const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
   add_recording_flags(command, options->recordings, "--begin,--start");
   command.add_option("--model", options->model, "Model file; default: the built-in model");

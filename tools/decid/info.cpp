@@ -1,8 +1,8 @@
 // decid info: what is in a model file.
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "identify/model.hpp"
 #include "sim/protocol_json.hpp"
@@ -11,9 +11,7 @@
 namespace decid::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-struct Options {
+struct InfoOptions {
   CommonOptions common;
   std::string model;
 };
@@ -39,7 +37,7 @@ std::string shape_text(const nn::Shape& s) {
   return format("%d x %d x %d", s.channels, s.rows, s.columns);
 }
 
-void info(const Options& options) {
+void info(const InfoOptions& options) {
   const Model model = model_or_built_in(options.model);
   const auto& network = model.network;
   const std::string hash = nn::weights_sha256(network);
@@ -86,7 +84,7 @@ void info(const Options& options) {
 }  // namespace
 
 void add_info(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InfoOptions>();
   const Command command = program.add_subcommand("info", "Show what a model is made of");
   command.add_option("model", options->model, "Model file; default: the built-in model");
   add_common_options(command, options->common, true);

@@ -2,15 +2,13 @@
 #include "tools/decid/results.hpp"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
-
-using Json = nlohmann::ordered_json;
 
 Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   if (id.error) return {{"file", id.file}, {"error", id.error->what()}};

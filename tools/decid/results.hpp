@@ -1,10 +1,10 @@
 // What `decid identify` reports on recordings: as JSON for scripts, as text for people.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "base/json.hpp"
 #include "identify/recordings.hpp"
 
 namespace decid::tools {
@@ -16,8 +16,8 @@ std::string identifications_text(const Identifications& all);
 
 /// Their parts, for commands that have more to report: a recording's object, the document of such objects, and the
 /// lines above a recording's table.
-nlohmann::ordered_json recording_json(const Identification& id, const sim::Protocol& protocol);
-std::string recordings_json(const std::string& model, const nlohmann::ordered_json& recordings);
+Json recording_json(const Identification& id, const sim::Protocol& protocol);
+std::string recordings_json(const std::string& model, const Json& recordings);
 std::string headline(const Identification& id);
 
 }  // namespace decid::tools

@@ -27,7 +27,7 @@ const sim::ParameterTable& table() {
 /// What was given on the command line, a value or nothing for each parameter.
 using Given = std::vector<std::optional<double>>;
 
-struct Options {
+struct SimulateOptions {
   CommonOptions common;
   Given parameters = Given(table().size()), hip = parameters;
   std::uint64_t seed = 1;
@@ -78,7 +78,7 @@ void print_parameters(const char* title, const sim::Parameters& parameters) {
     std::cerr << format("%-8s %12.6g %s\n", table()[i].name.c_str(), parameters[i], table()[i].shown_unit().c_str());
 }
 
-void print_summary(const Options& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
+void print_summary(const SimulateOptions& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
   const double noise_deg = sim::sensor_noise_level(protocol.noise.sensor, options.seed, 0) / sim::rad_per_deg;
   std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees%s, seed %llu, written to %s\n",
                       protocol.samples(), protocol.experiment.sample_rate_hz,
@@ -87,7 +87,7 @@ void print_summary(const Options& options, const sim::Protocol& protocol, const 
                       static_cast<unsigned long long>(options.seed), options.output.c_str());
 }
 
-void simulate_single(const Options& options, sim::Protocol protocol) {
+void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
   const sim::Simulator simulator(std::move(protocol));
   const sim::Parameters parameters = filled(table().middle(), options.parameters);
   std::vector<double> sway = room(simulator.samples());
@@ -117,7 +117,7 @@ void simulate_single(const Options& options, sim::Protocol protocol) {
   print_summary(options, simulator.protocol(), outcome);
 }
 
-void simulate_double(const Options& options, sim::Protocol protocol) {
+void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
   const sim::DoubleSimulator simulator(std::move(protocol));
   sim::DoubleParameters parameters = sim::default_double_parameters(simulator.segments());
   parameters = {filled(parameters.ankle, options.parameters), filled(parameters.hip, options.hip)};
@@ -148,7 +148,7 @@ void simulate_double(const Options& options, sim::Protocol protocol) {
   print_summary(options, simulator.protocol(), outcome);
 }
 
-void simulate(const Options& options) {
+void simulate(const SimulateOptions& options) {
   std::vector<std::string> files;
   sim::Protocol protocol = dataset::load_protocol(options.protocol, &files);
   refuse_same_file(options.output, files);
@@ -159,7 +159,7 @@ void simulate(const Options& options) {
 }  // namespace
 
 void add_simulate(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateOptions>();
   const Command command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
   const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
   for (std::size_t i = 0; i < table().size(); ++i) {

@@ -15,12 +15,12 @@
 namespace decid::tools {
 namespace {
 
-struct Options {
+struct StimulusOptions {
   CommonOptions common;
   std::string protocol = "default", output, plot, written_protocol;
 };
 
-void stimulus(const Options& options) {
+void stimulus(const StimulusOptions& options) {
   if (options.output.empty() && options.plot.empty() && options.written_protocol.empty())
     throw Error("stimulus", "has nothing to write",
                 "give -o stimulus.csv, --plot page.html or --write-protocol p.json");
@@ -46,7 +46,7 @@ void stimulus(const Options& options) {
 }  // namespace
 
 void add_stimulus(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StimulusOptions>();
   const Command command = program.add_subcommand("stimulus", "Write and plot the platform's tilt over a trial");
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
   command.add_option("-o,--output", options->output, "CSV file to write: time,tilt_deg at the sample rate");

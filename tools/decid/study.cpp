@@ -17,7 +17,7 @@
 namespace decid::tools {
 namespace {
 
-struct Options {
+struct StudyOptions {
   CommonOptions common;
   std::string model, data, log, recording, column, unit, learning_curve, output;
   std::optional<double> rate;
@@ -47,7 +47,7 @@ void prepare(const std::filesystem::path& folder) {
   PendingFile probe(folder / "report.html");
 }
 
-void add_recording(const Options& options, const Model& model, Study& study) {
+void add_recording(const StudyOptions& options, const Model& model, Study& study) {
   ReadOptions how;
   how.recording.column = options.column;
   how.recording.rate_hz = options.rate;
@@ -59,7 +59,7 @@ void add_recording(const Options& options, const Model& model, Study& study) {
                                      model.targets.deviation[p]);
 }
 
-void run_study(const Options& options) {
+void run_study(const StudyOptions& options) {
   Study study;
   for (const std::string& text : options.times) study.seconds.push_back(time_from_text(text));
   Model model = model_or_built_in(options.model);
@@ -79,7 +79,7 @@ void run_study(const Options& options) {
   if (!log.empty()) study.log = read_log(log);
   if (!options.learning_curve.empty()) study.learning_curve = read_learning_curve(options.learning_curve);
   for (const std::string& file : options.comparisons) {
-    const nlohmann::ordered_json comparison = read_comparison(file, model.parameters());
+    const Json comparison = read_comparison(file, model.parameters());
     study.comparisons.push_back(comparison.dump());
     if (comparison.at("weights_sha256") != study.sha256)
       throw Error(file, "compares another model than " + study.model, "run decid compare with this --model");
@@ -104,8 +104,7 @@ void run_study(const Options& options) {
   for (const std::string& output : outputs) refuse_same_file((folder / output).string(), inputs);
   const std::string text = study_text(study);
   // A file name need not be UTF-8; other bytes are replaced.
-  const std::string json =
-      study_json(study).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  const std::string json = study_json(study).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   for (const Figure& figure : figures) {
     write_file(folder / (figure.id + ".svg"), figure.svg);
     write_file(folder / (figure.id + ".csv"), figure.csv);
@@ -120,7 +119,7 @@ void run_study(const Options& options) {
 }  // namespace
 
 void add_study(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StudyOptions>();
   const Command command = program.add_subcommand(
       "study", "Set a model beside the paper: its table, its figures, what its estimates are worth");
   command.add_option("--model", options->model, "Model file; default: the built-in model");

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/training/checkpoint.hpp"
@@ -20,9 +20,7 @@
 namespace decid::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-struct Options {
+struct TrainOptions {
   CommonOptions common;
   std::string data, preset = "best", architecture_file, image_file, output;
   ProtocolOptions protocol;
@@ -35,7 +33,7 @@ struct Options {
   std::optional<std::string> schedule;
 };
 
-TrainingSettings settings_from(const Options& options) {
+TrainingSettings settings_from(const TrainOptions& options) {
   TrainingSettings settings;
   settings.preset = preset_named(options.preset);
   Preset& preset = settings.preset;
@@ -61,7 +59,7 @@ double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-void train(const Options& options) {
+void train(const TrainOptions& options) {
   if (options.data.empty() != options.stream)
     throw Error("train", "needs trials", "give either --data data.npz or --stream");
   const std::string checkpoint = options.output + ".checkpoint";
@@ -158,7 +156,7 @@ void train(const Options& options) {
 }  // namespace
 
 void add_train(const Command& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrainOptions>();
   const Command command = program.add_subcommand("train", "Train a model");
   const Option data = command.add_option("--data", options->data, "Data set made by decid dataset");
   command.add_flag("--stream", options->stream, "Simulate fresh trials for every epoch instead").excludes(data);

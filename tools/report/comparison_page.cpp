@@ -1,8 +1,6 @@
 // The comparison of methods: see comparison_page.hpp. page.cpp makes the page, compare.js draws it.
 #include "tools/report/comparison_page.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/json_object.hpp"
@@ -13,14 +11,10 @@
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
-namespace {
+namespace {}  // namespace
 
-using json = nlohmann::ordered_json;
-
-}  // namespace
-
-json comparison_json(const ComparisonFigures& figures) {
-  json methods = json::array();
+Json comparison_json(const ComparisonFigures& figures) {
+  Json methods = Json::array();
   for (const MethodFigures& method : figures.methods) {
     methods.push_back({{"name", method.name},
                        {"description", method.description},
@@ -28,7 +22,7 @@ json comparison_json(const ComparisonFigures& figures) {
                        {"mse_standard_error", method.mse_standard_error},
                        {"mse_per_parameter", by_parameter(figures.protocol.parameters(), method.mse_per_parameter)},
                        {"error_per_standard_error",
-                        method.error_per_standard_error ? json(*method.error_per_standard_error) : json(nullptr)},
+                        method.error_per_standard_error ? Json(*method.error_per_standard_error) : Json(nullptr)},
                        {"simulations", method.simulations},
                        {"seconds", method.seconds}});
   }
@@ -45,8 +39,8 @@ json comparison_json(const ComparisonFigures& figures) {
           {"methods", std::move(methods)}};
 }
 
-std::string comparison_text(const json& comparison, const sim::ParameterTable& table) {
-  const json& noise = comparison.at("sensor_noise_deg");
+std::string comparison_text(const Json& comparison, const sim::ParameterTable& table) {
+  const Json& noise = comparison.at("sensor_noise_deg");
   std::string text =
       format("%d trials (%s), protocol '%s', sensor noise %g to %g degrees, %s, %d threads\n\n| method | MSE | +- |",
              comparison.at("trials").get<int>(), comparison.at("trials_from").get<std::string>().c_str(),
@@ -56,7 +50,7 @@ std::string comparison_text(const json& comparison, const sim::ParameterTable& t
   text += " simulations | seconds |\n|";
   for (std::size_t column = 0; column < table.size() + 5; ++column) text += "---|";
   text += "\n";
-  for (const json& method : comparison.at("methods")) {
+  for (const Json& method : comparison.at("methods")) {
     text += format("| %s | %.3f | %.3f |", method.at("name").get<std::string>().c_str(), method.at("mse").get<double>(),
                    method.at("mse_standard_error").get<double>());
     for (const sim::ParameterInfo& info : table)
@@ -64,29 +58,29 @@ std::string comparison_text(const json& comparison, const sim::ParameterTable& t
     text += format(" %.0f | %.2g |\n", method.at("simulations").get<double>(), method.at("seconds").get<double>());
   }
   text += "\n";
-  for (const json& method : comparison.at("methods"))
+  for (const Json& method : comparison.at("methods"))
     if (!method.at("error_per_standard_error").is_null())
       text += format("%s: errors are %.2f times the standard errors (root mean square)\n",
                      method.at("name").get<std::string>().c_str(), method.at("error_per_standard_error").get<double>());
   return text;
 }
 
-json read_comparison(const std::string& file, const sim::ParameterTable& table) {
+Json read_comparison(const std::string& file, const sim::ParameterTable& table) {
   const char* advice = "give the JSON file that decid compare -o wrote";
-  json comparison = parse_json(read_file(file), file);
+  Json comparison = parse_json(read_file(file), file);
   try {
     comparison_text(comparison, table);
     for (const char* key : {"weights_sha256", "version"}) comparison.at(key).get<std::string>();
     for (const char* key : {"budget", "starts"}) comparison.at(key).get<long long>();
-    for (const json& method : comparison.at("methods")) method.at("description").get<std::string>();
-  } catch (const json::exception&) {
+    for (const Json& method : comparison.at("methods")) method.at("description").get<std::string>();
+  } catch (const Json::exception&) {
     throw Error(file, "is not a comparison of methods", advice);
   }
   return comparison;
 }
 
 std::string comparison_html(const ComparisonFigures& figures) {
-  json data = comparison_json(figures);
+  Json data = comparison_json(figures);
   data["protocol"] = protocol_figures(figures.protocol);
   const std::string script = std::string(embedded::comparison_js()) + std::string(embedded::compare_js());
   return page_html({.title = "Network and iterative fit",

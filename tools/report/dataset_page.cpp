@@ -7,10 +7,9 @@
 namespace decid::tools {
 namespace {
 
-using json = nlohmann::ordered_json;
 using dataset::Distribution;
 
-json figures_of(const Distribution& values) {
+Json figures_of(const Distribution& values) {
   return {{"mean", values.mean()},
           {"deviation", values.deviation()},
           {"min", values.least()},
@@ -18,24 +17,24 @@ json figures_of(const Distribution& values) {
           {"counts", std::vector<long long>(values.bins().begin(), values.bins().end())}};
 }
 
-json distribution(const std::string& description, const std::string& unit, const Distribution& base,
+Json distribution(const std::string& description, const std::string& unit, const Distribution& base,
                   const Distribution& enriched) {
   return {{"description", description}, {"unit", unit},
           {"low", base.low()},          {"high", base.high()},
           {"base", figures_of(base)},   {"enriched", figures_of(enriched)}};
 }
 
-json rate(long long valid, long long attempts) {
+Json rate(long long valid, long long attempts) {
   if (attempts == 0) return nullptr;
   return static_cast<double>(valid) / static_cast<double>(attempts);
 }
 
 }  // namespace
 
-json dataset_json(const DatasetFigures& figures) {
+Json dataset_json(const DatasetFigures& figures) {
   const dataset::DatasetReport& report = figures.report;
   const long long base = report.base.peak_to_peak.count(), trials = report.all.peak_to_peak.count();
-  json distributions;
+  Json distributions;
   const sim::ParameterTable& table = figures.request.protocol.parameters();
   for (std::size_t i = 0; i < table.size(); ++i) {
     const sim::ParameterInfo& info = table[i];
@@ -62,7 +61,7 @@ json dataset_json(const DatasetFigures& figures) {
 }
 
 std::string dataset_html(const DatasetFigures& figures) {
-  json data = dataset_json(figures);
+  Json data = dataset_json(figures);
   data["version"] = figures.version;
   data["protocol"] = protocol_figures(figures.request.protocol);
   return page_html({.title = "Data set report",

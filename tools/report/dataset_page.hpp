@@ -3,9 +3,9 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/json.hpp"
 #include "dataset/sets/dataset.hpp"
 
 namespace decid::tools {
@@ -22,7 +22,7 @@ struct DatasetFigures {
 /// parent_threshold_rad, child_attempts, child_acceptance_rate (null without children), and distributions: for Kp, ..,
 /// delay and peak_to_peak (rad) unit, low and high of the histogram, and for base and enriched the mean, deviation
 /// (over N), min, max and the counts of the equal bins from low to high. Without children both are the same.
-nlohmann::ordered_json dataset_json(const DatasetFigures& figures);
+Json dataset_json(const DatasetFigures& figures);
 
 /// The page, self-contained, the same for the same data set.
 std::string dataset_html(const DatasetFigures& figures);

@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
+#include "base/json_object.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 double phase_near(sim::Complex response, double near_deg) {
   const double phase = std::arg(response) / sim::rad_per_deg;

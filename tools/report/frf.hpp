@@ -1,8 +1,7 @@
 // Frequency responses of an identification, as JSON and as figures that people read off a Bode diagram.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "base/json.hpp"
 #include "identify/estimate.hpp"
 
 namespace decid::tools {
@@ -17,6 +16,6 @@ struct Bode {
 Bode bode(const sim::FrfPoint& point, double near_deg);
 
 /// Arrays, an entry a band; null where a figure is not known.
-nlohmann::ordered_json frf_to_json(const FrequencyResponses& frf);
+Json frf_to_json(const FrequencyResponses& frf);
 
 }  // namespace decid::tools

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string_view>
 
 #include "base/error.hpp"
+#include "base/json_object.hpp"
 #include "embedded/frf_js.hpp"
 #include "embedded/identify_js.hpp"
 #include "tools/report/frf.hpp"
@@ -18,13 +18,11 @@
 namespace decid::tools {
 namespace {
 
-using json = nlohmann::ordered_json;
-
-json parameters_to_json(const Identification& recording, const sim::Protocol& protocol) {
-  json list = json::array();
+Json parameters_to_json(const Identification& recording, const sim::Protocol& protocol) {
+  Json list = Json::array();
   for (std::size_t i = 0; i < protocol.parameters().size(); ++i) {
     const sim::ParameterInfo& info = protocol.parameters()[i];
-    json entry = {{"name", info.name},
+    Json entry = {{"name", info.name},
                   {"description", info.description},
                   {"unit", info.unit},
                   {"low", page_number(info.low)},
@@ -39,7 +37,7 @@ json parameters_to_json(const Identification& recording, const sim::Protocol& pr
 }
 
 // The angles as whole multiples of a decimal unit between a thousandth and a ten-thousandth of the widest excursion.
-json series_to_json(const Identification& recording, const std::vector<float>& tilt_rad) {
+Json series_to_json(const Identification& recording, const std::vector<float>& tilt_rad) {
   const std::vector<float>& sway_rad = recording.estimate.trial.sway_rad();
   const std::vector<float>& fitted_rad = recording.explanation.fitted_rad;
   double widest = 1e-6;
@@ -59,7 +57,7 @@ json series_to_json(const Identification& recording, const std::vector<float>& t
   const int decimals = 3 - static_cast<int>(std::floor(std::log10(widest)));
   const double per_degree = std::pow(10.0, decimals);
   const auto counts = [&](const std::vector<float>& signal) {
-    json list = json::array();
+    Json list = Json::array();
     for (const float angle_rad : signal) {
       if (std::isfinite(angle_rad)) {
         list.push_back(std::llround(degrees(angle_rad) * per_degree));
@@ -109,13 +107,13 @@ ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   return {"sequential", low, std::max(high, low + 1e-6), logarithmic};
 }
 
-json channel_to_json(dataset::Channel channel, std::span<const float> values) {
+Json channel_to_json(dataset::Channel channel, std::span<const float> values) {
   std::vector<double> finite;
   for (const float value : values) {
     if (std::isfinite(value)) finite.push_back(value);
   }
   const ColourScale scale = colour_scale(channel, std::move(finite));
-  json levels = json::array();
+  Json levels = Json::array();
   for (const float value : values) {
     if (!std::isfinite(value)) {
       levels.push_back(nullptr);
@@ -131,7 +129,7 @@ json channel_to_json(dataset::Channel channel, std::span<const float> values) {
 }
 
 // The rows up to half the sample rate; those above mirror them and would show nothing new.
-json image_to_json(const Identification& recording, const Identifications& of) {
+Json image_to_json(const Identification& recording, const Identifications& of) {
   const std::vector<float>& image = recording.estimate.image;
   if (image.empty()) return nullptr;
   const dataset::ImageShape& shape = of.image_shape;
@@ -147,7 +145,7 @@ json image_to_json(const Identification& recording, const Identifications& of) {
   }
   const int window = of.image.window;
   const int rows = std::min(shape.rows, window / 2 + 1);
-  json list = json::array();
+  Json list = Json::array();
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const std::size_t size = static_cast<std::size_t>(shape.rows) * static_cast<std::size_t>(shape.columns);
     const std::span<const float> all(image);
@@ -164,7 +162,7 @@ json image_to_json(const Identification& recording, const Identifications& of) {
           {"channels", std::move(list)}};
 }
 
-json tilt_to_json(const Identification& recording) {
+Json tilt_to_json(const Identification& recording) {
   const std::optional<dataset::TiltMatch>& tilt = recording.estimate.trial.tilt;
   if (!tilt) return nullptr;
   return {{"column", recording.tilt_column},
@@ -173,7 +171,7 @@ json tilt_to_json(const Identification& recording) {
           {"gain", page_number(tilt->gain)}};
 }
 
-json recording_to_json(const Identification& recording, const Identifications& of) {
+Json recording_to_json(const Identification& recording, const Identifications& of) {
   const Explanation& explanation = recording.explanation;
   return {{"file", recording.file},
           {"column", recording.column},
@@ -185,16 +183,16 @@ json recording_to_json(const Identification& recording, const Identifications& o
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
           {"warnings", recording.warnings()},
           {"series", series_to_json(recording, of.tilt_rad)},
-          {"frf", explanation.frf ? frf_to_json(*explanation.frf) : json(nullptr)},
+          {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
           {"image", image_to_json(recording, of)}};
 }
 
 }  // namespace
 
 std::string report_html(const ReportModel& model, const Identifications& all) {
-  json data = {{"model", {{"name", model.name}, {"sha256", model.sha256}, {"version", model.version}}},
-               {"recordings", json::array()}};
-  data["failed"] = json::array();
+  Json data = {{"model", {{"name", model.name}, {"sha256", model.sha256}, {"version", model.version}}},
+               {"recordings", Json::array()}};
+  data["failed"] = Json::array();
   for (const Identification& recording : all.recordings) {
     if (recording.error) {
       data["failed"].push_back(recording.error->what());

@@ -13,12 +13,10 @@
 namespace decid::tools {
 namespace {
 
-using json = nlohmann::ordered_json;
-
 // For a script element: no `<` at all, so neither `</script>` nor `<!--` can stand in it. ASCII only; bytes that are
 // not UTF-8 (a file name may hold any) become U+FFFD.
-std::string script_json(const json& data) {
-  const std::string text = data.dump(-1, ' ', true, json::error_handler_t::replace);
+std::string script_json(const Json& data) {
+  const std::string text = data.dump(-1, ' ', true, Json::error_handler_t::replace);
   std::string escaped;
   escaped.reserve(text.size());
   for (const char c : text) {
@@ -33,14 +31,14 @@ std::string script_json(const json& data) {
 
 }  // namespace
 
-json page_number(double value) {
+Json page_number(double value) {
   if (!std::isfinite(value)) return nullptr;
   if (value == 0.0) return 0.0;
   const double scale = std::pow(10.0, 5.0 - std::floor(std::log10(std::abs(value))));
   return std::isfinite(scale) ? std::round(value * scale) / scale : value;
 }
 
-json protocol_figures(const sim::Protocol& protocol) {
+Json protocol_figures(const sim::Protocol& protocol) {
   return {{"name", protocol.name},
           {"duration_s", page_number(protocol.duration_s())},
           {"sample_rate_hz", page_number(protocol.experiment.sample_rate_hz)},
@@ -53,7 +51,7 @@ json protocol_figures(const sim::Protocol& protocol) {
           {"mgh", page_number(protocol.experiment.body.mgh())}};
 }
 
-std::string page_html(const Page& page, const json& data) {
+std::string page_html(const Page& page, const Json& data) {
   const std::string block = script_json(data);
   // One pass over the page alone: inserted text is never searched for marks.
   const std::pair<std::string_view, std::string_view> parts[] = {{"{{title}}", page.title},

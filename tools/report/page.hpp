@@ -4,10 +4,10 @@
 // Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in the page.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
+#include "base/json.hpp"
 #include "sim/protocol.hpp"
 
 namespace decid::tools {
@@ -18,12 +18,12 @@ struct Page {
 };
 
 /// Every string in `data` is escaped. Deterministic: no dates, no random ids.
-std::string page_html(const Page& page, const nlohmann::ordered_json& data);
+std::string page_html(const Page& page, const Json& data);
 
 /// Six significant digits, null if not finite: JSON has no NaN.
-nlohmann::ordered_json page_number(double value);
+Json page_number(double value);
 
 /// What pages say about a protocol.
-nlohmann::ordered_json protocol_figures(const sim::Protocol& protocol);
+Json protocol_figures(const sim::Protocol& protocol);
 
 }  // namespace decid::tools

@@ -5,8 +5,6 @@
 
 namespace decid::tools {
 
-using Json = nlohmann::ordered_json;
-
 Json number_or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }

@@ -1,30 +1,30 @@
 // Parameters and figures of each parameter as JSON, in the one form that results, pages and studies share.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/json_object.hpp"
 #include "identify/training/training.hpp"
 
 namespace decid::tools {
 
 /// The number, or null if it is not finite: JSON has no NaN.
-nlohmann::ordered_json number_or_null(double value);
+Json number_or_null(double value);
 
 /// A list, an object a parameter: name, value, unit, "normalized" (over m g h, null where that has no meaning) and,
 /// when the truth is known, "true".
-nlohmann::ordered_json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
-                                       const std::optional<sim::Parameters>& truth);
+Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
+                     const std::optional<sim::Parameters>& truth);
 
 /// {"Kp": values[0], ...}.
 template <class Values>
-nlohmann::ordered_json by_parameter(const sim::ParameterTable& table, const Values& values) {
-  nlohmann::ordered_json json;
+Json by_parameter(const sim::ParameterTable& table, const Values& values) {
+  Json json;
   for (std::size_t p = 0; p < table.size(); ++p) json[table[p].name] = number_or_null(values[p]);
   return json;
 }
 
 /// {"mse", "matlab_loss", "mse_per_parameter", "trials"}.
-nlohmann::ordered_json evaluation_json(const sim::ParameterTable& table, const Evaluation& evaluation);
+Json evaluation_json(const sim::ParameterTable& table, const Evaluation& evaluation);
 
 }  // namespace decid::tools

@@ -12,8 +12,6 @@
 namespace decid::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::size_t most_points = 20'000;
 
 struct Points {

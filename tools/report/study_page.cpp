@@ -15,8 +15,6 @@
 namespace decid::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json bins_json(const sim::ParameterTable& table, const std::vector<Bin>& bins) {
   Json list = Json::array();
   for (const Bin& bin : bins)

@@ -1,10 +1,10 @@
 // What `decid study` reports beside the paper's numbers: as JSON, as a table for people, and as a page.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "base/json.hpp"
 #include "tools/report/study_figures.hpp"
 
 namespace decid::tools {
@@ -25,7 +25,7 @@ inline constexpr sim::Parameters deviation{338.0956, 122.7999, 102.1054, 68.5447
 /// mse_per_parameter, trials, or null), double_pendulum, recording (null without), sample, worth (for each level
 /// sensor_noise_deg, mse, .., by_amplitude_deg and by_nv: low, high, trials, mse, mse_per_parameter, mean_guess_mse),
 /// learning_curve, comparisons (as in comparison_page.hpp), seconds, notes, paper: the numbers it prints.
-nlohmann::ordered_json study_json(const Study& study);
+Json study_json(const Study& study);
 
 /// Ours beside the paper's.
 std::string study_text(const Study& study);
