@@ -79,6 +79,11 @@ function(decid_glue target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
+# decid_computes(target): loops over samples and weights are worth -O3, in the presets' Release too, which is -O2.
+function(decid_computes target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
+endfunction()
+
 # decid_kernels(library): adds kernels/kernels_<instruction set>.cpp of the current folder to decid_<library>, one
 # translation unit an instruction set; only these are compiled for more than the baseline. -O3 in every build type: they
 # define nothing but internal functions and one table, so no build of them can leak into other code, and what a kernel
