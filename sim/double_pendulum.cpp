@@ -29,7 +29,7 @@ class Module {
     const double estimate_rate = dead_band_of(support.rate + noise_rate, p_[Theta]);
     const double angle = 2.0 * body.angle + (tilt_estimate_ - support.angle);
     const double rate = 2.0 * body.rate + (estimate_rate - support.rate);
-    tilt_estimate_ = tilt_estimate_ + step_s * estimate_rate;
+    tilt_estimate_ = tilt_estimate_ + integration_step_s * estimate_rate;
     const double active = delay_line_.pass(step, p_[Kp] * angle + p_[Kd] * rate);
     return -(active + (p_[Kp_pass] * joint.angle + p_[Kd_pass] * joint.rate));
   }
@@ -134,7 +134,7 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
       };
       const double ankle_torque = ankle.torque(step, com, platform, between(leg, platform), ankle_nv * noise_now);
       const double hip_torque = hip.torque(step, trunk, leg, between(trunk, leg), hip_nv * noise_now);
-      body.step(state, ankle_torque, hip_torque, step_s);
+      body.step(state, ankle_torque, hip_torque, integration_step_s);
 
       const double magnitude = std::abs(body.centre_of_mass(state.leg_rad, state.trunk_rad));
       const bool stands = magnitude <= sway_limit_rad && std::abs(state.leg_rad) <= segment_limit_rad &&

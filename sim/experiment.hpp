@@ -13,7 +13,7 @@ inline constexpr double pi = 3.14159265358979323846;
 inline constexpr double rad_per_deg = pi / 180.0;
 inline constexpr double gravity = 9.81;        ///< m/s^2
 inline constexpr int steps_per_second = 1000;  ///< the fixed integration step is 1 ms
-inline constexpr double step_s = 1.0 / steps_per_second;
+inline constexpr double integration_step_s = 1.0 / steps_per_second;
 
 /// The body above the ankle as a single inverted pendulum. Defaults: Winter's segments for 88.86 kg and 1.80 m.
 struct Body {

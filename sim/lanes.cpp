@@ -24,9 +24,9 @@ static_assert(longest_delay_s * steps_per_second <= Pendulums::longest_lag);
 Course course_of(const Experiment& experiment, const Stimulus& stimulus) {
   Course course{};
   const double mgh = experiment.body.mgh();
-  course.step_s = step_s;
+  course.step_s = integration_step_s;
   for (std::size_t i = 0; i < std::size(sine_coefficients); ++i) {
-    course.sine[i] = step_s / experiment.body.inertia_kgm2 * mgh * sine_coefficients[i];
+    course.sine[i] = integration_step_s / experiment.body.inertia_kgm2 * mgh * sine_coefficients[i];
   }
   course.steps_per_sample = experiment.steps_per_sample();
   course.per_step = 1.0 / course.steps_per_sample;
@@ -52,7 +52,7 @@ Lanes::Lanes(const Setup& setup)
     : setup_(setup),
       advance_(simulator_kernels(setup.isa).advance_pendulums),
       samples_(static_cast<std::size_t>(setup.samples)),
-      step_over_inertia_(step_s / setup.protocol.experiment.body.inertia_kgm2),
+      step_over_inertia_(integration_step_s / setup.protocol.experiment.body.inertia_kgm2),
       lanes_(std::make_unique<Pendulums>()),
       silence_((samples_ + 1) * fft_lanes, 0.0),
       sways_(std::make_unique_for_overwrite<double[]>((Pendulums::count + 1) * samples_)) {

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "dataset/npz/npz.hpp"

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/json_object.hpp"
 #include "embedded/chart_js.hpp"
 #include "embedded/report_common_js.hpp"
 #include "embedded/report_css.hpp"

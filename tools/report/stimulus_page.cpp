@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/json_object.hpp"
 #include "embedded/stimulus_js.hpp"
 #include "sim/fft.hpp"
 #include "tools/report/page.hpp"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "embedded/comparison_js.hpp"
 #include "embedded/study_js.hpp"
