@@ -3,7 +3,8 @@
 set(CMAKE_C_COMPILER clang-19)
 set(CMAKE_CXX_COMPILER clang++-19)
 get_filename_component(llvm ${CMAKE_CURRENT_LIST_DIR}/../build/clang19-packages/usr/lib/llvm-19 ABSOLUTE)
-set(CMAKE_CXX_FLAGS_INIT "-isystem ${llvm}/lib/clang/19/include")
+# libstdc++ 12 sorts with a function of its own that it has marked as deprecated.
+set(CMAKE_CXX_FLAGS_INIT "-isystem ${llvm}/lib/clang/19/include -Wno-deprecated-declarations")
 foreach(kind EXE SHARED)
   set(CMAKE_${kind}_LINKER_FLAGS_INIT "-L${llvm}/lib -Wl,-rpath,${llvm}/lib")
 endforeach()

@@ -15,7 +15,7 @@ namespace {
 
 // Tuned on trials of seeds that no figure is quoted for.
 constexpr int population = 16;
-constexpr int realisations = 16;
+constexpr int realisations_each = 16;
 constexpr int rounds = 4;
 constexpr int round_points = 96;
 constexpr int round_realisations = 16;
@@ -23,7 +23,7 @@ constexpr double wider = 1.5;        // a round's variance beside that of the po
 constexpr double settled = 0.002;    // a search whose longest axis is below this part of the ranges has ended
 constexpr double least_weight = 12;  // effective samples below which the weights of a round are tempered
 constexpr long long rounds_simulations = 1LL * rounds * round_points * round_realisations;
-constexpr long long generation_simulations = 1LL * population * realisations;
+constexpr long long generation_simulations = 1LL * population * realisations_each;
 constexpr double counted_twice = 2.5;  // errors beside the deviations of draws where a prior has read the recording too
 constexpr std::uint64_t rounds_item = 1'000'000;  // random numbers of the rounds, apart from those of the searches
 
@@ -86,7 +86,7 @@ class Fit {
           points.push_back(
               vector_of<N>(std::span(asked).subspan(static_cast<std::size_t>(i) * dimensions, dimensions)));
       }
-      const std::vector<double> costs = evaluate(points, realisations, 0);
+      const std::vector<double> costs = evaluate(points, realisations_each, 0);
       for (std::size_t i = 0; i < running.size(); ++i) {
         const auto first = i * static_cast<std::size_t>(population);
         CmaEs& search = searches[running[i]];
@@ -149,7 +149,7 @@ class Fit {
     for (std::size_t i = 0; i < costs.size(); ++i) {
       values.push_back(costs[i].value + prior_energy(points[i]));
       const bool stands = costs[i].sensor_noise_deg > 0;
-      if (each == realisations && stands && (!result.stands || costs[i].value < result.cost)) {
+      if (each == realisations_each && stands && (!result.stands || costs[i].value < result.cost)) {
         result.stands = true;
         result.cost = costs[i].value;
         result.sensor_noise_deg = costs[i].sensor_noise_deg;
