@@ -74,9 +74,13 @@ function(decid_library name)
 endfunction()
 
 # decid_glue(target): code that reads options, writes pages and JSON or tests takes half as long to compile with -O1,
-# and nobody waits for what it does.
+# and nobody waits for what it does; with sanitizers, -O0.
 function(decid_glue target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(DECID_SANITIZE)
+    target_compile_options(${target} PRIVATE -O0)
+  else()
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
 endfunction()
 
 # decid_computes(target): loops over samples and weights are worth -O3, in the presets' Release too, which is -O2.
@@ -87,8 +91,13 @@ endfunction()
 # decid_kernels(library): adds kernels/kernels_<instruction set>.cpp of the current folder to decid_<library>, one
 # translation unit an instruction set; only these are compiled for more than the baseline. -O3 in every build type: they
 # define nothing but internal functions and one table, so no build of them can leak into other code, and what a kernel
-# keeps in registers stays there in debug builds too.
+# keeps in registers stays there in debug builds too. Only with sanitizers, whose checks are most of what there is to
+# optimise, it takes too long.
 function(decid_kernels library)
+  set(level -O3)
+  if(DECID_SANITIZE)
+    set(level -O1)
+  endif()
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
     set(flags_baseline "")
     set(flags_avx2 -mavx2 -mfma)
@@ -103,6 +112,6 @@ function(decid_kernels library)
   endif()
   foreach(isa ${isas})
     target_sources(decid_${library} PRIVATE kernels/kernels_${isa}.cpp)
-    set_source_files_properties(kernels/kernels_${isa}.cpp PROPERTIES COMPILE_OPTIONS "-O3;${flags_${isa}}")
+    set_source_files_properties(kernels/kernels_${isa}.cpp PROPERTIES COMPILE_OPTIONS "${level};${flags_${isa}}")
   endforeach()
 endfunction()
