@@ -58,7 +58,7 @@ std::span<const double> standing(const sim::Outcome& outcome, std::span<const do
 /// Warns if the residual is larger than noise explains.
 void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& explanation) {
   if (!std::isfinite(explanation.variance_accounted_for)) {
-    explanation.warnings.push_back(
+    explanation.warnings.emplace_back(
         "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
     return;
   }
@@ -68,7 +68,7 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& ex
     usual.push_back(residual_of(trial, explanation.fitted_rad).variance_accounted_for);
   }
   if (usual.empty()) {
-    explanation.warnings.push_back(
+    explanation.warnings.emplace_back(
         "the identified controller stands without its noise but falls with it: it is near the border "
         "of what stands");
     return;
@@ -191,7 +191,7 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
 void warn_unless_following(Explanation& explanation) {
   constexpr double least = 0.3;
   if (explanation.following >= least || std::isnan(explanation.following)) return;
-  explanation.warnings.push_back(
+  explanation.warnings.emplace_back(
       format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller would "
              "have (8%% of valid simulated trials have less than %g, where noise drowns it); was it this protocol, and "
              "in time with the recording?",

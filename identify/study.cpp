@@ -57,7 +57,7 @@ int typical(const Model& model, const std::vector<float>& scores, const std::vec
     double sum = 0;
     for (std::size_t p = 0; p < target.size(); ++p)
       sum += std::pow(static_cast<double>(found[p]) - static_cast<double>(target[p]), 2);
-    errors.push_back({sum, static_cast<int>(i)});
+    errors.emplace_back(sum, static_cast<int>(i));
   }
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>((errors.size() - 1) / 2);
   std::ranges::nth_element(errors, middle);
@@ -262,7 +262,7 @@ void study_double(const Model& model, int realisations, Study& study, const Anno
     if (simulator->run(parameters, noise, {com, leg, trunk}).valid) sways.emplace_back(com.begin(), com.end());
   }
   if (sways.empty()) {
-    study.notes.push_back("no double pendulum: with this protocol none of its trials stands");
+    study.notes.emplace_back("no double pendulum: with this protocol none of its trials stands");
     return;
   }
   const auto outputs =

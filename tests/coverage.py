@@ -53,9 +53,7 @@ def main():
     parser.add_argument("-L", "--label", default="", help="labels of tests, as ctest takes them")
     parser.add_argument("--lines", help="file for the lines that no test ran")
     options = parser.parse_args()
-    run("cmake", "-S", ROOT, "-B", BUILD, "-DCMAKE_BUILD_TYPE=Debug", "-DDECID_COVERAGE=ON", "-DCMAKE_CXX_FLAGS=--coverage -O1 -g0",
-        "-DCMAKE_C_FLAGS=--coverage", stdout=subprocess.DEVNULL)
-    run("cmake", "--build", BUILD, "-j", os.cpu_count(), stdout=subprocess.DEVNULL)
+    run(ROOT / "tools/build", "coverage", stdout=subprocess.DEVNULL)
     for old in BUILD.rglob("*.gcda"):
         old.unlink()
     chosen = ["-L", options.label] if options.label else ["-E", "chromium|qemu|gate|consumer|every compiler"]

@@ -80,7 +80,7 @@ class Dictionary {
     if (quote != '\'' && quote != '"') fail();
     const std::size_t end = text_.find(quote, 1);
     if (end == std::string_view::npos) fail();
-    const std::string content(text_.substr(1, end - 1));
+    std::string content(text_.substr(1, end - 1));
     text_.remove_prefix(end + 1);
     return content;
   }

@@ -49,7 +49,7 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not positive",
                 "give the samples per second as --rate");
   }
-  const Clock given{options.rate_hz.value_or(table.rate_hz().value_or(0.0)), {}, {}, {}};
+  Clock given{options.rate_hz.value_or(table.rate_hz().value_or(0.0)), {}, {}, {}};
   if (time < 0) {
     if (given.rate_hz > 0.0) return given;
     throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");

@@ -137,7 +137,7 @@ const Chunk& Generator::next() {
       const std::int32_t own = before + static_cast<std::int32_t>(chunk.trials.size());
       chunk.trials.push_back(
           {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? parent_of(first + i) : own});
-      chunk.sway.push_back(stored(i));
+      chunk.sway.emplace_back(stored(i));
     }
     const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
     if (made >= patience && valid * attempts_per_valid_trial < made) {

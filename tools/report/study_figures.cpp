@@ -76,7 +76,8 @@ Figure input_image(const Study& study) {
   std::vector<std::vector<double>> columns(2 + channels);
   std::vector<std::string> header{"frequency_row", "time_column"};
   for (std::size_t i = 0; i < plane; ++i) {
-    columns[0].push_back(static_cast<double>(i / static_cast<std::size_t>(shape.columns)));
+    const std::size_t row = i / static_cast<std::size_t>(shape.columns);
+    columns[0].push_back(static_cast<double>(row));
     columns[1].push_back(static_cast<double>(i % static_cast<std::size_t>(shape.columns)));
   }
   std::vector<Bitmap> maps;
@@ -103,8 +104,8 @@ Figure input_image(const Study& study) {
   const double rate = study.protocol.experiment.sample_rate_hz, window = study.image.window;
   const auto panel = [&](std::size_t index, const Bitmap& map, const std::string& title) {
     const Sheet::Point corner{65 + step * static_cast<double>(index), 35};
-    Plot(sheet, corner, side, side, {"Time (s)", 0, shape.columns * window / rate},
-         {index == 0 ? "Frequency (Hz)" : "", 0, shape.rows * rate / window}, title);
+    const Plot axes(sheet, corner, side, side, {"Time (s)", 0, shape.columns * window / rate},
+                    {index == 0 ? "Frequency (Hz)" : "", 0, shape.rows * rate / window}, title);
     sheet.bitmap(corner, side, side, map);
   };
   if (as_paper) panel(0, both, "Both: red and green");

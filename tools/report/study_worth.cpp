@@ -53,7 +53,8 @@ std::string panels(const sim::ParameterTable& parameters, const std::vector<Nois
   const std::vector<Bin>& first = levels.front().*bins;
   const double end = first.back().high;
   for (std::size_t panel = 0; panel <= parameters.size(); ++panel) {
-    const Sheet::Point corner{60 + 280 * static_cast<double>(panel % 4), 60 + 300 * static_cast<double>(panel / 4)};
+    const std::size_t row = panel / 4, column = panel % 4;
+    const Sheet::Point corner{60 + 280 * static_cast<double>(column), 60 + 300 * static_cast<double>(row)};
     const std::string title =
         panel < parameters.size() ? parameters[panel].name : format("Mean of the %zu", parameters.size());
     Plot plot(sheet, corner, 225, 215, {panel / 4 + 1 < rows ? "" : x, 0, end}, {panel % 4 == 0 ? "MSE" : "", 0, 1.5},
