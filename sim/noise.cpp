@@ -129,7 +129,8 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
   std::vector<double> spectrum(2 * static_cast<std::size_t>(fft_.bins()) * lanes, 0.0);
   std::vector<double> work(2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
   for (std::size_t lane = 0; lane < nv.size(); ++lane) {
-    if (nv[lane] > 0.0) draw(Quantity::velocity, nv[lane], random[lane], fft_lanes, coefficients.data() + lane);
+    if (nv[lane] > 0.0 && !harmonics_.empty())
+      draw(Quantity::velocity, nv[lane], random[lane], fft_lanes, coefficients.data() + lane);
   }
   for (std::size_t r = 0; r < phases; ++r) {
     kernels.turn(static_cast<int>(harmonics_.size()), coefficients.data(),

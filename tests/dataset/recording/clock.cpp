@@ -50,7 +50,7 @@ bool warns(const Recording& recording, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("jitter is interpolated, and told") {
+TEST_CASE("jitter is interpolated, and reported") {
   const Random random(3, Stream::sensor_noise, 0);
   std::vector<double> times;
   for (std::size_t k = 0; k <= 1000; ++k) {
