@@ -30,11 +30,10 @@ std::vector<Preset> make_presets() {
                                            .first_sample = 197,
                                            .fold = 3,
                                            .rows = 128};
-  const dataset::ImageSettings paper_image,
-      half_image{.window = 110,
-                 .half_spectrum = true,
-                 .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
-                 .standardize_rows = true};
+  const dataset::ImageSettings half_image{.window = 110,
+                                          .half_spectrum = true,
+                                          .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
+                                          .standardize_rows = true};
   // Neighbouring harmonics carry the same information, so convolutions along them come first.
   const std::string harmonics_network =
       "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
@@ -45,20 +44,14 @@ std::vector<Preset> make_presets() {
                  .architecture = harmonics_network,
                  .image = harmonics_image,
                  .epochs = 48,
-                 .batch = 64,
                  .learning_rate = 0.05,
-                 .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
-                 .schedule = "cosine",
                  .warmup_epochs = 1});
   all.push_back({.name = "short",
                  .description = "the same for the short protocol, three cycles of 20 s, up to 6.4 Hz",
                  .architecture = harmonics_network,
                  .image = short_image,
                  .epochs = 24,
-                 .batch = 64,
                  .learning_rate = 0.05,
-                 .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
-                 .schedule = "cosine",
                  .warmup_epochs = 1});
   all.push_back(
       {.name = "firmware",
@@ -69,10 +62,7 @@ std::vector<Preset> make_presets() {
            "conv 22 5x1 stride 2x1 pad 2x0; batchnorm; relu; fc 7",
        .image = harmonics_image,
        .epochs = 160,
-       .batch = 64,
        .learning_rate = 0.05,
-       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
-       .schedule = "cosine",
        .warmup_epochs = 1});
   all.push_back(
       {.name = "paper",
@@ -81,13 +71,9 @@ std::vector<Preset> make_presets() {
            "conv 64 3x3 pad 1x1; batchnorm; relu; maxpool 2x2; conv 64 3x3 pad 1x1; batchnorm; relu; "
            "maxpool 2x2; conv 128 3x3 pad 1x1; batchnorm; relu; maxpool 2x2; conv 128 3x3 pad 1x1; batchnorm; "
            "relu; globalavgpool; fc 7",
-       .image = paper_image,
        .epochs = 100,
-       .batch = 64,
        .learning_rate = 0.01,
-       .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
-       .schedule = "step:30:0.3",
-       .warmup_epochs = 0});
+       .schedule = "step:30:0.3"});
   all.push_back({.name = "small",
                  .description = "trains in seconds, for trying things out",
                  .architecture =
@@ -96,10 +82,7 @@ std::vector<Preset> make_presets() {
                  .image = half_image,
                  .epochs = 10,
                  .batch = 32,
-                 .learning_rate = 0.02,
-                 .sgd = {.momentum = 0.9, .weight_decay = 1e-4},
-                 .schedule = "cosine",
-                 .warmup_epochs = 0});
+                 .learning_rate = 0.02});
   return all;
 }
 

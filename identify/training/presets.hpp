@@ -11,15 +11,16 @@
 
 namespace decid {
 
+/// What a preset leaves out is as here; an image left out is the paper's.
 struct Preset {
   std::string name;
   std::string description;
   std::string architecture;
-  dataset::ImageSettings image;
+  dataset::ImageSettings image{};
   int epochs = 30;
   int batch = 64;
   double learning_rate = 0.01;
-  nn::SgdSettings sgd;
+  nn::SgdSettings sgd{};
   std::string schedule = "cosine";  ///< see nn::Schedule
   int warmup_epochs = 0;
 };
