@@ -11,10 +11,10 @@
 #include <memory>
 #include <string>
 
-#include "bench/networks.hpp"
-#include "bench/planes.hpp"
-#include "bench/recorded_file.hpp"
-#include "bench/trials.hpp"
+#include "bench/dataset/recorded_file.hpp"
+#include "bench/nn/networks.hpp"
+#include "bench/nn/planes.hpp"
+#include "bench/sim/trials.hpp"
 #include "dataset/image/image.hpp"
 #include "identify/recordings.hpp"
 #include "identify/training/presets.hpp"

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/convolutions.hpp"
-#include "bench/networks.hpp"
-#include "bench/recorded_file.hpp"
+#include "bench/dataset/recorded_file.hpp"
+#include "bench/nn/convolutions.hpp"
+#include "bench/nn/networks.hpp"
 #include "dataset/npz/npz.hpp"
 
 namespace {

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "bench/convolutions.hpp"
+#include "bench/nn/convolutions.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-// onnxruntime's inference of a network of bench/networks.hpp, BatchNorm folded into the convolution before it: writes
+// onnxruntime's inference of a network of bench/nn/networks.hpp, BatchNorm folded into the convolution before it: writes
 // the model by hand as protobuf (onnx.proto3, opset 13) and runs it on one thread or more.
 // usage: onnxruntime.mjs NETWORK BATCH THREADS SECONDS; prints the version and samples/s of the best run, wall time.
 // npm: onnxruntime-node (`npm install --ignore-scripts`: its script fetches GPU libraries), found through NODE_PATH.

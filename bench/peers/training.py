@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""PyTorch's training step of the networks of bench/networks.hpp: SGD with momentum, float32, channels_last.
+"""PyTorch's training step of the networks of bench/nn/networks.hpp: SGD with momentum, float32, channels_last.
 
 usage: training.py NETWORK BATCH THREADS SECONDS; prints the version and samples/s of the best step. One thread: CPU
 time; more: wall time. Debian: python3-torch.

@@ -2,16 +2,17 @@
 // It reads the file, makes the image, runs the built-in network, re-simulates the result and warns of what is
 // unusual; the program's start and its output are not in it. The operations that count are those of the network and of
 // the six trials simulated, at the peak of floats.
+#include "identify/recordings.hpp"
+
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
 #include <vector>
 
 #include "bench/counters.hpp"
-#include "bench/networks.hpp"
-#include "bench/recorded_file.hpp"
-#include "bench/trials.hpp"
-#include "identify/recordings.hpp"
+#include "bench/dataset/recorded_file.hpp"
+#include "bench/nn/networks.hpp"
+#include "bench/sim/trials.hpp"
 
 namespace {
 

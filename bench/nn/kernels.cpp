@@ -2,6 +2,8 @@
 // others in GB/s and % of its bandwidth, each kernel also as the plain definition. Batches of 32 samples, channels in
 // the groups that layers pass, so that data comes from where it would in training. Figures are the best of the
 // repetitions.
+#include "nn/kernels/kernels.hpp"
+
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -9,10 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "bench/convolutions.hpp"
 #include "bench/counters.hpp"
-#include "bench/planes.hpp"
-#include "nn/kernels/kernels.hpp"
+#include "bench/nn/convolutions.hpp"
+#include "bench/nn/planes.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // The networks that are timed are those that users run.
-#include "bench/networks.hpp"
+#include "bench/nn/networks.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,6 +3,8 @@
 // the cores; the feed has as many threads as the network, so with one of them on two cores it works beside it. "cost %"
 // is what streaming adds to a step; "overlap" the time of both alone beside that of both together: 1 on busy cores is
 // all there is. Operations are the network's.
+#include "dataset/feed.hpp"
+
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
@@ -13,8 +15,7 @@
 #include <vector>
 
 #include "bench/counters.hpp"
-#include "bench/networks.hpp"
-#include "dataset/feed.hpp"
+#include "bench/nn/networks.hpp"
 #include "identify/training/presets.hpp"
 
 namespace {

@@ -11,8 +11,8 @@ namespace decid::bench {
 inline constexpr double flops_per_step = 36;
 
 /// Trial `index` of seed 1.
-inline sim::Trial trial_of(int index, bool noise = true) {
-  sim::Trial trial = dataset::base_trial(sim::single_pendulum().parameters, 1, static_cast<std::uint64_t>(index));
+inline sim::TrialInput trial_of(int index, bool noise = true) {
+  sim::TrialInput trial = dataset::base_trial(sim::single_pendulum().parameters, 1, static_cast<std::uint64_t>(index));
   if (!noise) trial.parameters[sim::Nv] = 0;
   return trial;
 }

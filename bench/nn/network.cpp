@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "bench/counters.hpp"
-#include "bench/networks.hpp"
+#include "bench/nn/networks.hpp"
 #include "nn/batch.hpp"
 #include "nn/predictor.hpp"
 #include "nn/training_layer.hpp"

@@ -2,7 +2,7 @@
 // it moves.
 #pragma once
 
-#include "bench/convolutions.hpp"
+#include "bench/nn/convolutions.hpp"
 
 namespace decid::bench {
 

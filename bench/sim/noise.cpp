@@ -1,0 +1,37 @@
+// Speed of the vestibular noise of trials, on one thread, for each instruction set, beside the machine's peak of fused
+// multiply-adds in double.
+#include "sim/noise.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <vector>
+
+#include "bench/isas.hpp"
+
+namespace {
+
+using namespace decid;
+using namespace decid::bench;
+
+/// The noise of a trial: 242 normals, an inverse FFT of 12,100 samples, whose operations count. Of eight trials at
+/// once.
+void bench_noise(benchmark::State& state, Isa isa) {
+  const sim::Protocol protocol = sim::default_protocol();
+  const sim::VestibularNoiseMaker maker(protocol);
+  const std::vector<double> nv(sim::fft_lanes, 0.5);
+  std::vector<Random> random;
+  for (std::uint64_t i = 0; i < nv.size(); ++i) random.emplace_back(1, Stream::vestibular_noise, i);
+  std::vector<double> rates((static_cast<std::size_t>(protocol.samples()) + 1) * nv.size());
+  FmaPeak peak(name(isa));
+  const double seconds =
+      best_seconds(state, peak, [&] { maker.velocity_lanes(nv, random, rates, isa); }) / sim::fft_lanes;
+  state.counters["us/trial"] = seconds * 1e6;
+  count_double_flops(state, peak, fft_flops(protocol.samples()), seconds);
+}
+
+[[maybe_unused]] const bool registered = [] {
+  add_for_each_isa("vestibular_noise", bench_noise);
+  return true;
+}();
+
+}  // namespace
