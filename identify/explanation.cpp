@@ -119,8 +119,8 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
       [&](int i) {
         const int trial = i % trials_of_answer - 1;
         const sim::Parameters& parameters = with_noise[static_cast<std::size_t>(i / trials_of_answer)];
-        return sim::Trial{trial < 0 ? without_noise(parameters) : parameters,
-                          Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
+        return sim::TrialInput{trial < 0 ? without_noise(parameters) : parameters,
+                               Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const int trial = i % trials_of_answer - 1;

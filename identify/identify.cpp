@@ -113,7 +113,7 @@ std::vector<Explanation> Identifier::explain(std::span<const Estimate> estimates
 Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
                   const IdentifyOptions& options) {
   dataset::Recording recording = dataset::recording_of(sway_rad, rate_hz);
-  dataset::Trial trial = dataset::fit_to_protocol(recording, model.protocol, options);
+  dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol, options);
   std::vector<dataset::Trial> trials;
   trials.push_back(std::move(trial));
   Estimate estimate = std::move(Identifier(model).estimate(std::move(trials)).front());

@@ -21,8 +21,8 @@ using IdentifyOptions = dataset::TrialOptions;
 
 /// The estimate from a recording of the model's protocol. sway_rad: sway of the body's centre of mass, rad, 0 upright,
 /// positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate and length
-/// (dataset::fit_to_protocol). Throws Error for samples that are too short, not finite, or constant. Safe to call from
-/// many threads at once.
+/// (dataset::bring_to_protocol). Throws Error for samples that are too short, not finite, or constant. Safe to call
+/// from many threads at once.
 Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
                   const IdentifyOptions& options = {});
 

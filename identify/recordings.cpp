@@ -30,7 +30,7 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
     id.truth = options.truth;
     try {
       dataset::Recording recording = dataset::read_recording(files[i], options.recording);
-      id.estimate.trial = dataset::fit_to_protocol(recording, protocol, options.trial);
+      id.estimate.trial = dataset::bring_to_protocol(recording, protocol, options.trial);
       id.column = recording.signals.at(dataset::com_sway).column;
       if (const auto* tilt = recording.signals.find(dataset::platform_tilt)) id.tilt_column = tilt->column;
       id.estimate.warnings = std::move(recording.warnings);

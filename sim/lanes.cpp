@@ -93,7 +93,7 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     const int index = next();
     if (index < 0) break;
     const std::size_t column = waiting_.size();
-    const Trial trial = trial_of(index);
+    const TrialInput trial = trial_of(index);
     check_parameters(trial.parameters);
     waiting_.push_back({index, trial.parameters, nullptr, silence_.data()});
     nv.push_back(trial.parameters[Nv]);

@@ -17,7 +17,6 @@
 #include "sim/lanes.hpp"
 
 namespace decid::sim {
-namespace {}  // namespace
 
 double dead_band(double x, double theta) {
   return dead_band_of(x, theta);
@@ -71,7 +70,7 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
   core_->run(
       next,
       [&](int) {
-        return Trial{parameters, noise};
+        return TrialInput{parameters, noise};
       },
       [&](int, const Outcome& outcome, std::span<double> sway) {
         result = outcome;
@@ -123,7 +122,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
         next,
         [&](int index) {
           const auto i = static_cast<std::size_t>(index);
-          Trial trial = trial_of(index, attempt[i]++);
+          TrialInput trial = trial_of(index, attempt[i]++);
           parameters[i] = trial.parameters;
           return trial;
         },

@@ -38,7 +38,7 @@ struct Outcome {
 };
 
 /// What a trial depends on besides the protocol. `noise` gives the vestibular noise's normals.
-struct Trial {
+struct TrialInput {
   Parameters parameters;
   Random noise;
 };
@@ -63,13 +63,13 @@ class Simulator {
   /// changed there and is valid only within that call. The more trials a call has, the fuller its lanes: give it
   /// hundreds.
   /// Throws what run(), trial_of or finished throw.
-  using TrialOf = std::function<Trial(int index)>;
+  using TrialOf = std::function<TrialInput(int index)>;
   using Finished = std::function<void(int index, const Outcome& outcome, std::span<double> sway_rad)>;
   void run_all(int count, const TrialOf& trial_of, const Finished& finished) const;
 
   /// The same, trying each index until its trial is valid: trial_of(index, attempt) for attempt 0, 1, ...; finished is
   /// called for the valid one only. Also throws Error if `attempts` in a row are not valid.
-  using AttemptOf = std::function<Trial(int index, int attempt)>;
+  using AttemptOf = std::function<TrialInput(int index, int attempt)>;
   using Valid = std::function<void(int index, const Parameters& parameters, std::span<double> sway_rad)>;
   void run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const;
 

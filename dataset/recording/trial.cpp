@@ -188,7 +188,7 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
 
 }  // namespace
 
-Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options) {
+Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options) {
   const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<long long>(protocol.samples());
   const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;

@@ -49,6 +49,6 @@ Trial trial_of(std::vector<float> sway_rad);
 /// model for them: none are made up, since what changes from cycle to cycle is what the noise is read from. Throws too
 /// if start_s is not within the recording, or a tilt does not follow the protocol (correlation below 0.5) or follows it
 /// with the other sign. Warns for a correlation below 0.95 and a gain that is off by more than 10%.
-Trial fit_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
+Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
 
 }  // namespace decid::dataset

@@ -17,7 +17,7 @@ constexpr const char* where = "data set";
 
 }  // namespace
 
-sim::Trial base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt) {
+sim::TrialInput base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt) {
   const Random random(seed, Stream::base_parameters, attempt);
   sim::Parameters parameters(table.size());
   for (std::size_t i = 0; i < table.size(); ++i) parameters[i] = random.uniform(i, table[i].low, table[i].high);
@@ -26,7 +26,7 @@ sim::Trial base_trial(const sim::ParameterTable& table, std::uint64_t seed, std:
 
 BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
                               std::span<double> sway_rad) {
-  const sim::Trial trial = base_trial(simulator.protocol().parameters(), seed, attempt);
+  const sim::TrialInput trial = base_trial(simulator.protocol().parameters(), seed, attempt);
   return {trial.parameters, simulator.run(trial.parameters, trial.noise, sway_rad)};
 }
 

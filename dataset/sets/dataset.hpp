@@ -53,7 +53,7 @@ struct DatasetReport {
 using Progress = std::function<bool(int done, int total)>;
 
 /// Attempt `attempt` of the base trials: what is simulated. Each parameter is uniform over its range.
-sim::Trial base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt);
+sim::TrialInput base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt);
 
 /// One base trial: attempt `attempt` of seed `seed`, the same alone as in any data set. sway_rad: samples() values,
 /// sensor noise not included.

@@ -79,7 +79,7 @@ std::int32_t Generator::parent_of(long long attempt) const {
   return parents_[static_cast<std::size_t>(attempt) % parents_.size()];
 }
 
-sim::Trial Generator::trial_of(long long attempt) const {
+sim::TrialInput Generator::trial_of(long long attempt) const {
   const auto item = static_cast<std::uint64_t>(attempt);
   if (!making_children()) return base_trial(request_.protocol.parameters(), request_.seed, item);
   const Random random(request_.seed, Stream::child_parameters, item);

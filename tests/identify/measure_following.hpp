@@ -16,8 +16,8 @@ class FollowingAlone {
     simulator_.run_all(
         Following::trials,
         [&](int i) {
-          return sim::Trial{sim::single_pendulum().parameters.simulable(parameters),
-                            Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(i))};
+          return sim::TrialInput{sim::single_pendulum().parameters.simulable(parameters),
+                                 Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(i))};
         },
         [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
           if (outcome.valid) simulated.put(i, sway);

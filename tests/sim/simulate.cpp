@@ -336,13 +336,13 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
     }
     if (index % 5 == 0) parameters[Nv] = 0.0;
     if (index % 7 == 0) parameters[Delay] = 0.001 * (index % 3);
-    return Trial{parameters, Random(3, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
+    return TrialInput{parameters, Random(3, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
   };
   constexpr int count = 45;
   std::vector<Run> alone;
   int fallen = 0;
   for (int index = 0; index < count; ++index) {
-    const Trial trial = trial_of(index);
+    const TrialInput trial = trial_of(index);
     alone.push_back(simulate(plain, trial.parameters, trial.noise));
     fallen += alone.back().outcome.valid ? 0 : 1;
   }
@@ -374,11 +374,11 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
     const auto trial_of = [](int index) {
       Parameters parameters = single_pendulum().parameters.middle();
       parameters[Delay] = index == 0 ? longest_delay_s : 0.02 * index;
-      return Trial{parameters, Random(8, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
+      return TrialInput{parameters, Random(8, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
     };
     const Simulator simulator(protocol), plain(protocol, decid::Isa::reference);
     simulator.run_all(12, trial_of, [&](int index, const Outcome& outcome, std::span<double> sway) {
-      const Trial trial = trial_of(index);
+      const TrialInput trial = trial_of(index);
       const Run expected = simulate(plain, trial.parameters, trial.noise);
       CHECK(outcome.end_s == expected.outcome.end_s);
       const auto samples = static_cast<std::ptrdiff_t>(outcome.end_s * rate_hz + 0.5);
@@ -389,12 +389,12 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
 
 TEST_CASE("Simulator::run_all: nothing to do, and errors from inside") {
   const Simulator simulator(short_protocol());
-  const auto middle = [](int) { return Trial{single_pendulum().parameters.middle(), some_noise}; };
+  const auto middle = [](int) { return TrialInput{single_pendulum().parameters.middle(), some_noise}; };
   int finished = 0;
   simulator.run_all(0, middle, [&](int, const Outcome&, std::span<double>) { ++finished; });
   CHECK(finished == 0);
   const auto wrong = [&](int index) {
-    Trial trial = middle(index);
+    TrialInput trial = middle(index);
     if (index == 17) trial.parameters[Kd] = -1.0;
     return trial;
   };

@@ -182,7 +182,7 @@ TEST_CASE("absurd sizes are refused") {
 TEST_CASE("a recording of the protocol's length is taken as it is") {
   const sim::Protocol protocol = tiny_protocol();  // 400 samples at 100 Hz
   Recording recording = read(cosine(400, 100.0));
-  const std::vector<float> sway = fit_to_protocol(recording, protocol).sway_rad();
+  const std::vector<float> sway = bring_to_protocol(recording, protocol).sway_rad();
   REQUIRE(sway.size() == 400);
   for (std::size_t k = 0; k < sway.size(); ++k)
     CHECK(sway[k] == static_cast<float>(recording.signals.at(com_sway).rad[k]));
@@ -193,7 +193,7 @@ TEST_CASE("another rate is resampled") {
   const sim::Protocol protocol = tiny_protocol();
   for (const double rate : {50.0, 60.0, 250.0, 99.98}) {
     Recording recording = read(cosine(static_cast<int>(std::ceil(4.0 * rate)), rate));
-    const std::vector<float> sway = fit_to_protocol(recording, protocol).sway_rad();
+    const std::vector<float> sway = bring_to_protocol(recording, protocol).sway_rad();
     REQUIRE(sway.size() == 400);
     CHECK(warns(recording, "resampled from"));
     double largest = 0.0;
@@ -205,9 +205,9 @@ TEST_CASE("another rate is resampled") {
   }
   // 0.005% off is the same rate.
   Recording close = read(cosine(400, 100.0), {.rate_hz = 100.005});
-  CHECK(fit_to_protocol(close, protocol).sway_rad().size() == 400);
+  CHECK(bring_to_protocol(close, protocol).sway_rad().size() == 400);
   CHECK_FALSE(warns(close, "resampled"));
   Recording wrong = read(cosine(400, 200.0));
-  check_error([&] { fit_to_protocol(wrong, protocol); },
+  check_error([&] { bring_to_protocol(wrong, protocol); },
               {"400 samples at 200 Hz (2 s)", "400 samples at 100 Hz (4 s)"});
 }

@@ -74,25 +74,25 @@ double mean(const std::vector<float>& values, std::size_t begin, std::size_t end
 TEST_CASE("a longer recording is cut, from where the option says, and what was cut is reported") {
   const sim::Protocol protocol = two_cycles();
   Recording recording = ramp(1250);
-  const std::vector<float> first = fit_to_protocol(recording, protocol).sway_rad();
+  const std::vector<float> first = bring_to_protocol(recording, protocol).sway_rad();
   REQUIRE(first.size() == 900);
   CHECK(first[0] == 0.0F);
   CHECK(first[899] == static_cast<float>(0.899));
   CHECK(warns(recording, "lasts 12.5 s, the protocol 'tiny' 9 s: the last 3.5 s are not used; --begin"));
   recording.warnings.clear();
-  CHECK(fit_to_protocol(recording, protocol, {.start_s = 2.0}).sway_rad()[0] == static_cast<float>(0.2));
+  CHECK(bring_to_protocol(recording, protocol, {.start_s = 2.0}).sway_rad()[0] == static_cast<float>(0.2));
   CHECK(warns(recording, "the first 2 s and the last 1.5 s are not used"));
   CHECK_FALSE(warns(recording, "--begin"));
   recording.warnings.clear();
-  fit_to_protocol(recording, protocol, {.start_s = 3.5});
+  bring_to_protocol(recording, protocol, {.start_s = 3.5});
   CHECK(warns(recording, "the first 3.5 s are not used"));
   for (const double start : {-0.1, 12.5, std::nan("")}) {
-    check_error([&] { fit_to_protocol(recording, protocol, {.start_s = start}); }, {"is not within its 12.5 s"});
+    check_error([&] { bring_to_protocol(recording, protocol, {.start_s = start}); }, {"is not within its 12.5 s"});
   }
-  check_error([&] { fit_to_protocol(recording, protocol, {.start_s = 4.0}); }, {"8.5 s of them after the start"});
+  check_error([&] { bring_to_protocol(recording, protocol, {.start_s = 4.0}); }, {"8.5 s of them after the start"});
   // At another rate the start need not be a sample's time. Away from the ends, which are held.
   Recording slow = ramp(1000, 80.0);
-  const std::vector<float> moved = fit_to_protocol(slow, protocol, {.start_s = 1.003}).sway_rad();
+  const std::vector<float> moved = bring_to_protocol(slow, protocol, {.start_s = 1.003}).sway_rad();
   for (std::size_t k = 0; k < 900; k += 90) {
     const double exact = (1.003 + static_cast<double>(k) / 100.0) * 80.0 / 1000.0;
     // A straight line comes through to 1e-3 of a sample's step, here of 1 mrad, and is rounded to float.
@@ -103,17 +103,17 @@ TEST_CASE("a longer recording is cut, from where the option says, and what was c
 TEST_CASE("up to 1% that is missing is mirrored, more is refused with the way to a model") {
   const sim::Protocol protocol = two_cycles();
   Recording recording = ramp(891);
-  const std::vector<float> sway = fit_to_protocol(recording, protocol).sway_rad();
+  const std::vector<float> sway = bring_to_protocol(recording, protocol).sway_rad();
   CHECK(sway[890] == static_cast<float>(0.890));
   CHECK(sway[891] == static_cast<float>(0.889));
   CHECK(sway[899] == static_cast<float>(0.881));
   CHECK(warns(recording, "lacks 9 samples of the protocol's 900 at its end"));
   Recording shorter = ramp(890);
-  check_error([&] { fit_to_protocol(shorter, protocol); },
+  check_error([&] { bring_to_protocol(shorter, protocol); },
               {"r.csv", "890 samples at 100 Hz (8.9 s)", "'tiny' needs 900 samples at 100 Hz (9 s)",
                "of its 2 cycles only 1 is whole", "set its cycles to 1", "decid fit", "decid train --stream"});
   Recording half = ramp(300);
-  check_error([&] { fit_to_protocol(half, protocol); }, {"300 samples", "decid train", "--rate"});
+  check_error([&] { bring_to_protocol(half, protocol); }, {"300 samples", "decid train", "--rate"});
 }
 
 TEST_CASE("an offset and a drift are those of the whole cycles") {
@@ -128,13 +128,15 @@ TEST_CASE("an offset and a drift are those of the whole cycles") {
     return recording;
   };
   Recording plain = make(0.0, 0.0), shifted = make(0.03, 0.0), drifting = make(0.03, 2e-5);
-  const std::vector<float> expected = fit_to_protocol(plain, protocol, {.detrend = Detrend::offset}).sway_rad();
+  const std::vector<float> expected = bring_to_protocol(plain, protocol, {.detrend = Detrend::offset}).sway_rad();
   // Rounding to float of values below 0.05.
   constexpr double rounding = 4e-9;
   CHECK(std::abs(mean(expected, 100, 900)) < rounding);
-  const std::vector<float> without_offset = fit_to_protocol(shifted, protocol, {.detrend = Detrend::offset}).sway_rad();
-  const std::vector<float> without_drift = fit_to_protocol(drifting, protocol, {.detrend = Detrend::linear}).sway_rad();
-  const std::vector<float> untouched = fit_to_protocol(drifting, protocol).sway_rad();
+  const std::vector<float> without_offset =
+      bring_to_protocol(shifted, protocol, {.detrend = Detrend::offset}).sway_rad();
+  const std::vector<float> without_drift =
+      bring_to_protocol(drifting, protocol, {.detrend = Detrend::linear}).sway_rad();
+  const std::vector<float> untouched = bring_to_protocol(drifting, protocol).sway_rad();
   for (std::size_t k = 0; k < 900; ++k) {
     CHECK(std::abs(without_offset[k] - expected[k]) < rounding);
     CHECK(std::abs(without_drift[k] - expected[k]) < rounding);
@@ -142,7 +144,7 @@ TEST_CASE("an offset and a drift are those of the whole cycles") {
   }
   // One cycle: the line of least squares takes a ramp away altogether.
   Recording line = ramp(400);
-  for (const float value : fit_to_protocol(line, tiny_protocol(), {.detrend = Detrend::linear}).sway_rad()) {
+  for (const float value : bring_to_protocol(line, tiny_protocol(), {.detrend = Detrend::linear}).sway_rad()) {
     CHECK(std::abs(value) < 1e-7);
   }
 }
@@ -154,7 +156,7 @@ TEST_CASE("signals beside the sway are cut, resampled and detrended as it is, bu
     Signal<double> leg{"leg", "LEG (rad)", {}};
     for (const double value : recording.signals.at(com_sway).rad) leg.rad.push_back(-2.0 * value);
     recording.signals.add(leg);
-    const Trial trial = fit_to_protocol(recording, protocol, {.detrend = Detrend::linear});
+    const Trial trial = bring_to_protocol(recording, protocol, {.detrend = Detrend::linear});
     CHECK(trial.signals.at("leg").column == "LEG (rad)");
     CHECK(trial.signals.at(com_sway).column == "sway");
     const std::vector<float>& legs = trial.signals.at("leg").rad;
@@ -174,7 +176,7 @@ TEST_CASE("the measured tilt says where the protocol starts") {
       CAPTURE(rate);
       CAPTURE(delay);
       Recording recording = with_tilt(protocol, delay, 14.0, rate);
-      const Trial trial = fit_to_protocol(recording, protocol);
+      const Trial trial = bring_to_protocol(recording, protocol);
       REQUIRE(trial.tilt);
       // The correlation's peak is a parabola but for the sequence's corners, states of 5 samples: a tenth of a sample.
       CHECK(std::abs(trial.tilt->delay_s - delay) < 0.001);
@@ -190,37 +192,37 @@ TEST_CASE("the measured tilt says where the protocol starts") {
 TEST_CASE("a recording that starts a little after the stimulus is continued before its start") {
   const sim::Protocol protocol = two_cycles();
   Recording recording = with_tilt(protocol, -0.05, 9.0, 100.0);
-  const Trial trial = fit_to_protocol(recording, protocol);
+  const Trial trial = bring_to_protocol(recording, protocol);
   CHECK(within(trial.tilt->delay_s, -0.05, 1e-9));  // a whole number of samples: the correlation is symmetric
   CHECK(trial.sway_rad()[5] == static_cast<float>(0.05e-3));
   CHECK(trial.sway_rad()[4] == trial.sway_rad()[6]);
   CHECK(warns(recording, "lacks 5 samples"));
   CHECK(warns(recording, "at its start"));
   Recording later = with_tilt(protocol, -0.5, 9.0, 100.0);
-  check_error([&] { fit_to_protocol(later, protocol); }, {"r.csv", "which begin 0.5", "after the protocol"});
+  check_error([&] { bring_to_protocol(later, protocol); }, {"r.csv", "which begin 0.5", "after the protocol"});
 }
 
 TEST_CASE("a tilt that is noisy, too large, inverted or another is recognised as that") {
   const sim::Protocol protocol = two_cycles();  // 8 degrees peak to peak, 0.14 rad
   Recording noisy = with_tilt(protocol, 1.0, 12.0, 100.0, 1.0, 0.03);
-  CHECK(std::abs(fit_to_protocol(noisy, protocol).tilt->delay_s - 1.0) < 0.02);
+  CHECK(std::abs(bring_to_protocol(noisy, protocol).tilt->delay_s - 1.0) < 0.02);
   CHECK(warns(noisy, "only roughly"));
   Recording large = with_tilt(protocol, 1.0, 12.0, 100.0, 1.25);
-  CHECK(near(fit_to_protocol(large, protocol).tilt->gain, 1.25, 1e-9));
+  CHECK(near(bring_to_protocol(large, protocol).tilt->gain, 1.25, 1e-9));
   CHECK(warns(large, "tilted 1.25 times as far"));
   CHECK_FALSE(warns(large, "roughly"));
   Recording inverted = with_tilt(protocol, 1.0, 12.0, 100.0, -1.0);
-  check_error([&] { fit_to_protocol(inverted, protocol); }, {"platform", "other sign", "--invert"});
+  check_error([&] { bring_to_protocol(inverted, protocol); }, {"platform", "other sign", "--invert"});
   Recording other = with_tilt(protocol, 1.0, 12.0, 100.0, 0.0, 0.03);
-  check_error([&] { fit_to_protocol(other, protocol); }, {"does not follow the protocol 'tiny'", "--tilt-column"});
+  check_error([&] { bring_to_protocol(other, protocol); }, {"does not follow the protocol 'tiny'", "--tilt-column"});
   Recording still = with_tilt(protocol, 1.0, 12.0, 100.0, 0.0);
-  check_error([&] { fit_to_protocol(still, protocol); }, {"does not follow"});
-  check_error([&] { fit_to_protocol(large, protocol, {.start_s = 1.0}); }, {"not both"});
+  check_error([&] { bring_to_protocol(still, protocol); }, {"does not follow"});
+  check_error([&] { bring_to_protocol(large, protocol, {.start_s = 1.0}); }, {"not both"});
 }
 
 TEST_CASE("a stimulus that repeats is found at its first cycle") {
   sim::Protocol protocol = tiny_protocol(), longer = tiny_protocol();
   longer.sequence().cycles = 3;
   Recording recording = with_tilt(longer, 0.5, 14.0, 100.0);
-  CHECK(within(fit_to_protocol(recording, protocol).tilt->delay_s, 0.5, 1e-9));
+  CHECK(within(bring_to_protocol(recording, protocol).tilt->delay_s, 0.5, 1e-9));
 }

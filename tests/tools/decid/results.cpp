@@ -62,8 +62,8 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
     CHECK(parameters[p].at("true") == values(1)[p]);
     CHECK(parameters[p].at("normalized").is_null() != info.per_mgh);
     CHECK(text.find("  " + info.name + " ") != std::string::npos);
-    CHECK(page.find("\"name\":\"" + info.name + "\",\"description\":\"" + info.description + "\"") !=
-          std::string::npos);
+    CHECK(page.find("\"name\":\"" + info.name + "\"") != std::string::npos);
+    CHECK(page.find("\"description\":\"" + info.description + "\"") != std::string::npos);
   }
   CHECK(text.find("Kp") == std::string::npos);
 }
