@@ -210,7 +210,7 @@ void export_sway(const SwayOptions& options) {
   std::string bytes;
   for (const std::string& path : options.recordings) {
     dataset::Recording recording = dataset::read_recording(path, {});
-    const dataset::Trial trial = dataset::fit_to_protocol(recording, model.protocol);
+    const dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol);
     static_assert(std::endian::native == std::endian::little);
     bytes.append(reinterpret_cast<const char*>(trial.sway_rad().data()), trial.sway_rad().size() * sizeof(float));
     for (const std::string& warning : recording.warnings) std::cerr << path << ": " << warning << '\n';

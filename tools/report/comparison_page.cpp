@@ -1,18 +1,16 @@
-// The comparison of methods: see comparison_page.hpp. page.cpp makes the page, compare.js draws it.
+// The comparison of methods: see comparison_page.hpp. page.cpp makes the page, comparison.js draws it.
 #include "tools/report/comparison_page.hpp"
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/json_object.hpp"
 #include "base/text.hpp"
-#include "embedded/compare_js.hpp"
 #include "embedded/comparison_js.hpp"
+#include "embedded/method_table_js.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
-namespace {}  // namespace
-
 Json comparison_json(const ComparisonFigures& figures) {
   Json methods = Json::array();
   for (const MethodFigures& method : figures.methods) {
@@ -82,7 +80,7 @@ Json read_comparison(const std::string& file, const sim::ParameterTable& table) 
 std::string comparison_html(const ComparisonFigures& figures) {
   Json data = comparison_json(figures);
   data["protocol"] = protocol_figures(figures.protocol);
-  const std::string script = std::string(embedded::comparison_js()) + std::string(embedded::compare_js());
+  const std::string script = std::string(embedded::method_table_js()) + std::string(embedded::comparison_js());
   return page_html({.title = "Network and iterative fit",
                     .lead = "Three ways to identify the same simulated trials, whose parameters are known.",
                     .script = script},

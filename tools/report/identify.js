@@ -33,7 +33,7 @@ function rangeCell(parameter) {
     made.style.left = Math.min(100, Math.max(0, at)) + "%";
     bar.append(made);
   };
-  mark(parameter.truth, "truth-mark");
+  mark(parameter.true, "truth-mark");
   mark(parameter.value, "value-mark");
   const decimals = decimalsOf(parameter);
   const beyond = parameter.value < parameter.low || parameter.value > parameter.high;
@@ -44,7 +44,7 @@ function rangeCell(parameter) {
 }
 
 function parameterTable(recording) {
-  const known = recording.parameters.some(parameter => "truth" in parameter);
+  const known = recording.parameters.some(parameter => "true" in parameter);
   const number = text => element("th", { scope: "col", class: "number" }, text);
   const head = element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Value"),
     element("th", { scope: "col" }, "Unit"), known ? number("True") : null, number("Value / (m g h)"),
@@ -52,13 +52,13 @@ function parameterTable(recording) {
   const rows = recording.parameters.map(parameter => {
     const decimals = decimalsOf(parameter);
     const words = inOtherWords(parameter);
-    const normalized = !("normalized" in parameter) ? "\u2013"
-      : absent(parameter.normalized) ? "n/a" : fixed(parameter.normalized, 3) + normalizedUnit(parameter);
+    const normalized = absent(parameter.value) ? "n/a"
+      : absent(parameter.normalized) ? "\u2013" : fixed(parameter.normalized, 3) + normalizedUnit(parameter);
     return element("tr", {},
       element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, parameter.description)),
       element("td", { class: "number value" }, fixed(parameter.value, decimals), words && element("small", {}, words)),
       element("td", {}, unitOf(parameter) || "\u2013"),
-      known ? element("td", { class: "number" }, fixed(parameter.truth, decimals)) : null,
+      known ? element("td", { class: "number" }, fixed(parameter.true, decimals)) : null,
       element("td", { class: "number" }, normalized), rangeCell(parameter));
   });
   const { mgh, mass_kg, com_height_m } = recording.protocol;

@@ -14,24 +14,19 @@
 #include "embedded/identify_js.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/page.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
 
-Json parameters_to_json(const Identification& recording, const sim::Protocol& protocol) {
-  Json list = Json::array();
-  for (std::size_t i = 0; i < protocol.parameters().size(); ++i) {
-    const sim::ParameterInfo& info = protocol.parameters()[i];
-    Json entry = {{"name", info.name},
-                  {"description", info.description},
-                  {"unit", info.unit},
-                  {"low", page_number(info.low)},
-                  {"high", page_number(info.high)},
-                  {"value", page_number(recording.estimate.parameters[i])}};
-    if (info.per_mgh)
-      entry["normalized"] = page_number(recording.estimate.parameters[i] / protocol.experiment.body.mgh());
-    if (recording.truth) entry["truth"] = page_number((*recording.truth)[i]);
-    list.push_back(std::move(entry));
+Json described_parameters(const Identification& recording, const sim::Protocol& protocol) {
+  const sim::ParameterTable& table = protocol.parameters();
+  Json list = parameters_json(table, recording.estimate.parameters, protocol.experiment.body.mgh(), recording.truth,
+                              page_number);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    list[i]["description"] = table[i].description;
+    list[i]["low"] = page_number(table[i].low);
+    list[i]["high"] = page_number(table[i].high);
   }
   return list;
 }
@@ -177,7 +172,7 @@ Json recording_to_json(const Identification& recording, const Identifications& o
           {"column", recording.column},
           {"tilt", tilt_to_json(recording)},
           {"protocol", protocol_figures(of.protocol)},
-          {"parameters", parameters_to_json(recording, of.protocol)},
+          {"parameters", described_parameters(recording, of.protocol)},
           {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
           {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},

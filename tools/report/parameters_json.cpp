@@ -10,13 +10,13 @@ Json number_or_null(double value) {
 }
 
 Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
-                     const std::optional<sim::Parameters>& truth) {
+                     const std::optional<sim::Parameters>& truth, Json (*number)(double)) {
   Json list = Json::array();
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
-    Json parameter{{"name", info.name}, {"value", number_or_null(parameters[p])}, {"unit", info.unit}};
-    parameter["normalized"] = info.per_mgh ? number_or_null(parameters[p] / mgh) : Json(nullptr);
-    if (truth) parameter["true"] = (*truth)[p];
+    Json parameter{{"name", info.name}, {"value", number(parameters[p])}, {"unit", info.unit}};
+    parameter["normalized"] = info.per_mgh ? number(parameters[p] / mgh) : Json(nullptr);
+    if (truth) parameter["true"] = number((*truth)[p]);
     list.push_back(std::move(parameter));
   }
   return list;

@@ -12,9 +12,9 @@ namespace decid::tools {
 Json number_or_null(double value);
 
 /// A list, an object a parameter: name, value, unit, "normalized" (over m g h, null where that has no meaning) and,
-/// when the truth is known, "true".
+/// when the truth is known, "true". number: how values are written, pages round them.
 Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
-                     const std::optional<sim::Parameters>& truth);
+                     const std::optional<sim::Parameters>& truth, Json (*number)(double) = number_or_null);
 
 /// {"Kp": values[0], ...}.
 template <class Values>

@@ -1,4 +1,4 @@
-// Fills the page of decid study, after common.js and comparison.js. The figures are the SVG files, drawn by the program: they are put in
+// Fills the page of decid study, after common.js and method_table.js. The figures are the SVG files, drawn by the program: they are put in
 // as they are, and tried as pictures.
 (async () => {
 const main = document.getElementById("main");

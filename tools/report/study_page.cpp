@@ -7,7 +7,7 @@
 
 #include "base/json_object.hpp"
 #include "base/text.hpp"
-#include "embedded/comparison_js.hpp"
+#include "embedded/method_table_js.hpp"
 #include "embedded/study_js.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/page.hpp"
@@ -225,7 +225,7 @@ std::string study_text(const Study& study) {
 }
 
 std::string study_html(const Study& study, const std::vector<Figure>& figures) {
-  const std::string script = std::string(embedded::comparison_js()) + std::string(embedded::study_js());
+  const std::string script = std::string(embedded::method_table_js()) + std::string(embedded::study_js());
   return page_html({.title = "Study of a model",
                     .lead = "The paper's results beside this program's, its figures drawn anew, and what the estimates "
                             "are worth.",
