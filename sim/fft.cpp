@@ -45,6 +45,12 @@ int largest_prime_factor(int number) {
   return std::max(largest, number);
 }
 
+int smooth_length(int least) {
+  for (int length = least + least % 2;; length += 2) {
+    if (largest_prime_factor(length) <= 5) return length;
+  }
+}
+
 std::vector<int> fft_radices(int length) {
   if (length < 1 || length > longest_fft) {
     throw Error("FFT", "cannot transform " + std::to_string(length) + " values",

@@ -27,6 +27,9 @@ inline constexpr int fft_lanes = 8;
 /// 1 of 1; number >= 1.
 int largest_prime_factor(int number);
 
+/// The shortest even length from `least` on that has no prime factor above 5: its transforms are fast.
+int smooth_length(int least);
+
 /// The radices of a transform's passes, in their order. Throws Error if length < 1, length > longest_fft or a prime
 /// factor exceeds largest_fft_prime.
 std::vector<int> fft_radices(int length);

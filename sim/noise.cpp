@@ -26,44 +26,45 @@ constexpr double slack = 1e-9;  // of a harmonic's number
 
 NoiseBand noise_band(const Protocol& protocol) {
   const VestibularNoise& noise = protocol.noise.vestibular;
-  const double duration_s = protocol.duration_s();
-  const NoiseBand band{static_cast<int>(std::ceil(noise.low_hz * duration_s - slack)),
-                       static_cast<int>(std::floor(noise.high_hz * duration_s + slack))};
+  const double period_s = protocol.noise_period_samples() / protocol.experiment.sample_rate_hz;
+  const NoiseBand band{static_cast<int>(std::ceil(noise.low_hz * period_s - slack)),
+                       static_cast<int>(std::floor(noise.high_hz * period_s + slack))};
   if (band.first <= band.last || noise.scale_deg == 0.0) return band;
   throw Error("protocol " + protocol.name + ", vestibular_noise",
-              "no harmonic of the trial lies between low_hz and high_hz",
-              "widen the band to hold a multiple of " + setting_text(1.0 / duration_s) + " Hz, 1 / " +
-                  setting_text(duration_s) + " s");
+              "no harmonic of the noise's period lies between low_hz and high_hz",
+              "widen the band to hold a multiple of " + setting_text(1.0 / period_s) + " Hz, 1 / " +
+                  setting_text(period_s) + " s");
 }
 
-int VestibularNoiseMaker::transform_length(int samples, int last) {
-  for (int length = 2 * last + 2; length < samples; length += 2) {
-    if (samples % length == 0) return length;
+int VestibularNoiseMaker::transform_length(int period, int last) {
+  for (int length = 2 * last + 2; length < period; length += 2) {
+    if (period % length == 0) return length;
   }
-  return samples;
+  return period;
 }
 
 VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
     : samples_(protocol.samples()),
+      period_(protocol.noise_period_samples()),
       first_(noise_band(protocol).first),
-      fft_(transform_length(samples_, noise_band(protocol).last)),
-      phases_(samples_ / fft_.length()) {
+      fft_(transform_length(period_, noise_band(protocol).last)),
+      phases_(period_ / fft_.length()) {
   const VestibularNoise& noise = protocol.noise.vestibular;
-  const double duration_s = protocol.duration_s();
+  const double period_s = period_ / protocol.experiment.sample_rate_hz;
   const int last = noise_band(protocol).last;
   if (noise.scale_deg == 0.0) return;
   for (int k = first_; k <= last; ++k) {
-    const double frequency_hz = k / duration_s;
+    const double frequency_hz = k / period_s;
     const double scale = noise.scale_deg * rad_per_deg;
     const double density = scale * scale / power_of(frequency_hz, noise.exponent);
-    const double deviation = std::sqrt(density / duration_s);
+    const double deviation = std::sqrt(density / period_s);
     const double phase = pi * frequency_hz / protocol.experiment.sample_rate_hz;  // at most 0.1 pi
     const double sinc = sin_small(phase) / phase;
     harmonics_.push_back({deviation, deviation * (2.0 * pi * frequency_hz) / (sinc * sinc)});
   }
   for (int r = 0; r < phases_; ++r) {
     for (int k = first_; k <= last; ++k) {
-      const auto [sin, cos] = sincos_of_turn(static_cast<long long>(k) * r, samples_);
+      const auto [sin, cos] = sincos_of_turn(static_cast<long long>(k) * r, period_);
       turns_.emplace_back(cos, sin);
     }
   }
@@ -110,9 +111,9 @@ void VestibularNoiseMaker::synthesize(Quantity quantity, double nv, const Random
                  reinterpret_cast<const double*>(turns_.data() + r * harmonics_.size()),
                  reinterpret_cast<double*>(spectrum.data() + first_));
     fft_.inverse(spectrum, signal, work);
-    for (std::size_t m = 0; m < length; ++m) out[m * phases + r] = signal[m];
+    for (std::size_t m = 0, at = r; m < length && at <= samples; ++m, at += phases) out[at] = signal[m];
   }
-  out[samples] = out[0];
+  if (period_ == samples_) out[samples] = out[0];
 }
 
 void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<const Random> random,
@@ -137,11 +138,10 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
                  reinterpret_cast<const double*>(turns_.data() + r * harmonics_.size()),
                  spectrum.data() + 2 * static_cast<std::size_t>(first_) * lanes);
     fft_.inverse_lanes(spectrum, signal, work, isa);
-    for (std::size_t m = 0; m < length; ++m) {
-      std::copy_n(signal.data() + m * lanes, lanes, rate.data() + (m * phases + r) * lanes);
-    }
+    for (std::size_t m = 0, at = r; m < length && at <= samples; ++m, at += phases)
+      std::copy_n(signal.data() + m * lanes, lanes, rate.data() + at * lanes);
   }
-  std::copy_n(rate.data(), lanes, rate.data() + samples * lanes);
+  if (period_ == samples_) std::copy_n(rate.data(), lanes, rate.data() + samples * lanes);
 }
 
 double sensor_noise_level(const SensorNoise& noise, std::uint64_t seed, std::uint64_t item) {

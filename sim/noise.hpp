@@ -10,18 +10,18 @@
 
 namespace decid::sim {
 
-/// The harmonics of a trial that carry vestibular noise: k / duration from low_hz to high_hz. An edge that is meant to
-/// be a harmonic, as 1/121 Hz is, belongs to the band however it is rounded.
+/// The harmonics of the noise's period that carry vestibular noise: k / period from low_hz to high_hz. An edge that is
+/// meant to be a harmonic, as 1/121 Hz is, belongs to the band however it is rounded.
 struct NoiseBand {
   int first, last;
 };
 /// Throws Error if there is none, unless the noise is silent (scale_deg 0): first > last then.
 NoiseBand noise_band(const Protocol& protocol);
 
-/// Makes realisations of the vestibular noise of a protocol: independent Gaussian harmonics of the trial's length T,
+/// Makes realisations of the vestibular noise of a protocol: independent Gaussian harmonics of its period T,
 /// nu(t) = sum over k of a_k cos(2 pi k t / T) + b_k sin(2 pi k t / T), where a_k and b_k have the variance PSD(k/T)/T
 /// for low <= k/T <= high and are zero elsewhere. As the band is narrow, `phases` short inverse FFTs make it, each of
-/// the samples that are `phases` apart: shifting the signal by a sample turns harmonic k by k / samples. The controller
+/// the samples that are `phases` apart: shifting the signal by a sample turns harmonic k by k / period. The controller
 /// uses only the noise's velocity; that is what is made, to be linearly interpolated between the samples. Interpolation
 /// multiplies the spectrum by sinc^2(f / rate), so the harmonics are divided by that: the interpolated velocity is
 /// exact inside the band.
@@ -30,9 +30,8 @@ class VestibularNoiseMaker {
   /// The protocol must be valid. Throws Error as noise_band and RealFft do; a valid protocol makes neither throw.
   explicit VestibularNoiseMaker(const Protocol& protocol);
 
-  /// rate[k] = d/dt nu at t = k / sample_rate, k = 0 .. samples (the trial is periodic: rate[samples] = rate[0]),
-  /// rad/s, divided by sinc^2. Harmonic k takes normals 2k and 2k + 1 of `random`. nv = 0: exactly zero.
-  /// Throws Error unless `rate` holds samples + 1 values.
+  /// rate[k] = d/dt nu at t = k / sample_rate, k = 0 .. samples of a trial, rad/s, divided by sinc^2. Harmonic k takes
+  /// normals 2k and 2k + 1 of `random`. nv = 0: exactly zero. Throws Error unless `rate` holds samples + 1 values.
   void velocity(double nv, const Random& random, std::span<double> rate) const;
   /// The same for up to fft_lanes trials at once, each with the bits that it has alone: rate[k * fft_lanes + l] for
   /// trial l, in all (samples + 1) * fft_lanes values. A trial whose nv is 0, or that is not there, is exactly zero.
@@ -52,15 +51,15 @@ class VestibularNoiseMaker {
   /// The band's coefficients of one lane, into coefficients[(2 i + part) * lanes]; those of `lanes` lanes lie side by
   /// side.
   void draw(Quantity quantity, double nv, const Random& random, int lanes, double* coefficients) const;
-  /// The transform's length: the shortest even divisor of `samples` that resolves the band, or `samples`.
-  static int transform_length(int samples, int last);
+  /// The transform's length: the shortest even divisor of `period` that resolves the band, or `period`.
+  static int transform_length(int period, int last);
 
-  int samples_;
+  int samples_, period_;             // of the trial, and until the noise repeats
   int first_;                        // number k of the band's lowest harmonic
   std::vector<Harmonic> harmonics_;  // first_, first_ + 1, ...
   RealFft fft_;
   int phases_;
-  std::vector<Complex> turns_;  // of phase r and harmonic i: exp(2 pi i k r / samples) at [r * harmonics + i]
+  std::vector<Complex> turns_;  // of phase r and harmonic i: exp(2 pi i k r / period) at [r * harmonics + i]
 };
 
 /// The level of sensor noise of trial `item`, rad: log-uniform in the protocol's range, or 0 if that is 0.

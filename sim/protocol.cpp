@@ -1,6 +1,8 @@
 // Protocols: see protocol.hpp.
 #include "sim/protocol.hpp"
 
+#include <cmath>
+#include <string>
 #include <variant>
 
 #include "base/error.hpp"
@@ -10,6 +12,8 @@
 namespace decid::sim {
 
 namespace {
+
+constexpr double longest_period_trials = 100.0;
 
 void validate_noise(const Checker& check, const Protocol& protocol) {
   const VestibularNoise& vestibular = protocol.noise.vestibular;
@@ -24,6 +28,24 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
   if (sensor.high_deg > 0.0 && sensor.low_deg == 0.0) {
     check.fail("sensor_noise_deg low", "is 0 though high is not",
                "give a value above 0, as the level is drawn from a log-uniform distribution; or 0 for both");
+  }
+  const double period_s = vestibular.period_s, rate_hz = protocol.experiment.sample_rate_hz;
+  if (period_s != 0.0) {
+    const double duration_s = protocol.duration_s(), samples = period_s * rate_hz;
+    if (!(period_s >= duration_s * (1.0 - 1e-9) && period_s <= longest_period_trials * duration_s)) {
+      check.fail("vestibular_noise period_s", "is " + given_text(period_s),
+                 "give the trial's " + setting_text(duration_s) + " s or more, up to " +
+                     setting_text(longest_period_trials * duration_s) + " s; or 0, the trial's length");
+    }
+    if (!(std::abs(samples - std::floor(samples + 0.5)) <= 1e-6)) {
+      check.fail("vestibular_noise period_s", "is " + given_text(period_s) + " s, not a whole number of samples",
+                 "give a multiple of " + setting_text(1.0 / rate_hz) + " s");
+    }
+    const int largest = largest_prime_factor(protocol.noise_period_samples());
+    if (largest > largest_fft_prime) {
+      check.fail("vestibular_noise period_s", "has a multiple of the prime " + std::to_string(largest) + " of samples",
+                 "give another; primes up to " + std::to_string(largest_fft_prime) + " can be transformed");
+    }
   }
   static_cast<void>(noise_band(protocol));
 }
@@ -45,6 +67,11 @@ void Protocol::refuse_implausible() const {
                 "give a name of plain text, on one line");
   }
   experiment.refuse_implausible(name);
+}
+
+int Protocol::noise_period_samples() const {
+  const double period_s = noise.vestibular.period_s;
+  return period_s == 0.0 ? samples() : static_cast<int>(std::floor(period_s * experiment.sample_rate_hz + 0.5));
 }
 
 Sequence& Protocol::sequence() {

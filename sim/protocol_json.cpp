@@ -49,6 +49,7 @@ void read_vestibular_noise(const Json& json, const std::string& where, Vestibula
   object.read("low_hz", noise.low_hz);
   object.read("high_hz", noise.high_hz);
   object.read("exponent", noise.exponent);
+  object.read("period_s", noise.period_s);
   object.finish();
 }
 
@@ -76,6 +77,7 @@ std::string to_json(const Protocol& protocol) {
                               {"low_hz", noise.low_hz},
                               {"high_hz", noise.high_hz},
                               {"exponent", noise.exponent}};
+  if (noise.period_s != 0.0) json["vestibular_noise"]["period_s"] = noise.period_s;
   json["sensor_noise_deg"] = sensor_noise_json(protocol.noise.sensor);
   return print_json(json);
 }

@@ -8,10 +8,12 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
+using decid::test::near;
 
 namespace {
 
@@ -158,6 +160,44 @@ TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
     worst = std::max(worst, std::abs(angle[static_cast<std::size_t>(j)] - exact));
   }
   CHECK(worst < 1e-15 * 12.0 * deviation);  // eps of the amplitude, in each of about a dozen additions
+}
+
+// What is asked of a period longer than the trial: noise of the same power, whose end does not go over into its start.
+TEST_CASE("VestibularNoiseMaker: a period of two trials is not seen in one") {
+  Protocol protocol;
+  protocol.noise.vestibular.period_s = 242.0;
+  const VestibularNoiseMaker maker(protocol);
+  const NoiseBand band = noise_band(protocol);
+  CHECK(band.first == 2);
+  CHECK(band.last == 242);
+  constexpr int realisations = 1000;
+  const auto samples = static_cast<std::size_t>(protocol.samples());
+  std::vector<double> angle(samples + 1), rate(samples + 1);
+  double square = 0.0, rate_square = 0.0, across = 0.0;
+  for (std::uint64_t i = 0; i < realisations; ++i) {
+    const Random random(9, Stream::vestibular_noise, i);
+    maker.angle(1.0, random, angle);
+    maker.velocity(1.0, random, rate);
+    square += angle[i * 12] * angle[i * 12];
+    rate_square += 0.5 * (rate[0] * rate[0] + rate[samples] * rate[samples]);
+    across += rate[0] * rate[samples];
+  }
+  // Each a mean of independent trials: 5 standard errors, false alarms below 1e-6.
+  double power = 0.0, rate_power = 0.0;
+  for (int k = band.first; k <= band.last; ++k) {
+    const double sinc = std::sin(pi * k / 24'200.0) / (pi * k / 24'200.0);
+    power += std::pow(0.2 * rad_per_deg, 2.0) / k;
+    rate_power += std::pow(0.2 * rad_per_deg * 2.0 * pi * k / 242.0 / (sinc * sinc), 2.0) / k;
+  }
+  CHECK(near(square / realisations, power, 5.0 * std::sqrt(2.0 / realisations)));
+  CHECK(near(rate_square / realisations, rate_power, 5.0 * std::sqrt(1.0 / realisations)));
+  CHECK(std::abs(across / realisations) < 5.0 * rate_power / std::sqrt(1.0 * realisations));
+
+  // About the same power as with the trial's period: each is a sum over harmonics for the integral of 1 / f, whose
+  // lowest harmonic counts whole though half of its band lies below low_hz.
+  double before = 0.0;
+  for (int k = 1; k <= 121; ++k) before += std::pow(0.2 * rad_per_deg, 2.0) / k;
+  CHECK(near(power, before, 0.06));
 }
 
 TEST_CASE("VestibularNoiseMaker: Nv scales, and is exactly zero at zero") {

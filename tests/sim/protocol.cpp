@@ -248,6 +248,12 @@ TEST_CASE("Protocol::validate: every bound") {
       {"high_hz", [](Protocol& p) { p.noise.vestibular.high_hz = 10.001; }},
       {"high_hz", [](Protocol& p) { p.noise.vestibular.high_hz = not_a_number; }},
       {"low_hz", [](Protocol& p) { p.noise.vestibular.low_hz = 0.0; }},
+      {"period_s", [](Protocol& p) { p.noise.vestibular.period_s = 120.99; }},
+      {"period_s", [](Protocol& p) { p.noise.vestibular.period_s = 12'100.01; }},
+      {"period_s", [](Protocol& p) { p.noise.vestibular.period_s = -121.0; }},
+      {"period_s", [](Protocol& p) { p.noise.vestibular.period_s = 121.005; }},
+      {"period_s", [](Protocol& p) { p.noise.vestibular.period_s = 200.11; }},  // 20,011 is a prime
+      {"period_s", [](Protocol& p) { p.noise.vestibular.period_s = std::numeric_limits<double>::quiet_NaN(); }},
       {"low_hz", [](Protocol& p) { p.noise.vestibular.low_hz = 1.1; }},
       {"exponent", [](Protocol& p) { p.noise.vestibular.exponent = -0.1; }},
       {"exponent", [](Protocol& p) { p.noise.vestibular.exponent = 4.1; }},

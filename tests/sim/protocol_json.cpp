@@ -35,6 +35,7 @@ void check_round_trip(const sim::Protocol& a) {
   check_same_bits(b.experiment.body.inertia_kgm2, a.experiment.body.inertia_kgm2);
   check_same_bits(b.noise.vestibular.scale_deg, a.noise.vestibular.scale_deg);
   check_same_bits(b.noise.vestibular.low_hz, a.noise.vestibular.low_hz);
+  check_same_bits(b.noise.vestibular.period_s, a.noise.vestibular.period_s);
   check_same_bits(b.noise.vestibular.high_hz, a.noise.vestibular.high_hz);
   check_same_bits(b.noise.vestibular.exponent, a.noise.vestibular.exponent);
   check_same_bits(b.noise.sensor.low_deg, a.noise.sensor.low_deg);
@@ -59,6 +60,7 @@ TEST_CASE("protocols come back to the bit") {
   odd.experiment.body.inertia_kgm2 = 100.0 * 1.1;
   odd.noise.vestibular.scale_deg = 0.1 + 0.2;
   odd.noise.vestibular.low_hz = std::nextafter(1.0 / 121.0, 0.0);
+  odd.noise.vestibular.period_s = 200.03;
   odd.noise.vestibular.exponent = std::nextafter(1.0, 0.0);
   odd.noise.sensor = {0.001, 0.1};
   check_round_trip(odd);
