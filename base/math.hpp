@@ -43,6 +43,9 @@ double log(double x) noexcept;
 /// e^x for |x| <= 700; relative error below 4.5e-16.
 double exp(double x) noexcept;
 
+/// The standard normal distribution function, relative error below 1e-14 for x >= -37; 0 far below.
+double normal_distribution(double x) noexcept;
+
 /// Angle of (x, y) in (-pi, pi]; atan2(0, 0) = 0; error below 3 units in the last place.
 double atan2(double y, double x) noexcept;
 

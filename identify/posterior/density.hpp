@@ -1,0 +1,130 @@
+// The posterior density of everything unknown about a recorded trial: the seven parameters, the vestibular noise, the
+// sensor's noise, where the recording starts and how it is scaled; with its exact gradient, for `lanes` chains at once.
+//
+// The dead band acts on the platform's velocity plus noise, never on the body: a kink without memory, then a linear
+// system. So the sway is the transform of what passes the dead band, in bins of some 25 ms, times the transfer function
+// of the simulator's own 1 ms steps. It is taken on the contour s = c + i w, c > 0: with the damped transform the start
+// from rest is exact and nothing wraps around. Sway is averaged to some 10 Hz and looked at below 5 Hz. What sin(a)
+// lacks of a is a torque that the recorded sway gives.
+//
+// Coordinates, all with a standard normal prior but for the noise's: parameter p = low + range * Phi(x), so uniform in
+// its range; logarithm of the sensor's noise; start and gain as parameters; coefficients w of the vestibular noise,
+// which has the coefficients z = w / r, r = sqrt(Nv^2 + 0.05^2), so w ~ N(0, r^2): what is seen of the noise is z Nv,
+// and so w does not change with Nv where that is not tiny.
+//
+// Sensor noise: white, its level unknown, through a first-order high-pass at drift_hz: slow drift is no evidence.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/aligned.hpp"
+#include "identify/posterior/noise_basis.hpp"
+#include "sim/protocol.hpp"
+
+namespace decid::posterior {
+
+/// What is known beforehand of all that is inferred besides the parameters, which are uniform in their ranges.
+struct Priors {
+  double sensor_noise_deg = 0.02;   ///< median of a log-normal distribution
+  double sensor_noise_factor = 20;  ///< two thirds of it lie within this factor of the median
+  double start_s = 0.1;             ///< the recording starts so long after the protocol, uniform in +-; 0: known
+  double gain = 0.1;                ///< recorded over true sway is 1 +-, uniform; 0: known
+  double drift_hz = 0.03;           ///< below this the recording's noise rises
+};
+
+/// A point in terms of what it means.
+struct State {
+  sim::Parameters parameters;
+  double sensor_noise_deg = 0.0;
+  double start_s = 0.0;
+  double gain = 1.0;
+};
+
+/// A recorded trial as the density needs it.
+struct Observation {
+  std::vector<double> sway;      ///< mean of each block of samples, rad
+  AlignedVector<double> torque;  ///< transform of m g h (sin a - a), complex
+  double noise_deg = 0.0;        ///< the sensor's white noise by the samples' second differences
+};
+
+/// Immutable: one serves all threads, each with a Workspace of its own.
+class Density {
+ public:
+  /// The coordinates behind those of the noise.
+  enum Global { first_parameter = 0, sensor_noise = 7, start = 8, gain = 9, globals = 10 };
+
+  /// Throws Error if the protocol is not valid or has fewer than 20 blocks of samples.
+  Density(const sim::Protocol& protocol, const Priors& priors, Isa isa = chosen_isa());
+
+  const sim::Protocol& protocol() const noexcept { return protocol_; }
+  /// Coordinates: those of the noise, then `globals` more.
+  int size() const noexcept { return noise_.size() + globals; }
+  int noise_size() const noexcept { return noise_.size(); }
+  int blocks() const noexcept { return blocks_; }
+  double noise_period_s() const noexcept { return noise_.period_s(); }
+  /// Where the first bin begins, at the protocol's start or just before.
+  double first_bin_s() const noexcept { return first_step_ * sim::integration_step_s; }
+  Isa isa() const noexcept { return isa_; }
+
+  /// sway_rad: the protocol's samples.
+  Observation observe(std::span<const float> sway_rad) const;
+
+  /// The point that a chain's coordinates mean; x: size() values a chain.
+  State state(std::span<const double> x, int chain) const;
+  /// Sets a chain's coordinates but those of the noise; parameters outside of their ranges go to their edge.
+  void set(const State& state, std::span<double> x, int chain) const;
+
+  class Workspace {
+   public:
+    explicit Workspace(const Density& density);
+
+   private:
+    friend class Density;
+    AlignedVector<double> velocity, passed, by_low, by_high, by_theta, by_passed, by_velocity;
+    AlignedVector<double> bins_spectrum, sway_spectrum, delayed, inverse, sway, observe, loop_spectrum, modelled,
+        residual;
+    AlignedVector<double> fft_work, noise_work, columns, products, noise_column, response;
+  };
+
+  /// Minus the logarithm of the density of each chain, up to a constant, and its gradient; x, gradient: size() values a
+  /// chain. fixed_noise_deg: the sensor's noise is this, and its coordinate has a standard normal prior: for a start
+  /// that is annealed.
+  void evaluate(const Observation& observation, std::span<const double> x, std::span<double> gradient,
+                std::span<double> potential, Workspace& work, std::optional<double> fixed_noise_deg = {}) const;
+  /// Sway of each chain as it is modelled: the means of blocks, rad, blocks() values a chain; and its residual behind
+  /// the high-pass.
+  void model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,
+             std::span<double> residual_rad, Workspace& work) const;
+  /// Adds to `matrix` (lower triangle, row after row) the information about the coordinates at the chains' points, the
+  /// mean over the chains: J^t J / noise^2 (Gauss-Newton) and that of the prior.
+  void add_information(const Observation& observation, std::span<const double> x, std::span<double> matrix,
+                       Workspace& work, std::optional<double> fixed_noise_deg = {}) const;
+
+ private:
+  struct Chains;  // what each chain's coordinates mean, chain by chain
+  Chains chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const;
+  LoopParameters loop_parameters(const Chains& chains) const;
+  DeadBandBins bins() const;
+  DeadBandValues dead_band_values(const Chains& chains, Workspace& work) const;
+  LoopConstants constants(const Observation& observation) const;
+  /// From the coordinates to work.residual; squares: of the residual, a sum a chain.
+  void forward(const Observation& observation, std::span<const double> x, const Chains& chains, Workspace& work,
+               double* squares) const;
+  /// From a transform of the observed sway in work.sway_spectrum to blocks in work.modelled.
+  void to_blocks(Workspace& work) const;
+
+  sim::Protocol protocol_;
+  Priors priors_;
+  Isa isa_;
+  int block_samples_, bin_steps_, first_step_, bins_, padded_bins_, padded_blocks_, blocks_, frequencies_;
+  double damping_;  // c, 1/s
+  double drift_decay_;
+  NoiseBasis noise_;
+  sim::RealFft bins_fft_, blocks_fft_;
+  AlignedVector<double> rate_low_, rate_high_, weight_, undamp_;
+  AlignedVector<double> s_, sum_, rate_, body_, hold_, observe_, platform_;
+};
+
+}  // namespace decid::posterior

@@ -1,0 +1,447 @@
+// The kernels of the posterior density, written once on a vector type V (base/doubles.hpp) and compiled once per
+// instruction set. What each computes is in kernels.hpp.
+#pragma once
+
+#include "base/doubles.hpp"
+#include "identify/posterior/kernels/kernels.hpp"
+
+namespace decid::posterior {
+namespace {
+
+template <class V>
+constexpr int vectors = lanes / V::width;
+
+/// A complex value in each lane of a register.
+template <class V>
+struct Value {
+  using D = typename V::D;
+  D re, im;
+
+  [[gnu::always_inline]] static Value load(const double* signal, std::ptrdiff_t n, int v) {
+    const double* p = signal + 2 * n * lanes + v * V::width;
+    return {V::load(p), V::load(p + lanes)};
+  }
+  [[gnu::always_inline]] void store(double* signal, std::ptrdiff_t n, int v) const {
+    double* p = signal + 2 * n * lanes + v * V::width;
+    V::store(p, re);
+    V::store(p + lanes, im);
+  }
+  /// The same number in all lanes.
+  [[gnu::always_inline]] static Value same(const double* number) { return {V::set(number[0]), V::set(number[1])}; }
+  [[gnu::always_inline]] friend Value operator+(Value a, Value b) { return {a.re + b.re, a.im + b.im}; }
+  [[gnu::always_inline]] friend Value operator-(Value a, Value b) { return {a.re - b.re, a.im - b.im}; }
+  [[gnu::always_inline]] friend Value operator*(Value a, Value b) {
+    return {V::fma(a.re, b.re, -(a.im * b.im)), V::fma(a.re, b.im, a.im * b.re)};
+  }
+  [[gnu::always_inline]] friend Value operator*(Value a, D factor) { return {a.re * factor, a.im * factor}; }
+  /// a + b * factor.
+  [[gnu::always_inline]] static Value sum(Value a, Value b, D factor) {
+    return {V::fma(b.re, factor, a.re), V::fma(b.im, factor, a.im)};
+  }
+  /// Re(a b).
+  [[gnu::always_inline]] static D real_product(Value a, Value b) { return V::fma(a.re, b.re, -(a.im * b.im)); }
+};
+
+template <class V>
+[[gnu::always_inline]] inline typename V::D beyond(typename V::D x, typename V::D theta) {
+  return x - V::max(V::min(x, theta), -theta);
+}
+
+/// A velocity that runs from a to b: the mean of f_theta is (f(b)^2 - f(a)^2) / (2 (b - a)) = share (f(a) + f(b)) / 2
+/// with share = (f(b) - f(a)) / (b - a), what part of the bin lies outside of the dead band.
+template <class V>
+void dead_band(const DeadBandBins& bins, const DeadBandValues& values) {
+  using D = typename V::D;
+  const D tiny = V::set(1e-9), zero = V::set(0.0), one = V::set(1.0), half = V::set(0.5);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    const D gain = V::load(values.gain + at), theta = V::load(values.theta + at);
+    D noise = V::load(values.noise + at);
+    for (std::ptrdiff_t bin = 0; bin < bins.count; ++bin) {
+      const D next = V::load(values.noise + (bin + 1) * lanes + at);
+      const D low = V::fma(gain, noise, V::set(bins.rate_low[bin]));
+      const D high = V::fma(gain, next, V::set(bins.rate_high[bin]));
+      noise = next;
+      const D f_low = beyond<V>(low, theta), f_high = beyond<V>(high, theta);
+      const D run = high - low;
+      const auto flat = V::abs(run) < tiny;
+      const D outside = (f_low == zero) ? zero : one;
+      const D inverse = one / (flat ? one : run);
+      const D share = flat ? outside : (f_high - f_low) * inverse;
+      const D mean = half * (f_low + f_high) * share;
+      const D by_low = flat ? half * outside : (mean - f_low) * inverse;
+      const D by_high = flat ? half * outside : (f_high - mean) * inverse;
+      const D sign = f_low < zero ? -one : one;
+      const D by_theta = flat ? -(sign * outside) : (V::abs(f_low) - V::abs(f_high)) * inverse;
+      const D weight = V::set(bins.weight[bin]);
+      const std::ptrdiff_t to = bin * lanes + at;
+      V::store(values.passed + to, weight * mean);
+      V::store(values.by_noise_low + to, weight * by_low);
+      V::store(values.by_noise_high + to, weight * by_high);
+      V::store(values.by_theta + to, weight * by_theta);
+    }
+  }
+}
+
+template <class V>
+void dead_band_gradient(const DeadBandBins& bins, const DeadBandValues& values, const DeadBandGradient& gradient) {
+  using D = typename V::D;
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    D by_theta = V::set(0.0), by_gain = V::set(0.0), from_before = V::set(0.0);
+    for (std::ptrdiff_t bin = 0; bin < bins.count; ++bin) {
+      const std::ptrdiff_t to = bin * lanes + at;
+      const D by_passed = V::load(gradient.by_passed + to);
+      const D by_noise = V::fma(by_passed, V::load(values.by_noise_low + to), from_before);
+      from_before = by_passed * V::load(values.by_noise_high + to);
+      V::store(gradient.by_noise + to, by_noise);
+      by_gain = V::fma(by_noise, V::load(values.noise + to), by_gain);
+      by_theta = V::fma(by_passed, V::load(values.by_theta + to), by_theta);
+    }
+    const std::ptrdiff_t end = std::ptrdiff_t{bins.count} * lanes + at;
+    V::store(gradient.by_noise + end, from_before);
+    by_gain = V::fma(from_before, V::load(values.noise + end), by_gain);
+    V::store(gradient.by_gain + at, by_gain);
+    V::store(gradient.by_theta + at, by_theta);
+  }
+}
+
+/// With V the platform's velocity and F what passes the dead band, C = Kp sum + Kd, E = Kp + Kd rate:
+///   sway = (delayed C (V - F) + (Kp_pass sum + Kd_pass) V + torque) / D,
+///   D = body + Kp_pass + Kd_pass rate + 2 delayed E.
+template <class V>
+struct Loop {
+  using D = typename V::D;
+  D kp, kd, kp_pass, kd_pass;
+
+  [[gnu::always_inline]] Loop(const LoopParameters& p, std::ptrdiff_t at)
+      : kp(V::load(p.kp + at)),
+        kd(V::load(p.kd + at)),
+        kp_pass(V::load(p.kp_pass + at)),
+        kd_pass(V::load(p.kd_pass + at)) {}
+  [[gnu::always_inline]] Value<V> c(Value<V> sum) const { return {V::fma(kp, sum.re, kd), kp * sum.im}; }
+  [[gnu::always_inline]] Value<V> e(Value<V> rate) const { return {V::fma(kd, rate.re, kp), kd * rate.im}; }
+};
+
+template <class V>
+void loop(const LoopConstants& constants, const LoopParameters& parameters, const LoopState& state) {
+  using D = typename V::D;
+  using C = Value<V>;
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    const Loop<V> p(parameters, at);
+    const D gain = V::load(parameters.gain + at), two = V::set(2.0), one = V::set(1.0);
+    C delayed = C::load(parameters.delay_first, 0, v), shifted = C::load(parameters.start_first, 0, v);
+    const C delay_turn = C::load(parameters.delay_turn, 0, v), start_turn = C::load(parameters.start_turn, 0, v);
+    for (std::ptrdiff_t k = 0; k < constants.count; ++k) {
+      const C sum = C::same(constants.sum + 2 * k), rate = C::same(constants.rate + 2 * k);
+      const C platform = C::same(constants.platform + 2 * k);
+      const C passed = C::load(state.passed, k, v) * C::same(constants.hold + 2 * k);
+      const C e = p.e(rate);
+      C d = C::same(constants.body + 2 * k);
+      d.re = d.re + p.kp_pass;
+      d = C::sum(d, rate, p.kd_pass);
+      d = C::sum(d, delayed * e, two);
+      const D scale = one / V::fma(d.re, d.re, d.im * d.im);
+      const C inverse{d.re * scale, -(d.im * scale)};
+      const C ankle{V::fma(p.kp_pass, sum.re, p.kd_pass), p.kp_pass * sum.im};
+      const C drive =
+          delayed * (p.c(sum) * (platform - passed)) + (ankle * platform + C::same(constants.torque + 2 * k));
+      const C sway = drive * inverse, observe = C::same(constants.observe + 2 * k) * shifted;
+      passed.store(state.passed, k, v);
+      delayed.store(state.delayed, k, v);
+      inverse.store(state.inverse, k, v);
+      sway.store(state.sway, k, v);
+      observe.store(state.observe, k, v);
+      (sway * observe * gain).store(state.observed, k, v);
+      delayed = delayed * delay_turn;
+      shifted = shifted * start_turn;
+    }
+  }
+}
+
+template <class V>
+void loop_gradient(const LoopConstants& constants, const LoopParameters& parameters, const LoopState& state,
+                   const LoopGradient& gradient) {
+  using D = typename V::D;
+  using C = Value<V>;
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    const Loop<V> p(parameters, at);
+    const D gain = V::load(parameters.gain + at), two = V::set(2.0);
+    D by_kp = V::set(0.0), by_kd = by_kp, by_kp_pass = by_kp, by_kd_pass = by_kp, by_delay = by_kp, by_start = by_kp,
+      by_gain = by_kp;
+    for (std::ptrdiff_t k = 0; k < constants.count; ++k) {
+      const C sum = C::same(constants.sum + 2 * k), rate = C::same(constants.rate + 2 * k);
+      const C platform = C::same(constants.platform + 2 * k), s = C::same(constants.s + 2 * k);
+      const C delayed = C::load(state.delayed, k, v), sway = C::load(state.sway, k, v);
+      const C error = platform - C::load(state.passed, k, v);
+      // All frequencies but 0 stand for two, above and below it.
+      const D back = V::set(k == 0 ? 0.5 * constants.back : constants.back);
+      C by_observed = C::load(gradient.by_observed, k, v);
+      by_observed = {by_observed.re * back, -(by_observed.im * back)};
+      const C by_observed_sway = by_observed * C::load(state.observe, k, v);
+      by_gain = by_gain + C::real_product(by_observed_sway, sway);
+      const C by_sway = by_observed_sway * gain;
+      by_start = by_start + C::real_product(by_sway, s * sway);
+      const C by_drive = by_sway * C::load(state.inverse, k, v);
+      const C by_active = by_drive * delayed;
+      const C c_error = p.c(sum) * error, twice_sway = sway * two;
+      by_kp = by_kp + C::real_product(by_active, sum * error - twice_sway);
+      by_kd = by_kd + C::real_product(by_active, error - rate * twice_sway);
+      by_kp_pass = by_kp_pass + C::real_product(by_drive, sum * platform - sway);
+      by_kd_pass = by_kd_pass + C::real_product(by_drive, platform - rate * sway);
+      by_delay = by_delay - C::real_product(by_active, s * (c_error - p.e(rate) * twice_sway));
+      const C by_passed = by_active * p.c(sum) * C::same(constants.hold + 2 * k);
+      const D single = V::set(k == 0 ? 2.0 : 1.0);
+      C{-(by_passed.re * single), by_passed.im * single}.store(gradient.by_passed, k, v);
+    }
+    const D sums[] = {by_kp, by_kd, by_kp_pass, by_kd_pass, by_delay, by_start, by_gain};
+    for (int i = 0; i < 7; ++i) V::store(gradient.sums + i * lanes + at, sums[i]);
+  }
+}
+
+template <class V>
+void turn(int count, const double* in, const double* factors, double* out) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const Value<V> factor = Value<V>::same(factors + 2 * i);
+    for (int v = 0; v < vectors<V>; ++v) (Value<V>::load(in, i, v) * factor).store(out, i, v);
+  }
+}
+
+template <class V>
+void turn_back(int count, const double* in, const double* factors, double* out) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    for (int v = 0; v < vectors<V>; ++v) {
+      const double* factor = factors + 2 * i;
+      const Value<V> a = Value<V>::load(in, i, v), b = Value<V>::load(out, i, v);
+      const typename V::D re = V::set(factor[0]), im = V::set(factor[1]);
+      Value<V>{V::fma(a.im, im, V::fma(a.re, re, b.re)), V::fma(-a.re, im, V::fma(a.im, re, b.im))}.store(out, i, v);
+    }
+  }
+}
+
+template <class V>
+void scale(int count, const double* in, const double* factors, double* out) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const typename V::D factor = V::set(factors[i]);
+    for (int v = 0; v < vectors<V>; ++v) {
+      const std::ptrdiff_t at = i * lanes + v * V::width;
+      V::store(out + at, V::load(in + at) * factor);
+    }
+  }
+}
+
+template <class V>
+void residual(int count, double decay, const double* recorded, const double* modelled, const double* factors,
+              double* out, double* squares) {
+  using D = typename V::D;
+  for (int v = 0; v < vectors<V>; ++v) {
+    D passed = V::set(0.0), before = V::set(0.0), sum = V::set(0.0);
+    const D keep = V::set(decay);
+    for (std::ptrdiff_t m = 0; m < count; ++m) {
+      const std::ptrdiff_t at = m * lanes + v * V::width;
+      const D value = V::fma(-V::load(modelled + at), V::set(factors[m]), V::set(recorded[m]));
+      passed = V::fma(keep, passed, value - before);
+      before = value;
+      sum = V::fma(passed, passed, sum);
+      V::store(out + at, passed);
+    }
+    V::store(squares + v * V::width, sum);
+  }
+}
+
+/// The high-pass backwards: with l[m] = decay l[m + 1] + r[m], the derivative by value m is l[m] - l[m + 1].
+template <class V>
+void residual_gradient(int count, double decay, const double* factors, double* r) {
+  using D = typename V::D;
+  for (int v = 0; v < vectors<V>; ++v) {
+    D after = V::set(0.0);
+    const D keep = V::set(decay);
+    for (std::ptrdiff_t m = count - 1; m >= 0; --m) {
+      const std::ptrdiff_t at = m * lanes + v * V::width;
+      const D here = V::fma(keep, after, V::load(r + at));
+      V::store(r + at, (here - after) * V::set(factors[m]));
+      after = here;
+    }
+  }
+}
+
+/// Four rows at a time share what they load.
+template <class V>
+void lower_times(int size, const double* lower, const double* in, double* out) {
+  using D = typename V::D;
+  const auto row = [lower](std::ptrdiff_t i) { return lower + i * (i + 1) / 2; };
+  for (int v = 0; v < vectors<V>; ++v) {
+    const double* x = in + v * V::width;
+    double* y = out + v * V::width;
+    std::ptrdiff_t i = 0;
+    for (; i + 4 <= size; i += 4) {
+      const double *r0 = row(i), *r1 = row(i + 1), *r2 = row(i + 2), *r3 = row(i + 3);
+      D a = V::set(0.0), b = a, c = a, d = a;
+      for (std::ptrdiff_t j = 0; j <= i; ++j) {
+        const D xj = V::load(x + j * lanes);
+        a = V::fma(V::set(r0[j]), xj, a);
+        b = V::fma(V::set(r1[j]), xj, b);
+        c = V::fma(V::set(r2[j]), xj, c);
+        d = V::fma(V::set(r3[j]), xj, d);
+      }
+      const D x1 = V::load(x + (i + 1) * lanes), x2 = V::load(x + (i + 2) * lanes), x3 = V::load(x + (i + 3) * lanes);
+      b = V::fma(V::set(r1[i + 1]), x1, b);
+      c = V::fma(V::set(r2[i + 2]), x2, V::fma(V::set(r2[i + 1]), x1, c));
+      d = V::fma(V::set(r3[i + 3]), x3, V::fma(V::set(r3[i + 2]), x2, V::fma(V::set(r3[i + 1]), x1, d)));
+      V::store(y + i * lanes, a);
+      V::store(y + (i + 1) * lanes, b);
+      V::store(y + (i + 2) * lanes, c);
+      V::store(y + (i + 3) * lanes, d);
+    }
+    for (; i < size; ++i) {
+      D a = V::set(0.0);
+      for (std::ptrdiff_t j = 0; j <= i; ++j) a = V::fma(V::set(row(i)[j]), V::load(x + j * lanes), a);
+      V::store(y + i * lanes, a);
+    }
+  }
+}
+
+/// Rows from the last to the first are added to what comes out; four rows at a time.
+template <class V>
+void upper_times(int size, const double* lower, const double* in, double* out) {
+  using D = typename V::D;
+  const auto row = [lower](std::ptrdiff_t i) { return lower + i * (i + 1) / 2; };
+  for (int v = 0; v < vectors<V>; ++v) {
+    const double* x = in + v * V::width;
+    double* y = out + v * V::width;
+    for (std::ptrdiff_t j = 0; j < size; ++j) V::store(y + j * lanes, V::set(0.0));
+    std::ptrdiff_t i = 0;
+    for (; i + 4 <= size; i += 4) {
+      const double *r0 = row(i), *r1 = row(i + 1), *r2 = row(i + 2), *r3 = row(i + 3);
+      const D x0 = V::load(x + i * lanes), x1 = V::load(x + (i + 1) * lanes), x2 = V::load(x + (i + 2) * lanes),
+              x3 = V::load(x + (i + 3) * lanes);
+      for (std::ptrdiff_t j = 0; j <= i; ++j) {
+        D sum = V::fma(V::set(r0[j]), x0, V::load(y + j * lanes));
+        sum = V::fma(V::set(r1[j]), x1, sum);
+        sum = V::fma(V::set(r2[j]), x2, sum);
+        V::store(y + j * lanes, V::fma(V::set(r3[j]), x3, sum));
+      }
+      V::store(y + (i + 1) * lanes,
+               V::fma(V::set(r3[i + 1]), x3, V::fma(V::set(r2[i + 1]), x2, V::set(r1[i + 1]) * x1)));
+      V::store(y + (i + 2) * lanes, V::fma(V::set(r3[i + 2]), x3, V::set(r2[i + 2]) * x2));
+      V::store(y + (i + 3) * lanes, V::set(r3[i + 3]) * x3);
+    }
+    for (; i < size; ++i) {
+      const D xi = V::load(x + i * lanes);
+      for (std::ptrdiff_t j = 0; j <= i; ++j)
+        V::store(y + j * lanes, V::fma(V::set(row(i)[j]), xi, V::load(y + j * lanes)));
+    }
+  }
+}
+
+/// passed = by_noise_low n[bin] + by_noise_high n[bin + 1].
+template <class V>
+void dead_band_change(int count, const DeadBandValues& values, const double* noise, double* passed) {
+  using D = typename V::D;
+  for (std::ptrdiff_t bin = 0; bin < count; ++bin) {
+    const D low = V::set(noise[bin]), high = V::set(noise[bin + 1]);
+    for (int v = 0; v < vectors<V>; ++v) {
+      const std::ptrdiff_t at = bin * lanes + v * V::width;
+      V::store(passed + at, V::fma(V::load(values.by_noise_low + at), low, V::load(values.by_noise_high + at) * high));
+    }
+  }
+}
+
+template <class V>
+void product(int count, const double* a, const double* b, double* out) {
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    for (int v = 0; v < vectors<V>; ++v) (Value<V>::load(a, k, v) * Value<V>::load(b, k, v)).store(out, k, v);
+  }
+}
+
+template <class V>
+void add_times(int size, const double* factor, const double* by, double* values) {
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    for (int v = 0; v < vectors<V>; ++v) {
+      const std::ptrdiff_t at = i * lanes + v * V::width;
+      V::store(values + at, V::fma(V::load(factor + v * V::width), V::load(by + at), V::load(values + at)));
+    }
+  }
+}
+
+template <class V>
+void subtract_times(int size, const double* factor, const double* by, double* values) {
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    for (int v = 0; v < vectors<V>; ++v) {
+      const std::ptrdiff_t at = i * lanes + v * V::width;
+      V::store(values + at, V::fma(-V::load(factor + v * V::width), V::load(by + at), V::load(values + at)));
+    }
+  }
+}
+
+template <class V>
+void squares(int size, const double* values, double* sums) {
+  for (int v = 0; v < vectors<V>; ++v) {
+    typename V::D sum = V::set(0.0);
+    for (std::ptrdiff_t i = 0; i < size; ++i) {
+      const typename V::D value = V::load(values + i * lanes + v * V::width);
+      sum = V::fma(value, value, sum);
+    }
+    V::store(sums + v * V::width, sum);
+  }
+}
+
+/// A block of 4 x 4 sums stays in registers while 32 rows of 4 and 4 columns pass by, which fit into the first cache.
+template <class V>
+void add_products(int rows, int blocks, const double* columns, double* products) {
+  using D = typename V::D;
+  constexpr std::ptrdiff_t most = 32;
+  const std::ptrdiff_t apart = std::ptrdiff_t{rows} * lanes;
+  for (std::ptrdiff_t first = 0; first < rows; first += most) {
+    const std::ptrdiff_t last = first + most < rows ? first + most : rows;
+    double* sums = products;
+    for (std::ptrdiff_t i = 0; i < blocks; ++i) {
+      for (std::ptrdiff_t j = 0; j <= i; ++j, sums += std::ptrdiff_t{16} * lanes) {
+        for (int v = 0; v < vectors<V>; ++v) {
+          const std::ptrdiff_t at = v * V::width;
+          const double *a = columns + 4 * i * apart + at, *b = columns + 4 * j * apart + at;
+          D sum[16];
+#pragma GCC unroll 16
+          for (int n = 0; n < 16; ++n) sum[n] = V::load(sums + n * lanes + at);
+          for (std::ptrdiff_t m = first * lanes; m < last * lanes; m += lanes) {
+            D right[4];
+#pragma GCC unroll 4
+            for (int n = 0; n < 4; ++n) right[n] = V::load(b + n * apart + m);
+#pragma GCC unroll 4
+            for (int r = 0; r < 4; ++r) {
+              const D left = V::load(a + r * apart + m);
+#pragma GCC unroll 4
+              for (int n = 0; n < 4; ++n) sum[4 * r + n] = V::fma(left, right[n], sum[4 * r + n]);
+            }
+          }
+#pragma GCC unroll 16
+          for (int n = 0; n < 16; ++n) V::store(sums + n * lanes + at, sum[n]);
+        }
+      }
+    }
+  }
+}
+
+template <class V>
+constexpr Kernels kernel_table{.dead_band = dead_band<V>,
+                               .dead_band_gradient = dead_band_gradient<V>,
+                               .dead_band_change = dead_band_change<V>,
+                               .loop = loop<V>,
+                               .loop_gradient = loop_gradient<V>,
+                               .product = product<V>,
+                               .turn = turn<V>,
+                               .turn_back = turn_back<V>,
+                               .scale = scale<V>,
+                               .residual = residual<V>,
+                               .residual_gradient = residual_gradient<V>,
+                               .lower_times = lower_times<V>,
+                               .upper_times = upper_times<V>,
+                               .add_times = add_times<V>,
+                               .subtract_times = subtract_times<V>,
+                               .squares = squares<V>,
+                               .add_products = add_products<V>};
+
+}  // namespace
+}  // namespace decid::posterior

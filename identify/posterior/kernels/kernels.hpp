@@ -1,0 +1,117 @@
+// The kernels of the posterior density, one table an instruction set. All compute the same bits. They work on `lanes`
+// chains side by side: value n of chain l is at [n * lanes + l], the parts of complex value n at [2 n * lanes + l] and
+// [(2 n + 1) * lanes + l].
+#pragma once
+
+#include "base/isa.hpp"
+#include "sim/fft.hpp"
+
+namespace decid::posterior {
+
+inline constexpr int lanes = sim::fft_lanes;
+
+/// The dead band on bins of time, in each of which the platform's velocity and the noise's run linearly.
+struct DeadBandBins {
+  int count;
+  const double* rate_low;   ///< the platform's velocity where a bin begins, rad/s
+  const double* rate_high;  ///< and where it ends
+  const double* weight;     ///< what a bin counts in the transform
+};
+/// Of `lanes` chains. The noise has count + 1 values, at the bins' edges.
+struct DeadBandValues {
+  const double* noise;    ///< velocity for a gain of 1, rad/s
+  const double* gain;     ///< a value a chain
+  const double* theta;    ///< a value a chain, rad/s
+  double* passed;         ///< the mean of what passes the dead band, times the weight
+  double* by_noise_low;   ///< derivatives of `passed` by gain * noise at a bin's begin
+  double* by_noise_high;  ///< at its end
+  double* by_theta;
+};
+/// From derivatives by `passed` to those by the noise at the edges, by the gain and by theta.
+struct DeadBandGradient {
+  const double* by_passed;
+  double* by_noise;  ///< count + 1 values a chain, of gain * noise
+  double* by_gain;   ///< a value a chain
+  double* by_theta;  ///< a value a chain
+};
+
+/// What does not depend on the parameters, at each frequency s of the contour: complex numbers, the same for all
+/// chains.
+struct LoopConstants {
+  int count;
+  const double* s;         ///< 1/s
+  const double* sum;       ///< of a velocity's steps to an angle: T / (z - 1), s
+  const double* rate;      ///< of an angle to its velocity: (z - 1) / (T z), 1/s
+  const double* body;      ///< J (z - 1)^2 / (T^2 z) - m g h, N m/rad
+  const double* hold;      ///< of a bin's value to its steps
+  const double* observe;   ///< of sway to the mean of a block of samples
+  const double* platform;  ///< transform of the platform's velocity
+  const double* torque;    ///< transform of the torque of gravity beyond m g h times the angle
+  double back;             ///< LoopGradient::by_observed is conjugated, and multiplied by this
+};
+/// A chain's parameters, each `lanes` values.
+struct LoopParameters {
+  const double *kp, *kd, *kp_pass, *kd_pass;
+  const double* gain;
+  const double *delay_first, *delay_turn;  ///< complex, exp(-s delay) at the first frequency, and from one to the next
+  const double *start_first, *start_turn;  ///< the same of exp(s start)
+};
+/// What the way back needs from the way there; complex, count values a chain each.
+struct LoopState {
+  double* passed;    ///< in: transform of the bins; out: times hold
+  double* delayed;   ///< exp(-s delay)
+  double* inverse;   ///< 1 / D
+  double* sway;      ///< transform of the sway
+  double* observe;   ///< observe * exp(s start)
+  double* observed;  ///< transform of what is observed
+};
+struct LoopGradient {
+  const double* by_observed;  ///< transform of the derivatives by the observed values; complex
+  double* by_passed;          ///< out: the transform of the derivatives by the bins, complex
+  double* sums;               ///< 7 values a chain: by kp, kd, kp_pass, kd_pass, delay, start, gain
+};
+
+struct Kernels {
+  void (*dead_band)(const DeadBandBins&, const DeadBandValues&);
+  void (*dead_band_gradient)(const DeadBandBins&, const DeadBandValues&, const DeadBandGradient&);
+  /// How `passed` changes with noise that is the same for all chains: count + 1 values at the bins' edges.
+  void (*dead_band_change)(int count, const DeadBandValues&, const double* noise, double* passed);
+  void (*loop)(const LoopConstants&, const LoopParameters&, const LoopState&);
+  void (*loop_gradient)(const LoopConstants&, const LoopParameters&, const LoopState&, const LoopGradient&);
+  /// out = a b, complex.
+  void (*product)(int count, const double* a, const double* b, double* out);
+  /// out[i] = in[i] * factors[i], complex; the factors are the same for all chains.
+  void (*turn)(int count, const double* in, const double* factors, double* out);
+  /// out[i] += in[i] * conj(factors[i]), complex; the factors are the same for all chains.
+  void (*turn_back)(int count, const double* in, const double* factors, double* out);
+  /// out = in * factors, real; the factors are the same for all chains.
+  void (*scale)(int count, const double* in, const double* factors, double* out);
+  /// residual[m] = high-pass of recorded[m] - modelled[m] * factors[m]; squares: a sum a chain.
+  void (*residual)(int count, double decay, const double* recorded, const double* modelled, const double* factors,
+                   double* residual, double* squares);
+  /// From derivatives by the residual, in place, to those by the modelled values (with the sign of the residual).
+  void (*residual_gradient)(int count, double decay, const double* factors, double* residual);
+  /// out = T in for a lower triangular T, rows one after the other: row i has i + 1 values.
+  void (*lower_times)(int size, const double* lower, const double* in, double* out);
+  /// out = T^t in.
+  void (*upper_times)(int size, const double* lower, const double* in, double* out);
+  /// values += factor * by, and values -= factor * by; the factors: a value a chain.
+  void (*add_times)(int size, const double* factor, const double* by, double* values);
+  void (*subtract_times)(int size, const double* factor, const double* by, double* values);
+  /// The sum of squares of each chain.
+  void (*squares)(int size, const double* values, double* sums);
+  /// products += columns^t columns, chain by chain. columns: 4 blocks of them, `rows` values each, column after column;
+  /// products: for each block i of four columns and each j <= i the 4 x 4 products of its columns with those of j.
+  void (*add_products)(int rows, int blocks, const double* columns, double* products);
+};
+
+const Kernels& kernels(Isa isa);
+
+// One function an instruction set, in a translation unit of its own.
+const Kernels& reference_kernels();
+const Kernels& baseline_kernels();
+const Kernels& avx2_kernels();
+const Kernels& avx512_kernels();
+const Kernels& neon_kernels();
+
+}  // namespace decid::posterior

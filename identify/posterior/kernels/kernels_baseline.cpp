@@ -1,0 +1,10 @@
+// The kernels of the posterior density for x86-64 as every such processor has it (SSE2).
+#include "identify/posterior/kernels/generic.hpp"
+
+namespace decid::posterior {
+
+const Kernels& baseline_kernels() {
+  return kernel_table<Native>;
+}
+
+}  // namespace decid::posterior

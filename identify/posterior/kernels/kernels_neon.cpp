@@ -1,0 +1,10 @@
+// The kernels of the posterior density for AArch64.
+#include "identify/posterior/kernels/generic.hpp"
+
+namespace decid::posterior {
+
+const Kernels& neon_kernels() {
+  return kernel_table<Native>;
+}
+
+}  // namespace decid::posterior

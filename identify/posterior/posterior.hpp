@@ -1,0 +1,82 @@
+// What a recording says about the controller behind it: draws from the posterior of all that is unknown.
+//
+//   const posterior::Density density(protocol, {});
+//   const posterior::Posterior found = posterior::sample(density, density.observe(sway_rad), {});
+//   if (found.agreed()) use(found.mean(sim::Kp), found.quantile(sim::Kp, 0.05), found.quantile(sim::Kp, 0.95));
+//
+// Chains begin anywhere: the sensor's noise starts high, where the recording says little, and is lowered in stages to
+// what its second differences show (annealing). Then the metric is made from the information at points that the chains
+// visit, in several windows, and the draws begin; they end when the chains agree and are enough.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "identify/posterior/density.hpp"
+
+namespace decid::posterior {
+
+struct Settings {
+  std::uint64_t seed = 1;
+  int groups = 2;        ///< of `lanes` chains each, which run on threads of their own
+  int leaps = 200;       ///< of a transition
+  int block = 25;        ///< transitions of each chain after which it is asked whether they are enough
+  int least_draws = 50;  ///< a chain
+  int most_draws = 200;
+  double largest_rhat = 1.05;    ///< enough: every quantity's R-hat is at most this
+  double effective_draws = 200;  ///< and it has so many
+};
+
+/// Where a run stands. stage: "annealing", "warming up", "drawing"; rhat: the largest, 0 before there are draws.
+struct Progress {
+  const char* stage;
+  double done;  ///< of the whole, 0 to 1; it may end early
+  double rhat;
+};
+/// Returns false to stop: what was drawn until then is returned. Called by one thread at a time.
+using OnProgress = std::function<bool(const Progress& progress)>;
+
+/// Quantities are Density's globals: the parameters in their order, then the sensor's noise in degrees, start and gain.
+class Posterior {
+ public:
+  int chains() const noexcept { return chains_; }
+  int draws() const noexcept { return static_cast<int>(states_.size()); }
+  int draws_per_chain() const noexcept { return chains_ > 0 ? draws() / chains_ : 0; }
+  /// Chain by chain.
+  std::span<const State> states() const noexcept { return states_; }
+  static double value(const State& state, int quantity);
+
+  double mean(int quantity) const;
+  double deviation(int quantity) const;
+  double quantile(int quantity, double share) const;
+  /// Correlation of two quantities; 0 if one of them is known.
+  double correlation(int a, int b) const;
+
+  // Diagnostics, see diagnostics.hpp. Quantities that are known have an R-hat of 1.
+  const std::vector<double>& rhat() const noexcept { return rhat_; }
+  const std::vector<double>& effective_draws() const noexcept { return effective_; }
+  double energy_fraction() const noexcept { return energy_fraction_; }
+  int divergences() const noexcept { return divergences_; }
+  int restarts() const noexcept { return restarts_; }  ///< of chains that were stuck while warming up
+  long long leaps() const noexcept { return leaps_; }  ///< of all chains
+  double acceptance() const noexcept { return acceptance_; }
+  /// Whether the chains say the same: every R-hat is at most 1.1.
+  bool agreed() const;
+
+ private:
+  friend class Run;
+  int chains_ = 0, divergences_ = 0, restarts_ = 0;
+  long long leaps_ = 0;
+  double energy_fraction_ = 0.0, acceptance_ = 0.0;
+  std::vector<State> states_;
+  std::vector<double> rhat_, effective_;
+};
+
+/// starts: where the chains begin, one after the other and over again; empty: draws from the middle of the priors.
+/// Depends on the settings alone, not on threads or instruction set. Throws Error if the recording is constant.
+Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
+                 std::span<const State> starts = {}, const OnProgress& progress = {});
+
+}  // namespace decid::posterior

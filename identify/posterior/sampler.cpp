@@ -1,0 +1,117 @@
+// Hamiltonian Monte Carlo: see sampler.hpp.
+#include "identify/posterior/sampler.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/math.hpp"
+#include "identify/posterior/cholesky.hpp"
+
+namespace decid::posterior {
+namespace {
+
+constexpr double divergence = 500.0;  // of the energy
+constexpr double lowest_log_step = -12.0, highest_log_step = 1.0;
+
+}  // namespace
+
+Sampler::Sampler(const Density& density, const Observation& observation, std::uint64_t seed, std::uint64_t group)
+    : density_(density),
+      observation_(observation),
+      work_(density),
+      random_(seed, Stream::posterior, group),
+      size_(static_cast<std::size_t>(density.size())) {
+  for (auto* values : {&x_, &start_, &momentum_, &gradient_, &force_, &direction_}) values->assign(size_ * lanes, 0.0);
+  metric_.assign(triangle(size_), 0.0);
+  for (std::size_t i = 0; i < size_; ++i) metric_[triangle(i) + i] = 1.0;
+  begin_adapting(0.1);
+}
+
+void Sampler::add_information(std::span<double> matrix) {
+  density_.add_information(observation_, x_, matrix, work_, fixed_noise_deg_);
+}
+
+bool Sampler::set_metric(std::span<const double> information) {
+  std::vector<double> factor(information.begin(), information.end());
+  if (!factorize(size_, factor)) return false;
+  invert_lower(size_, factor);
+  metric_ = std::move(factor);
+  return true;
+}
+
+void Sampler::begin_adapting(double step) {
+  step_.fill(step);
+  centre_ = decid::log(5.0 * step);
+  mean_log_step_.fill(decid::log(step));
+  missing_.fill(0.0);
+  adapted_ = 0;
+}
+
+void Sampler::adapt(double acceptance) {
+  ++adapted_;
+  const double weight = 1.0 / (adapted_ + 10.0);
+  const double fresh = decid::exp(-0.75 * decid::log(adapted_));
+  for (std::size_t l = 0; l < lanes; ++l) {
+    missing_[l] = (1.0 - weight) * missing_[l] + weight * (acceptance - acceptance_[l]);
+    const double log_step = std::clamp(centre_ - std::sqrt(static_cast<double>(adapted_)) / 0.1 * missing_[l],
+                                       lowest_log_step, highest_log_step);
+    mean_log_step_[l] = fresh * log_step + (1.0 - fresh) * mean_log_step_[l];
+    step_[l] = decid::exp(log_step);
+  }
+}
+
+void Sampler::end_adapting() {
+  for (std::size_t l = 0; l < lanes; ++l) step_[l] = decid::exp(mean_log_step_[l]);
+}
+
+double Sampler::middle_step() const {
+  Lanes sorted = step_;
+  std::sort(sorted.begin(), sorted.end());
+  return sorted[lanes / 2];
+}
+
+void Sampler::evaluate() {
+  density_.evaluate(observation_, x_, gradient_, potential_, work_, fixed_noise_deg_);
+  kernels(density_.isa()).lower_times(static_cast<int>(size_), metric_.data(), gradient_.data(), force_.data());
+  ++leaps_;
+}
+
+// In coordinates that the metric makes round: x = T^t y for its inverse factor T, so the force is T gradient.
+void Sampler::move(int leaps) {
+  const Kernels& run = kernels(density_.isa());
+  random_.fill_normal(momentum_, drawn_);
+  drawn_ += momentum_.size();
+  Lanes step, half_step, choice;
+  for (std::size_t l = 0; l < lanes; ++l) {
+    step[l] = step_[l] * random_.uniform(drawn_ + l, 0.8, 1.2);
+    half_step[l] = 0.5 * step[l];
+    choice[l] = random_.uniform(drawn_ + lanes + l);
+  }
+  drawn_ += 2 * lanes;
+  evaluate();
+  start_ = x_;
+  const Lanes before = potential_;
+  Lanes squares;
+  run.squares(static_cast<int>(size_), momentum_.data(), squares.data());
+  for (std::size_t l = 0; l < lanes; ++l) energy_[l] = before[l] + 0.5 * squares[l];
+
+  const int size = static_cast<int>(size_);
+  run.subtract_times(size, half_step.data(), force_.data(), momentum_.data());
+  for (int leap = 0; leap < leaps; ++leap) {
+    run.upper_times(size, metric_.data(), momentum_.data(), direction_.data());
+    run.add_times(size, step.data(), direction_.data(), x_.data());
+    evaluate();
+    run.subtract_times(size, (leap + 1 < leaps ? step : half_step).data(), force_.data(), momentum_.data());
+  }
+  run.squares(size, momentum_.data(), squares.data());
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const double change = potential_[l] + 0.5 * squares[l] - energy_[l];
+    diverged_[l] = !(change < divergence);
+    acceptance_[l] = diverged_[l] ? 0.0 : decid::exp(-std::max(0.0, change));
+    if (choice[l] < acceptance_[l]) continue;
+    for (std::size_t i = 0; i < size_; ++i) x_[i * lanes + l] = start_[i * lanes + l];
+    potential_[l] = before[l];
+  }
+}
+
+}  // namespace decid::posterior

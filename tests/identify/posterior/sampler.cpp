@@ -1,0 +1,89 @@
+// The sampler on densities whose moments are known.
+#include "identify/posterior/sampler.hpp"
+
+#include <cmath>
+
+#include "identify/posterior/cholesky.hpp"
+#include "tests/helpers.hpp"
+#include "tests/identify/posterior/trial.hpp"
+
+using namespace decid;
+using namespace decid::posterior;
+using namespace decid::test;
+
+namespace {
+
+/// A recording that says nothing: the sensor's noise is fixed far above any sway, so the posterior is the prior.
+struct Prior {
+  sim::Protocol protocol = sines_protocol();
+  Density density{protocol, {}};
+  Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+};
+
+}  // namespace
+
+TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are those of the prior") {
+  Sampler sampler(density, observation, 3, 0);
+  sampler.fix_noise(1e6);
+  sampler.begin_adapting(0.3);
+  for (int i = 0; i < 100; ++i) {
+    sampler.move(8);
+    sampler.adapt(0.8);
+  }
+  sampler.end_adapting();
+  constexpr int draws = 500;
+  std::array<double, Density::globals> sum{}, squares{};
+  double noise_squares = 0.0, accepted = 0.0;
+  for (int i = 0; i < draws; ++i) {
+    sampler.move(8);
+    for (int chain = 0; chain < lanes; ++chain) {
+      const auto l = static_cast<std::size_t>(chain);
+      accepted += sampler.acceptance()[l];
+      const double nv = density.state(sampler.coordinates(), chain).parameters[sim::Nv];
+      for (std::size_t q = 0; q < Density::globals; ++q) {
+        const double x = sampler.coordinates()[(static_cast<std::size_t>(density.noise_size()) + q) * lanes + l];
+        sum[q] += x;
+        squares[q] += x * x;
+      }
+      // Noise coefficient 5 over its deviation given Nv.
+      const double w = sampler.coordinates()[5 * lanes + l] / std::sqrt(nv * nv + 0.05 * 0.05);
+      noise_squares += w * w;
+    }
+  }
+  // 4000 draws, worth at least a fifth of that: 5 standard errors of means (0.035) and of variances (0.05).
+  for (std::size_t q = 0; q < Density::globals; ++q) {
+    CHECK(within(sum[q] / (draws * lanes), 0.0, 0.18));
+    CHECK(within(squares[q] / (draws * lanes), 1.0, 0.25));
+  }
+  CHECK(within(noise_squares / (draws * lanes), 1.0, 0.25));
+  CHECK(within(accepted / (draws * lanes), 0.8, 0.15));
+}
+
+TEST_CASE_FIXTURE(Prior,
+                  "Sampler: small steps keep the energy, so all is accepted; huge steps diverge and change nothing") {
+  Sampler sampler(density, observation, 3, 1);
+  for (int chain = 0; chain < lanes; ++chain)
+    density.set({.parameters = some_parameters(), .sensor_noise_deg = 0.02}, sampler.coordinates(), chain);
+  const std::vector<double> before(sampler.coordinates().begin(), sampler.coordinates().end());
+  sampler.begin_adapting(2.0);
+  sampler.move(3);
+  for (std::size_t l = 0; l < lanes; ++l) {
+    CHECK(sampler.diverged()[l]);
+    CHECK(sampler.acceptance()[l] == 0.0);
+  }
+  CHECK(std::equal(before.begin(), before.end(), sampler.coordinates().begin()));
+  sampler.begin_adapting(1e-6);
+  sampler.move(3);
+  for (std::size_t l = 0; l < lanes; ++l) CHECK(sampler.acceptance()[l] > 0.999);
+  CHECK(!std::equal(before.begin(), before.end(), sampler.coordinates().begin()));
+  CHECK(sampler.leaps() == 8);
+}
+
+TEST_CASE_FIXTURE(Prior, "Sampler: a metric that is not positive definite is refused and changes nothing") {
+  Sampler sampler(density, observation, 3, 0);
+  const auto size = static_cast<std::size_t>(density.size());
+  CHECK_FALSE(sampler.set_metric(std::vector<double>(triangle(size), 0.0)));
+  std::vector<double> information(triangle(size), 0.0);
+  sampler.add_information(information);
+  CHECK(sampler.set_metric(information));
+}
