@@ -1,12 +1,14 @@
-// decid fit: recordings in, parameters by iterative simulation out.
+// decid fit: recordings in, the posterior of their controllers out.
 #include <iostream>
 #include <memory>
 #include <optional>
 
+#include "base/error.hpp"
 #include "base/file.hpp"
 #include "dataset/recording/protocol_file.hpp"
-#include "identify/fit/fit_recordings.hpp"
+#include "identify/fit_recordings.hpp"
 #include "sim/protocol_json.hpp"
+#include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/fit_results.hpp"
 #include "tools/decid/progress.hpp"
@@ -18,9 +20,22 @@ namespace {
 struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
-  std::string model, protocol, start = "network", output;
+  std::string model, protocol, output, draws;
+  std::optional<double> mass_kg, height_m;
   FitRequest request;
 };
+
+/// The protocol that was asked for, with the subject's body if one was described.
+sim::Protocol protocol_of(const FitOptions& options, std::optional<sim::Protocol> given, const Model& model) {
+  sim::Protocol protocol = given.value_or(model.protocol);
+  if (options.mass_kg.has_value() != options.height_m.has_value())
+    throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
+  if (options.mass_kg)
+    protocol.experiment.body =
+        sim::body_of(sim::segments_of({.mass_kg = *options.mass_kg, .height_m = *options.height_m}));
+  protocol.validate();
+  return protocol;
+}
 
 void run_fit(const FitOptions& options) {
   catch_interrupt();
@@ -30,57 +45,78 @@ void run_fit(const FitOptions& options) {
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
   refuse_same_file(options.output, inputs);
-  if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
+  inputs.push_back(options.output);
+  refuse_same_file(options.draws, inputs);
+  for (const std::string& path : {options.output, options.draws})
+    if (!path.empty()) PendingFile probe(path);  // reports an unwritable place before the work
 
-  FitRequest request = options.request;
-  request.start = options.start == "network"  ? StartKind::network
-                  : options.start == "middle" ? StartKind::middle
-                                              : StartKind::random;
   const Model model = model_or_built_in(options.model);
-  const sim::Protocol protocol = given.value_or(model.protocol);
+  const sim::Protocol protocol = protocol_of(options, std::move(given), model);
   reading.truth = options.recordings.known(protocol.parameters());
   const auto files = static_cast<long long>(options.recordings.files.size());
+  constexpr long long parts = 100;  // of a recording, for the bar
   FittedRecordings all;
   {
-    ProgressBar bar("fit", "recordings", files, options.common.quiet || files == 1);
-    all = fit_recordings(&model, protocol, options.recordings.paths(), reading, request, [&](std::size_t done) {
-      bar.update(static_cast<long long>(done));
-      return !interrupted();
-    });
+    ProgressBar bar("fit", "%", parts * files, options.common.quiet);
+    all = fit_recordings(
+        &model, protocol, options.recordings.paths(), reading, options.request,
+        [&](std::size_t recording, const posterior::Progress& progress) {
+          bar.update(parts * static_cast<long long>(recording) + static_cast<long long>(parts * progress.done));
+          return !interrupted();
+        });
   }
-  if (static_cast<long long>(all.fits.size()) < files)
-    throw std::runtime_error("stopped after " + std::to_string(all.fits.size()) + " of " + std::to_string(files) +
-                             " recordings; nothing was written");
   refuse_alone(all.identified.recordings);
   const std::string json = fits_json(model_name(options.model), all);
   if (!options.output.empty()) write_file(options.output, json);
+  if (!options.draws.empty()) write_draws(options.draws, all);
   std::cout << (options.common.json ? json : fits_text(all));
   tell_errors("fit", all.identified.recordings);
+  if (interrupted())
+    throw std::runtime_error(
+        format("stopped at recording %zu of %lld; what was drawn until then was written", all.fits.size(), files));
 }
 
 }  // namespace
 
 void add_fit(const Command& program) {
   auto options = std::make_shared<FitOptions>();
-  const Command command = program.add_subcommand("fit", "Fit recordings by iterative simulation, the slow way");
-  command.add_option("--start", options->start, "Where the first search starts: network, middle or random")
-      .show_default()
-      .one_of({"network", "middle", "random"});
-  command.add_option("--starts", options->request.starts, "Searches; those after the first start at random places")
-      .show_default()
-      .range(1, 100);
-  command.add_option("--simulations", options->request.settings.simulations, "Trials to simulate a recording, at most")
-      .show_default()
-      .range(1LL, 1'000'000'000LL);
-  command.add_option("--model", options->model,
-                     "Model file for the start and the protocol; default: the built-in model");
+  const Command command = program.add_subcommand(
+      "fit", "Sample what recordings say: the posterior of the parameters, slower than identify");
+  add_recording_flags(command, options->recordings, "--begin,--start");
+  command
+      .add_option("--mass", options->mass_kg, "The subject's mass in kg, with --height; default: the protocol's body")
+      .range(1.0, 500.0);
+  command.add_option("--height", options->height_m, "The subject's height in m").range(0.3, 3.0);
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
-  add_recording_flags(command, options->recordings, "--begin");
-  add_seed_option(command, options->request.settings.seed, "Of the searches and of the noise that they simulate");
+  command.add_option("--model", options->model,
+                     "Model file for the protocol, and for an answer where chains disagree; default: the built-in one");
+  command
+      .add_option("--prior-start", options->request.priors.start_s,
+                  "The recording may start so many seconds before or after the protocol; 0: at it. With --tilt-column "
+                  "it is known")
+      .show_default()
+      .range(0.0, 0.5);
+  command
+      .add_option("--prior-gain", options->request.priors.gain,
+                  "The sway may be scaled by 1 +- this, say by a wrong height of a marker; 0: it is not")
+      .show_default()
+      .range(0.0, 0.5);
+  command
+      .add_option("--prior-noise", options->request.priors.sensor_noise_deg,
+                  "The sensor's noise in degrees, to a factor of 20")
+      .show_default()
+      .range(1e-6, 10.0);
+  command.add_option("--most-draws", options->request.settings.most_draws, "Of each chain; fewer if they are enough")
+      .show_default()
+      .range(8, 1'000'000);
+  add_seed_option(command, options->request.settings.seed, "Of the chains");
   command.add_option("-o,--output", options->output, "JSON file to write");
+  command.add_option("--draws", options->draws, "All draws as arrays, for NumPy (.npz)");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid fit recording.csv --start network --simulations 20000 -o result.json");
+  command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --draws draws.npz");
   command.callback([options] {
+    options->request.settings.least_draws =
+        std::min(options->request.settings.least_draws, options->request.settings.most_draws);
     apply(options->common);
     run_fit(*options);
   });

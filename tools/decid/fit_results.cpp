@@ -1,64 +1,167 @@
-// Fits as JSON and text: see fit_results.hpp.
+// Posteriors as JSON, text and arrays: see fit_results.hpp.
 #include "tools/decid/fit_results.hpp"
+
+#include <cmath>
+#include <deque>
 
 #include "base/json_object.hpp"
 #include "base/text.hpp"
+#include "dataset/npz/arrays.hpp"
 #include "tools/decid/results.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
+namespace {
+
+using posterior::Density;
+using posterior::Posterior;
+
+Json interval(const Posterior& found, int quantity, double share, double divisor = 1.0) {
+  const double tail = 0.5 * (1.0 - share);
+  return {found.quantile(quantity, tail) / divisor, found.quantile(quantity, 1.0 - tail) / divisor};
+}
+
+Json quantity_json(const Posterior& found, int quantity) {
+  return {{"value", found.mean(quantity)},
+          {"sd", found.deviation(quantity)},
+          {"interval50", interval(found, quantity, 0.5)},
+          {"interval90", interval(found, quantity, 0.9)}};
+}
+
+Json diagnostics_json(const Posterior& found, const sim::ParameterTable& table) {
+  std::vector<std::string> names = table.names();
+  for (const char* name : {"sensor_noise_deg", "start_s", "gain"}) names.emplace_back(name);
+  Json rhat, effective;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    rhat[names[i]] = number_or_null(found.rhat()[i]);
+    effective[names[i]] = number_or_null(found.effective_draws()[i]);
+  }
+  return {{"rhat", std::move(rhat)},
+          {"effective_draws", std::move(effective)},
+          {"divergences", found.divergences()},
+          {"energy_fraction", number_or_null(found.energy_fraction())},
+          {"agreed", found.agreed()},
+          {"chains", found.chains()},
+          {"draws", found.draws()},
+          {"restarts", found.restarts()},
+          {"acceptance", found.acceptance()},
+          {"gradients", found.leaps()}};
+}
+
+Json correlations_json(const Posterior& found, std::size_t parameters) {
+  Json rows = Json::array();
+  for (std::size_t a = 0; a < parameters; ++a) {
+    Json& row = rows.emplace_back(Json::array());
+    for (std::size_t b = 0; b < parameters; ++b)
+      row.push_back(found.correlation(static_cast<int>(a), static_cast<int>(b)));
+  }
+  return rows;
+}
+
+void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol) {
+  const Posterior& found = fitted.posterior;
+  const sim::ParameterTable& table = protocol.parameters();
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    Json& parameter = recording["parameters"][p];
+    const int quantity = static_cast<int>(p);
+    parameter["sd"] = found.deviation(quantity);
+    parameter["interval50"] = interval(found, quantity, 0.5);
+    parameter["interval90"] = interval(found, quantity, 0.9);
+    parameter["normalized_interval90"] =
+        table[p].per_mgh ? interval(found, quantity, 0.9, protocol.experiment.body.mgh()) : Json(nullptr);
+  }
+  recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
+  recording["start_s"] = quantity_json(found, Density::start);
+  recording["gain"] = quantity_json(found, Density::gain);
+  recording["correlations"] = correlations_json(found, table.size());
+  recording["diagnostics"] = diagnostics_json(found, table);
+  recording["fit"]["answer"] = name(fitted.answer);
+  recording["fit"]["seconds"] = fitted.seconds;
+}
+
+}  // namespace
 
 std::string fits_json(const std::string& model, const FittedRecordings& all) {
   Json recordings = Json::array();
   for (std::size_t i = 0; i < all.fits.size(); ++i) {
     const Identification& id = all.identified.recordings[i];
     Json& recording = recordings.emplace_back(recording_json(id, all.identified.protocol));
-    if (id.error) continue;
-    const FitFigures& fitted = all.fits[i];
-    const fit::Result& result = fitted.result;
-    for (std::size_t p = 0; p < result.standard_error.size(); ++p) {
-      recording["parameters"][p]["standard_error"] = result.standard_error[p];
-      recording["parameters"][p]["likeliest"] = result.likeliest[p];
-    }
-    Json& fit = recording["fit"];
-    fit["cost"] = result.cost;
-    fit["sensor_noise_deg"] = result.sensor_noise_deg;
-    fit["start"] = fitted.start;
-    fit["simulations"] = result.simulations;
-    fit["effective_samples"] = result.effective_samples;
-    fit["seconds"] = fitted.seconds;
+    if (!id.error) add_posterior(recording, all.fits[i], all.identified.protocol);
   }
   return recordings_json(model, recordings);
 }
 
 std::string fits_text(const FittedRecordings& all) {
   std::string text;
+  const sim::Protocol& protocol = all.identified.protocol;
   for (std::size_t i = 0; i < all.fits.size(); ++i) {
     const Identification& id = all.identified.recordings[i];
-    const FitFigures& fitted = all.fits[i];
     if (id.error) {
       text += id.file + ": not fitted\n";
       continue;
     }
-    const fit::Result& result = fitted.result;
+    const FitFigures& fitted = all.fits[i];
+    const Posterior& found = fitted.posterior;
     text += headline(id);
-    text += format("  cost %.1f after %lld simulations in %.1f s, found from start %s; sensor noise %.2g degrees\n",
-                   result.cost, result.simulations, fitted.seconds, fitted.start.c_str(), result.sensor_noise_deg);
-    text += format("  %-8s %12s %10s %-10s %10s %12s%s  %s\n", "", "fitted", "+-", "unit", "/ (m g h)", "likeliest",
-                   id.truth ? "         true" : "", "range");
-    const sim::ParameterTable& table = all.identified.protocol.parameters();
+    text += format("  %-8s %12s %10s %24s %-10s %10s%s  %s\n", "",
+                   fitted.answer == FitFigures::Answer::network ? "network" : "mean", "sd", "90 % of the draws", "unit",
+                   "/ (m g h)", id.truth ? "         true" : "", "range");
+    const sim::ParameterTable& table = protocol.parameters();
     for (std::size_t p = 0; p < table.size(); ++p) {
       const sim::ParameterInfo& info = table[p];
-      text += format("  %-8s %12.5g %10.3g %-10s ", info.name.c_str(), id.estimate.parameters[p],
-                     result.standard_error[p], info.shown_unit().c_str());
-      text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / all.identified.protocol.experiment.body.mgh())
+      const int quantity = static_cast<int>(p);
+      const std::string between =
+          format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
+      text += format("  %-8s %12.5g %10.3g %24s %-10s ", info.name.c_str(), id.estimate.parameters[p],
+                     found.deviation(quantity), between.c_str(), info.shown_unit().c_str());
+      text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / protocol.experiment.body.mgh())
                            : std::string(10, ' ');
-      text += format(" %12.5g", result.likeliest[p]);
       if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
       text += format("  %g to %g\n", info.low, info.high);
     }
+    const auto line = [&](const char* what, int quantity, const char* unit) {
+      if (found.deviation(quantity) > 0.0)
+        text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);
+    };
+    line("sensor noise", Density::sensor_noise, " degrees");
+    line("the recording starts", Density::start, " s after the protocol");
+    line("recorded over true sway", Density::gain, "");
+    const auto worst = std::ranges::max_element(found.rhat());
+    const auto fewest = std::ranges::min_element(found.effective_draws());
+    text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less, %d divergences; %.1f s\n",
+                   found.chains(), found.draws(), *fewest, *worst, found.divergences(), fitted.seconds);
     for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
   }
   return text;
+}
+
+void write_draws(const std::filesystem::path& path, const FittedRecordings& all) {
+  const std::size_t parameters = all.identified.protocol.parameters().size();
+  std::deque<std::vector<double>> values;
+  std::vector<dataset::NamedArray> arrays;
+  for (std::size_t i = 0; i < all.fits.size(); ++i) {
+    if (all.identified.recordings[i].error) continue;
+    const Posterior& found = all.fits[i].posterior;
+    const std::string prefix = all.fits.size() > 1 ? std::to_string(i + 1) + "/" : "";
+    const auto draws = static_cast<std::size_t>(found.draws());
+    std::vector<double>& matrix = values.emplace_back();
+    for (const posterior::State& state : found.states())
+      matrix.insert(matrix.end(), state.parameters.begin(), state.parameters.end());
+    arrays.push_back({prefix + "parameters", {draws, parameters}, matrix});
+    const auto add = [&](const char* array, auto&& value_of) {
+      std::vector<double>& column = values.emplace_back();
+      for (std::size_t draw = 0; draw < draws; ++draw) column.push_back(value_of(draw));
+      arrays.push_back({prefix + array, {draws}, column});
+    };
+    const auto states = found.states();
+    add("sensor_noise_deg", [&](std::size_t draw) { return states[draw].sensor_noise_deg; });
+    add("start_s", [&](std::size_t draw) { return states[draw].start_s; });
+    add("gain", [&](std::size_t draw) { return states[draw].gain; });
+    add("chain", [&](std::size_t draw) {
+      return static_cast<double>(draw / static_cast<std::size_t>(found.draws_per_chain()));
+    });
+  }
+  dataset::write_arrays(path, arrays);
 }
 
 }  // namespace decid::tools

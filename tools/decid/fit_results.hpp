@@ -1,14 +1,21 @@
-// What `decid fit` reports on recordings: what `decid identify` does, and the fit's own figures.
+// What `decid fit` reports on recordings: what `decid identify` does, and their posteriors.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
-#include "identify/fit/fit_recordings.hpp"
+#include "identify/fit_recordings.hpp"
 
 namespace decid::tools {
 
-/// What identify prints, and for each recording the fit's own figures: standard errors, cost, simulations, seconds.
+/// What identify prints; each parameter also has "sd", "interval50", "interval90" and, over m g h,
+/// "normalized_interval90", each recording "sensor_noise_deg", "start_s", "gain", "correlations" and "diagnostics".
 std::string fits_json(const std::string& model, const FittedRecordings& all);
 std::string fits_text(const FittedRecordings& all);
+
+/// Arrays of every recording's draws: "parameters" (draws x parameters, SI units), "sensor_noise_deg", "start_s",
+/// "gain" and "chain", a number for each draw. With several recordings each name begins with the recording's number:
+/// "2/gain" is the second one's.
+void write_draws(const std::filesystem::path& path, const FittedRecordings& all);
 
 }  // namespace decid::tools

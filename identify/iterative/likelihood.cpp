@@ -1,5 +1,5 @@
 // The simulated likelihood: see likelihood.hpp.
-#include "identify/fit/likelihood.hpp"
+#include "identify/iterative/likelihood.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "base/error.hpp"
 #include "base/math.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 namespace {
 
 constexpr double block_rate_hz = 10.0;
@@ -180,4 +180,4 @@ Cost Likelihood::cost(std::span<const sim::Complex> simulated, std::span<const d
           sensor_noise_deg(static_cast<int>(likeliest - least))};
 }
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

@@ -10,7 +10,7 @@
 #include "sim/fft.hpp"
 #include "sim/simulate.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 
 /// The frequencies of a trial that the fit looks at. Blocks of samples are averaged to about 10 Hz; bin k is
 /// Y_k = 1/n sum of y exp(-2 pi i k j / n) of the n blocks, frequency k / T, k = 1 .. bins(), up to 4 Hz. The mean is
@@ -78,4 +78,4 @@ class Likelihood {
   std::vector<sim::Complex> recorded_;
 };
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

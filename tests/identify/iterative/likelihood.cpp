@@ -1,5 +1,5 @@
 // The simulated likelihood: its spectrum, that the truth is likelier than what is not, and trials that fall.
-#include "identify/fit/likelihood.hpp"
+#include "identify/iterative/likelihood.hpp"
 
 #include <doctest/doctest.h>
 #include <omp.h>
@@ -10,7 +10,7 @@
 #include "base/error.hpp"
 #include "tests/near.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 namespace {
 
 sim::Protocol short_sines() {
@@ -181,4 +181,4 @@ TEST_CASE("likelihood: what it cannot be asked") {
   CHECK_THROWS_AS(TrialSpectrum{brief}, Error);  // 15 frequencies up to 4 Hz
 }
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "identify/fit/likelihood.hpp"
+#include "identify/iterative/likelihood.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 
 struct Start {
   sim::Parameters parameters;  ///< SI units; taken to the nearest in the ranges
@@ -54,4 +54,4 @@ struct Result {
 Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std::span<const Start> starts,
            const Settings& settings);
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

@@ -1,5 +1,5 @@
 // The fit: see fit.hpp.
-#include "identify/fit/fit.hpp"
+#include "identify/iterative/fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
-#include "identify/fit/cmaes.hpp"
-#include "identify/fit/proposal.hpp"
+#include "identify/iterative/cmaes.hpp"
+#include "identify/iterative/proposal.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 namespace {
 
 // Tuned on trials of seeds that no figure is quoted for.
@@ -231,4 +231,4 @@ Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std
                                 : fit_in<Eigen::Dynamic>(table, likelihood, starts, settings);
 }
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

@@ -1,5 +1,5 @@
 // CMA-ES finds the minima of functions that are known, within bounds too, and repeats itself.
-#include "identify/fit/cmaes.hpp"
+#include "identify/iterative/cmaes.hpp"
 
 #include <doctest/doctest.h>
 
@@ -10,7 +10,7 @@
 #include "base/error.hpp"
 #include "tests/near.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 namespace {
 
 using test::within;
@@ -111,4 +111,4 @@ TEST_CASE("cma-es: what cannot be searched") {
   CHECK_THROWS_AS(search.tell(std::vector<double>(3)), Error);
 }
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

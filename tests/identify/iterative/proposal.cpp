@@ -1,11 +1,11 @@
 // Proposals of the fit's rounds, in seven dimensions of a fixed size and in as many as a table has.
-#include "identify/fit/proposal.hpp"
+#include "identify/iterative/proposal.hpp"
 
 #include <vector>
 
 #include "tests/helpers.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 namespace {
 
 /// Weighted points about 0.4 in n dimensions, neighbours correlated.
@@ -72,4 +72,4 @@ TEST_CASE("draws in fourteen dimensions lie in the box and have the moments that
   CHECK(test::near(energy, 0.5 * n, 5.0 * std::sqrt(2.0 / (n * count))));
 }
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

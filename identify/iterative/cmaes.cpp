@@ -1,5 +1,5 @@
 // CMA-ES: see cmaes.hpp. Names and equations are those of the tutorial's appendix A.
-#include "identify/fit/cmaes.hpp"
+#include "identify/iterative/cmaes.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -11,7 +11,7 @@
 #include "base/error.hpp"
 #include "base/random.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
@@ -165,4 +165,4 @@ double CmaEs::best_value() const noexcept {
   return state_->best_value;
 }
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

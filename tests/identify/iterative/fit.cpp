@@ -1,5 +1,5 @@
 // The fit recovers what a trial was simulated with, and repeats itself.
-#include "identify/fit/fit.hpp"
+#include "identify/iterative/fit.hpp"
 
 #include <doctest/doctest.h>
 #include <omp.h>
@@ -10,7 +10,7 @@
 #include "base/error.hpp"
 #include "tests/near.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 namespace {
 
 constexpr long long small_budget = 21'000;
@@ -127,4 +127,4 @@ TEST_CASE("fit: what it cannot be asked") {
   CHECK_THROWS_AS(fit(simulator, std::span(sway).subspan(1), starts, {}), Error);
 }
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

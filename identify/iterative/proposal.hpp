@@ -10,7 +10,7 @@
 #include "base/random.hpp"
 #include "sim/parameters.hpp"
 
-namespace decid::fit {
+namespace decid::iterative {
 
 inline constexpr int most_dimensions = static_cast<int>(sim::Parameters::most);
 template <int N>
@@ -88,4 +88,4 @@ class Proposal {
   Matrix<N> factor_;
 };
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

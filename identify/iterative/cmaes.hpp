@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace decid::fit {
+namespace decid::iterative {
 
 /// One search, a generation at a time by ask() and tell(), so that several searches can be evaluated together.
 /// Depends on its arguments alone; the eigenvectors are Eigen's, so other machines may give other last bits.
@@ -49,4 +49,4 @@ class CmaEs {
 /// x mirrored at 0 and 1 until it lies between them: 1.2 -> 0.8, -0.3 -> 0.3, 2.1 -> 0.1.
 double mirrored(double x) noexcept;
 
-}  // namespace decid::fit
+}  // namespace decid::iterative

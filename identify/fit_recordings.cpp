@@ -1,0 +1,114 @@
+// Posteriors of recordings: see fit_recordings.hpp.
+#include "identify/fit_recordings.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace decid {
+namespace {
+
+using posterior::Density;
+using posterior::Posterior;
+
+/// A recording that the posture model cannot explain has far more noise in its posterior than in its samples.
+constexpr double unexplained_noise = 3.0;
+
+void warn_of_disagreement(const sim::ParameterTable& table, FitFigures::Answer answer, const Posterior& found,
+                          std::vector<std::string>& warnings) {
+  const auto worst = std::ranges::max_element(found.rhat());
+  const auto quantity = static_cast<std::size_t>(worst - found.rhat().begin());
+  const std::string what = quantity < table.size()             ? table[quantity].name
+                           : quantity == Density::sensor_noise ? "the sensor's noise"
+                           : quantity == Density::start        ? "the start"
+                                                               : "the gain";
+  warnings.push_back(format(
+      "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
+      "controller; these are %s",
+      *worst, what.c_str(), answer == FitFigures::Answer::network ? "the network's values" : "means over all of them"));
+}
+
+void warn_of_noise(const posterior::Observation& observation, const Posterior& found,
+                   std::vector<std::string>& warnings) {
+  const double noise_deg = found.mean(Density::sensor_noise);
+  if (noise_deg > unexplained_noise * std::max(observation.noise_deg, 1e-3))
+    warnings.push_back(
+        format("the model leaves %.3g degrees of the sway unexplained, the sensor's noise is %.3g: the "
+               "intervals assume that the rest is noise",
+               noise_deg, observation.noise_deg));
+}
+
+class Fitter {
+ public:
+  Fitter(const Model* model, const sim::Protocol& protocol, const FitRequest& request)
+      : explainer_{sim::Simulator(protocol)}, density_(protocol, request.priors), settings_(request.settings) {
+    if (model != nullptr && model->protocol.experiment == protocol.experiment) network_.emplace(*model);
+    posterior::Priors measured = request.priors;
+    measured.start_s = 0.0;
+    started_.emplace(protocol, measured);
+  }
+
+  FitFigures fit(Identification& id, const posterior::OnProgress& progress) {
+    FitFigures figures;
+    const auto begin = std::chrono::steady_clock::now();
+    const dataset::Trial& trial = id.estimate.trial;
+    const Density& density = trial.tilt ? *started_ : density_;
+    const posterior::Observation observation = density.observe(trial.sway_rad());
+    figures.posterior = posterior::sample(density, observation, settings_, {}, progress);
+    const Posterior& found = figures.posterior;
+    if (found.draws() == 0) {
+      id.error = Error(id.file, "was stopped before anything was drawn", "give it more time");
+      return figures;
+    }
+    const sim::ParameterTable& table = density.protocol().parameters();
+    id.estimate.parameters = sim::Parameters(table.size());
+    for (std::size_t p = 0; p < table.size(); ++p) id.estimate.parameters[p] = found.mean(static_cast<int>(p));
+    if (!found.agreed() && network_) {
+      figures.answer = FitFigures::Answer::network;
+      id.estimate.parameters = network_->estimate({trial}).front().parameters;
+    }
+    id.explanation = explainer_.explain({id.estimate.parameters, trial});
+    warn_unless_following(id.explanation);
+    if (!found.agreed()) warn_of_disagreement(table, figures.answer, found, id.explanation.warnings);
+    warn_of_noise(observation, found, id.explanation.warnings);
+    figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return figures;
+  }
+
+ private:
+  Explainer explainer_;
+  Density density_;
+  std::optional<Density> started_;  // for recordings whose tilt says where the protocol starts
+  posterior::Settings settings_;
+  std::optional<Identifier> network_;
+};
+
+}  // namespace
+
+const char* name(FitFigures::Answer answer) {
+  return answer == FitFigures::Answer::network ? "network" : "posterior";
+}
+
+FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,
+                                const std::vector<std::filesystem::path>& files, const ReadOptions& options,
+                                const FitRequest& request, const FitProgress& progress) {
+  Fitter fitter(model, protocol, request);
+  FittedRecordings all;
+  all.identified.protocol = protocol;
+  bool stopped = false;
+  for (Identification& read : read_recordings(protocol, files, options)) {
+    if (stopped) break;
+    Identification& id = all.identified.recordings.emplace_back(std::move(read));
+    const std::size_t number = all.fits.size();
+    all.fits.push_back(id.error ? FitFigures{} : fitter.fit(id, [&](const posterior::Progress& here) {
+      stopped = stopped || (progress && !progress(number, here));
+      return !stopped;
+    }));
+  }
+  return all;
+}
+
+}  // namespace decid

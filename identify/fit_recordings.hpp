@@ -1,0 +1,47 @@
+// Recordings in files on their way to posteriors: read and brought to a protocol, sampled, explained. One that cannot
+// be used does not stop the others.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "identify/posterior/posterior.hpp"
+#include "identify/recordings.hpp"
+
+namespace decid {
+
+struct FitRequest {
+  posterior::Priors priors;  ///< where a recording's tilt was measured, its start is known
+  posterior::Settings settings;
+};
+
+/// What a fit found besides the parameters and how well they explain the recording.
+struct FitFigures {
+  /// Whose the estimate is: the posterior's mean or, if its chains do not agree, the network's answer.
+  enum class Answer { posterior, network };
+  Answer answer = Answer::posterior;
+  posterior::Posterior posterior;
+  double seconds = 0.0;
+};
+const char* name(FitFigures::Answer answer);
+
+/// The recordings of one call; their estimates have no images. fits: in their order; that of a recording with an error
+/// means nothing.
+struct FittedRecordings {
+  Identifications identified;
+  std::vector<FitFigures> fits;
+};
+
+/// Where the work stands: the recording, counted from 0, and its sampling. Returns false to stop.
+using FitProgress = std::function<bool(std::size_t recording, const posterior::Progress& progress)>;
+
+/// Reads each recording and samples its posterior in `protocol`. If chains do not agree, a warning says so, and the
+/// estimate is the network's where `model`, which may be null, knows the protocol's experiment. A run that is stopped
+/// keeps what was drawn until then, and begins no other recording. Throws Error if the protocol cannot be fitted.
+FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,
+                                const std::vector<std::filesystem::path>& files, const ReadOptions& options,
+                                const FitRequest& request, const FitProgress& progress = {});
+
+}  // namespace decid
