@@ -24,8 +24,11 @@ constexpr double whole_damping = 9.0;  // c times the transforms' length: what w
 constexpr double nv_scale = 0.05;      // kappa: below it the noise's coefficients are non-centred
 constexpr int fewest_blocks = 20;
 
-const sim::Protocol& validated(const sim::Protocol& protocol) {
+const sim::Protocol& checked(const sim::Protocol& protocol) {
   protocol.validate();
+  if (&protocol.parameters() != &sim::single_pendulum().parameters)
+    throw Error("protocol " + protocol.name, "has another body model than the single pendulum",
+                "the posterior is written for that one");
   return protocol;
 }
 
@@ -89,7 +92,7 @@ struct Density::Chains {
 };
 
 Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
-    : protocol_(validated(protocol)),
+    : protocol_(checked(protocol)),
       priors_(priors),
       isa_(isa),
       block_samples_(samples_per_block(protocol.experiment)),

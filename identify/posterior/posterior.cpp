@@ -22,8 +22,8 @@ constexpr double least_noise_deg = 2e-4;  // the model's own error is about this
 
 // Chosen on trials of a seed that no figure is quoted for.
 constexpr double lowering = 1.4, highest_noise_deg = 3.0;
-constexpr int annealing_moves = 10, annealing_leaps = 20;
-constexpr int windows = 3, window_moves = 30, window_leaps = 64, window_information = 3;
+constexpr int annealing_leaps = 20;
+constexpr int windows = 3, window_leaps = 64, window_information = 3;
 constexpr int settling_moves = 10;
 constexpr double target_acceptance = 0.8;
 constexpr double stuck_log_noise = 0.04;
@@ -180,7 +180,7 @@ class Run {
       sampler.add_information(information);
       sampler.set_metric(information);
       sampler.begin_adapting(step);
-      adapt(sampler, annealing_moves, annealing_leaps);
+      adapt(sampler, settings_.annealing_moves, annealing_leaps);
       step = std::clamp(sampler.middle_step(), 0.02, 0.4);
       if (number == 0) report("annealing", 0.5 * warming_share * std::min(1.0, (stage + 1) / stages));
       if (noise <= noise_deg()) break;
@@ -195,7 +195,7 @@ class Run {
       std::fill(information.begin(), information.end(), 0.0);
       Sampler::Lanes log_noise{};
       for (int part = 0; part < window_information; ++part) {
-        for (int move = 0; move < window_moves / window_information && !stopped_; ++move) {
+        for (int move = 0; move < settings_.window_moves / window_information && !stopped_; ++move) {
           sampler.move(window_leaps);
           sampler.adapt(target_acceptance);
           if (part == 0) continue;
@@ -209,7 +209,7 @@ class Run {
       step = sampler.middle_step();
       for (double& value : information) value /= window_information;
       sampler.set_metric(information);
-      constexpr int counted = window_moves / window_information * (window_information - 1);
+      const int counted = settings_.window_moves / window_information * (window_information - 1);
       for (double& sum : log_noise) sum /= counted;
       restart_stuck(group, number * windows + window, log_noise);
       if (number == 0) report("warming up", warming_share * (0.5 + 0.5 * (window + 1) / windows));

@@ -20,10 +20,12 @@ namespace decid::posterior {
 
 struct Settings {
   std::uint64_t seed = 1;
-  int groups = 2;        ///< of `lanes` chains each, which run on threads of their own
-  int leaps = 200;       ///< of a transition
-  int block = 25;        ///< transitions of each chain after which it is asked whether they are enough
-  int least_draws = 50;  ///< a chain
+  int groups = 2;            ///< of `lanes` chains each, which run on threads of their own
+  int annealing_moves = 10;  ///< transitions at each level of the sensor's noise, of 20 leaps
+  int window_moves = 30;     ///< in each of three windows of warming up, of 64 leaps; a multiple of 3
+  int leaps = 200;           ///< of a transition
+  int block = 25;            ///< transitions of each chain after which it is asked whether they are enough
+  int least_draws = 50;      ///< a chain
   int most_draws = 200;
   double largest_rhat = 1.05;    ///< enough: every quantity's R-hat is at most this
   double effective_draws = 200;  ///< and it has so many

@@ -15,7 +15,14 @@ using namespace decid::test;
 namespace {
 
 Settings quick() {
-  return {.seed = 7, .groups = 1, .leaps = 40, .block = 10, .least_draws = 20, .most_draws = 20};
+  return {.seed = 7,
+          .groups = 1,
+          .annealing_moves = 5,
+          .window_moves = 9,
+          .leaps = 40,
+          .block = 10,
+          .least_draws = 20,
+          .most_draws = 20};
 }
 
 }  // namespace
@@ -25,6 +32,8 @@ TEST_CASE("sample: the same draws for any number of threads and every instructio
   const std::vector<float> sway = recorded(protocol, some_parameters(), 0.02, 0);
   Settings settings = quick();
   settings.groups = 2;
+  settings.annealing_moves = 1;
+  settings.window_moves = 3;
   settings.most_draws = 4;
   settings.block = 4;
   settings.leaps = 8;

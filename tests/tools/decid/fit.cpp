@@ -23,33 +23,46 @@ constexpr const char* small = " --starts 1 --simulations 6500 --seed 3";
 
 }  // namespace
 
-TEST_CASE("fit says what identify says, and what the fit cost" * doctest::test_suite("slow")) {
+TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suite("slow")) {
   const Folder folder;
-  REQUIRE(run_decid("simulate --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
-  const auto result = run_decid("fit " + folder / "t.csv" + " --json -o " + folder / "o.json" + small);
+  REQUIRE(run_decid("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
+  const std::string command = "fit " + folder / "t.csv" + " --protocol short --most-draws 20 --json";
+  const auto result = run_decid(command + " -o " + folder / "o.json" + " --draws " + folder / "d.npz");
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
   CHECK(result.out == read_text(folder / "o.json"));
   const Json recording = Json::parse(result.out)["recordings"].at(0);
-  REQUIRE(recording["parameters"].size() == decid::sim::single_pendulum().parameters.size());
-  for (std::size_t p = 0; p < decid::sim::single_pendulum().parameters.size(); ++p) {
+  const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
+  REQUIRE(recording["parameters"].size() == table.size());
+  for (std::size_t p = 0; p < table.size(); ++p) {
     const Json& parameter = recording["parameters"][p];
-    const decid::sim::ParameterInfo& info = decid::sim::single_pendulum().parameters[p];
+    const decid::sim::ParameterInfo& info = table[p];
     CHECK(parameter["name"] == info.name);
     CHECK(parameter["unit"] == info.unit);
-    CHECK(parameter["value"].get<double>() >= info.low);
-    CHECK(parameter["value"].get<double>() <= info.high);
-    CHECK(parameter["standard_error"].get<double>() > 0);
-    // No distribution within a range is wider than half of it.
-    CHECK(parameter["standard_error"].get<double>() <= 0.5 * (info.high - info.low));
+    CHECK(parameter["sd"].get<double>() > 0);
     CHECK(parameter["normalized"].is_null() != info.per_mgh);
+    CHECK(parameter["normalized_interval90"].is_null() != info.per_mgh);
+    double before = info.low;
+    for (const double limit :
+         {parameter["interval90"][0].get<double>(), parameter["interval50"][0].get<double>(),
+          parameter["interval50"][1].get<double>(), parameter["interval90"][1].get<double>(), info.high}) {
+      CHECK(limit >= before);
+      before = limit;
+    }
+    CHECK(recording["diagnostics"]["rhat"][info.name].get<double>() > 0.9);
+    CHECK(recording["diagnostics"]["effective_draws"][info.name].get<double>() > 0.0);
+    CHECK(near(recording["correlations"][p][p].get<double>(), 1.0, 1e-12));
   }
-  CHECK(recording["fit"]["simulations"].get<long long>() <= 6500);
+  CHECK(recording["diagnostics"]["chains"] == 16);
+  CHECK(recording["diagnostics"]["draws"] == 320);
+  CHECK(recording["diagnostics"]["agreed"].is_boolean());
   CHECK(recording["fit"]["seconds"].get<double>() > 0);
-  CHECK(recording["fit"]["start"] == "network");
+  CHECK(recording["fit"]["answer"] == "posterior");
   CHECK(recording["fit"]["variance_accounted_for"].get<double>() > 0);
+  CHECK(recording["gain"]["sd"].get<double>() > 0);
+  CHECK(read_text(folder / "d.npz").find("sensor_noise_deg.npy") != std::string::npos);
 
-  Json other = Json::parse(run_decid("fit " + folder / "t.csv" + " --threads 1 --json" + small).out);
+  Json other = Json::parse(run_decid(command + " --threads 1").out);
   Json first = Json::parse(result.out);
   for (Json* json : {&first, &other}) (*json)["recordings"][0]["fit"].erase("seconds");
   CHECK(first == other);
@@ -59,11 +72,11 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   const Folder folder;
   REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);
   write_text(folder / "short.csv", "time,com_sway_deg\n0,0\n0.01,0.1\n0.02,0.2\n");
-  check_refused("fit " + folder / "t.csv" + " --start there", {"there", "middle"});
-  check_refused("fit " + folder / "t.csv" + " --simulations 100", {"100 simulations", "allow"});
-  check_refused("fit " + folder / "t.csv" + " --starts 0", {"--starts"});
+  check_refused("fit " + folder / "t.csv" + " --most-draws 0", {"--most-draws"});
+  check_refused("fit " + folder / "t.csv" + " --prior-start -1", {"--prior-start"});
+  check_refused("fit " + folder / "t.csv" + " --mass 70", {"--mass, --height", "give both"});
+  check_refused("fit " + folder / "t.csv" + " --height 170 --mass 70", {"--height"});
   check_refused("fit " + folder / "t.csv" + " --rate 200", {"60.5 s", "121 s"});
-  check_refused("fit " + folder / "t.csv" + " --protocol short", {"--start network"});
   REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "s.csv").code == 0);
   check_refused("fit " + folder / "s.csv", {"63.7 s", "121 s"});
   check_refused("fit " + folder / "short.csv", {"short.csv"});
@@ -73,16 +86,19 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   write_text(folder / "noise.mat", "no MAT-file");
   check_refused("fit " + folder / "noise.mat", {"noise.mat"});
   check_refused("fit " + folder / "t.csv" + " -o " + folder / "t.csv", {"another name"});
+  check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --draws " + folder / "o", {"another name"});
+  check_refused("fit " + folder / "t.csv" + " --draws " + folder / "no/d.npz", {"d.npz"});
   check_refused("compare --data " + folder / "none.npz", {"none.npz"});
   check_refused("compare --trials 0", {"--trials"});
 }
 
-TEST_CASE("fit: one bad recording of several does not stop the others, and quiet leaves the figures") {
+TEST_CASE("fit: one bad recording of several does not stop the others, and quiet leaves the figures" *
+          doctest::test_suite("slow")) {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);
+  REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
   write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");
-  const std::string command = "fit --quiet " + folder / "bad.csv" + " " + folder / "t.csv" + " -o " + folder / "o.json";
-  const auto result = run_decid(command + small);
+  const auto result = run_decid("fit --quiet --protocol short --most-draws 8 " + folder / "bad.csv" + " " +
+                                folder / "t.csv" + " -o " + folder / "o.json");
   CAPTURE(result.err);
   CHECK(result.code == 2);
   CHECK(result.err.find("bad.csv") != std::string::npos);
@@ -91,20 +107,22 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(result.out.find("Kp_pass") != std::string::npos);
   const Json json = Json::parse(read_text(folder / "o.json"));
   CHECK(json["recordings"][0].contains("error"));
-  CHECK(json["recordings"][1]["fit"]["simulations"].get<long long>() > 0);
+  CHECK(json["recordings"][1]["diagnostics"]["draws"] == 128);
 }
 
-TEST_CASE("fit: a protocol that no model knows, from the middle; known parameters stand beside") {
+TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_suite("slow")) {
   const Folder folder;
   const std::string truth = "Kp=850,Kd=250,Kp_pass=200,Kd_pass=100,Nv=0.3,theta=0.001,delay=0.1";
   REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
-  const auto result =
-      run_decid("fit " + folder / "t.csv" + " --json --protocol short --start middle --truth " + truth + small);
+  const auto result = run_decid("fit " + folder / "t.csv" + " --json --protocol short --mass 88.86 --height 1.8 " +
+                                "--most-draws 8 --truth " + truth);
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
   const Json recording = Json::parse(result.out)["recordings"][0];
-  CHECK(recording["fit"]["start"] == "middle");
   CHECK(recording["parameters"][0]["true"] == 850);
+  const double mgh =
+      recording["parameters"][0]["value"].get<double>() / recording["parameters"][0]["normalized"].get<double>();
+  CHECK(near(mgh, 838.98, 1e-3));
 }
 
 TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::test_suite("slow")) {
@@ -115,17 +133,18 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   REQUIRE(result.code == 0);
   const Json json = Json::parse(result.out);
   CHECK(json["trials"] == 2);
-  REQUIRE(json["methods"].size() == 5);
+  REQUIRE(json["methods"].size() == 6);
   CHECK(json["methods"][0]["name"] == "network");
   CHECK(json["methods"][0]["simulations"] == 0);
   for (const Json& method : json["methods"]) {
     double sum = 0;
     for (const auto& [name, mse] : method["mse_per_parameter"].items()) sum += mse.get<double>();
     CHECK(near(method["mse"].get<double>(), sum / 7, 2e-15));  // another order of 7 numbers
-    CHECK(method["simulations"].get<double>() <= 6500);
+    if (method["name"] != "posterior") CHECK(method["simulations"].get<double>() <= 6500);
     CHECK(method["seconds"].get<double>() > 0);
     const std::string name = method["name"];
-    CHECK(method["error_per_standard_error"].is_number() == (name == "fit" || name == "fit from network"));
+    CHECK(method["error_per_standard_error"].is_number() ==
+          (name == "fit" || name == "fit from network" || name == "posterior"));
   }
   CHECK(result.out == read_text(folder / "c.json"));
   // A study of the same model shows it, of another not.

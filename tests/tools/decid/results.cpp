@@ -8,7 +8,6 @@
 #include "dataset/sets/dataset.hpp"
 #include "tests/near.hpp"
 #include "tests/sim/made_up_body.hpp"
-#include "tools/decid/fit_results.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/identify_page.hpp"
@@ -66,21 +65,6 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
     CHECK(page.find("\"description\":\"" + info.description + "\"") != std::string::npos);
   }
   CHECK(text.find("Kp") == std::string::npos);
-}
-
-TEST_CASE("fourteen parameters of a fit") {
-  FittedRecordings all{identified(), {}};
-  FitFigures& figures = all.fits.emplace_back();
-  figures.start = "middle";
-  figures.result.parameters = figures.result.likeliest = values(3);
-  figures.result.standard_error = values(4);
-  const Json parameters = Json::parse(fits_json("mine", all)).at("recordings").at(0).at("parameters");
-  REQUIRE(parameters.size() == 14);
-  for (std::size_t p = 0; p < 14; ++p) {
-    CHECK(parameters[p].at("standard_error") == values(4)[p]);
-    CHECK(parameters[p].at("likeliest") == values(3)[p]);
-  }
-  CHECK(fits_text(all).find("gain_14 ") != std::string::npos);
 }
 
 TEST_CASE("fourteen parameters' errors, of a model and of methods") {
