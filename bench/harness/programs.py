@@ -7,7 +7,7 @@ from pathlib import Path
 
 from harness.project import Failed, run
 
-SUITES = ("bench_sim", "bench_nn_kernels", "bench_nn_network", "bench_stream", "bench_identify")
+SUITES = ("bench_sim", "bench_nn_kernels", "bench_nn_network", "bench_stream", "bench_posterior", "bench_identify")
 ISAS = ("reference", "baseline", "avx2", "avx512", "neon")
 
 

@@ -174,6 +174,10 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     undamp_.push_back(decid::exp(damping_ * block_s * block) * padded_blocks_ / static_cast<double>(padded_steps));
 }
 
+Density::Transforms Density::transforms() const {
+  return {bins_fft_.length(), blocks_fft_.length(), noise_.transform_length(), noise_.transforms()};
+}
+
 Observation Density::observe(std::span<const float> sway_rad) const {
   if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
     throw Error("recording", "has " + std::to_string(sway_rad.size()) + " samples",

@@ -64,6 +64,11 @@ class Density {
   int noise_size() const noexcept { return noise_.size(); }
   int blocks() const noexcept { return blocks_; }
   double noise_period_s() const noexcept { return noise_.period_s(); }
+  /// Lengths of the Fourier transforms, and how many of the noise an evaluation has either way.
+  struct Transforms {
+    int bins, blocks, noise, noise_count;
+  };
+  Transforms transforms() const;
   /// Where the first bin begins, at the protocol's start or just before.
   double first_bin_s() const noexcept { return first_step_ * sim::integration_step_s; }
   Isa isa() const noexcept { return isa_; }

@@ -13,7 +13,7 @@ namespace {
 constexpr double period_over_trial = 1.2;
 
 /// The shortest even divisor of `points` that resolves harmonic `last`.
-int transform_length(int points, int last) {
+int shortest_transform(int points, int last) {
   for (int length = 2 * last + 2; length < points; ++length) {
     if (length % 2 == 0 && points % length == 0) return length;
   }
@@ -42,7 +42,7 @@ NoiseBasis::NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, 
       points_(points_of(edges)),
       first_(1),
       period_s_(points_ * bin_steps * sim::integration_step_s),
-      fft_(transform_length(points_, last_harmonic(protocol.noise.vestibular, period_s_, highest_hz))),
+      fft_(shortest_transform(points_, last_harmonic(protocol.noise.vestibular, period_s_, highest_hz))),
       phases_(points_ / fft_.length()) {
   const sim::VestibularNoise& noise = protocol.noise.vestibular;
   const double high = std::min(noise.high_hz, highest_hz);

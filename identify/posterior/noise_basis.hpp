@@ -24,6 +24,10 @@ class NoiseBasis {
   int edges() const noexcept { return edges_; }
   double period_s() const noexcept { return period_s_; }
 
+  /// A synthesis has so many Fourier transforms, of this length.
+  int transforms() const noexcept { return phases_; }
+  int transform_length() const noexcept { return fft_.length(); }
+
   /// Doubles that `work` of the functions below must hold.
   std::size_t work_size() const;
   /// coefficients: size() values a chain; velocity: a value an edge and chain, rad/s, of noise with Nv = 1.

@@ -17,7 +17,7 @@
 namespace decid::posterior {
 namespace {
 
-constexpr double agreeing_rhat = 1.1;
+constexpr double agreeing_rhat = 1.2;     // chains' means vary by 0.44 of the variance within them
 constexpr double least_noise_deg = 2e-4;  // the model's own error is about this
 
 // Chosen on trials of a seed that no figure is quoted for.

@@ -64,7 +64,7 @@ class Posterior {
   int restarts() const noexcept { return restarts_; }  ///< of chains that were stuck while warming up
   long long leaps() const noexcept { return leaps_; }  ///< of all chains
   double acceptance() const noexcept { return acceptance_; }
-  /// Whether the chains say the same: every R-hat is at most 1.1.
+  /// Whether the chains say the same: every R-hat is at most 1.2.
   bool agreed() const;
 
  private:
