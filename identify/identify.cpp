@@ -34,11 +34,11 @@ void warn_of_sway(Estimate& estimate) {
   if (std::abs(mean_deg) > largest_mean_deg)
     estimate.warnings.push_back(
         format("the sway's mean is %.2f degrees, where 0 should be upright: an offset of the sensor "
-               "shifts the result, take it off with --detrend offset",
+               "shifts the result, detrend by offset to subtract it",
                mean_deg));
   const auto [low, high] = std::ranges::minmax(sway_rad);
   const double largest = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
-  if (largest > sim::sway_limit_rad)
+  if (largest > sim::sway_limit_rad && !estimate.trial.is_large)
     estimate.warnings.push_back(
         format("sway reaches %.1f degrees; trials beyond 5 degrees were never trained on", largest / sim::rad_per_deg));
 }
