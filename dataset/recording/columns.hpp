@@ -1,5 +1,5 @@
 // Columns of a table by their names: which is the time, in which unit a column is, which one the user means.
-// Private to recording.
+// Not installed.
 #pragma once
 
 #include <initializer_list>

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "dataset/recording/columns.hpp"
 
 namespace decid::dataset {
@@ -125,9 +126,9 @@ CsvTable::CsvTable(std::string text, std::string where) : text_(std::move(text))
                                   : separator_ == ' '  ? "blanks"
                                                        : "commas";
       throw Error(where_,
-                  "line " + std::to_string(line_number) + " has " + std::to_string(cells.size()) +
-                      (cells.size() == 1 ? " column, the lines before it " : " columns, the lines before it ") +
-                      std::to_string(names_.size()) + " (between " + between + ", as in its first lines)",
+                  "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
+                      ", the lines before it " + std::to_string(names_.size()) + " (between " + between +
+                      ", as in its first lines)",
                   "correct the line, or put # before lines that are not data");
     }
     if (++rows_ > most_rows) {
