@@ -105,8 +105,7 @@ void add_export_c(const Command& parent) {
   auto options = std::make_shared<ExportOptions>();
   const Command command = parent.add_subcommand("c", "A model as one C file and its header");
   command.add_option("model", options->model, "Model file; default: the built-in model");
-  command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
-      .required();
+  add_output_option(command, options->output, "Folder to write NAME.c and NAME.h to; made if it is missing").required();
   command.add_option("--name", options->name,
                      "What the files and functions are called; default: the model file's name");
   command.add_flag("--incremental", options->firmware.incremental,
@@ -140,7 +139,8 @@ sim::Parameters identified(const std::string& path, int recording) {
     throw Error(path, "is not a result of decid identify", remedy);
   const Json& all = json["recordings"];
   if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
-    throw Error(path, format("has %zu recordings, not a number %d", all.size(), recording), "choose one: --recording");
+    throw Error(path, format("has %s, and none of number %d", counted(std::ssize(all), "recording").c_str(), recording),
+                "choose one: --recording");
   const sim::ParameterTable& table = controller_parameters();
   sim::Parameters parameters(table.size());
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -186,8 +186,7 @@ void add_export_controller(const Command& parent) {
       .add_option("--protocol", options->protocol, "Body, and the tilt of the self-test: default, short or a JSON file")
       .show_default();
   command.add_option("--name", options->name, "What the files and functions are called").show_default();
-  command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
-      .required();
+  add_output_option(command, options->output, "Folder to write NAME.c and NAME.h to; made if it is missing").required();
   add_common_options(command, options->common, false);
   command.footer("Example: decid export controller result.json -o firmware/");
   command.callback([options] {
@@ -217,8 +216,9 @@ void export_sway(const SwayOptions& options) {
   }
   write_file(options.output, bytes);
   if (!options.common.quiet)
-    std::cerr << format("%zu trials of %d samples, float32, rad, written to %s\n", options.recordings.size(),
-                        model.protocol.samples(), options.output.c_str());
+    std::cerr << format("%s of %d samples, float32, rad, written to %s\n",
+                        counted(std::ssize(options.recordings), "trial").c_str(), model.protocol.samples(),
+                        options.output.c_str());
 }
 
 void add_export_sway(const Command& parent) {
@@ -227,7 +227,7 @@ void add_export_sway(const Command& parent) {
       "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
   command.add_option("recordings", options->recordings, "As for decid identify").required();
   command.add_option("--model", options->model, "Model file; default: the built-in model");
-  command.add_option("-o,--output", options->output, "File to write").required();
+  add_output_option(command, options->output, "File to write").required();
   add_common_options(command, options->common, false);
   command.footer("Example: decid export sway trial.csv -o sway.bin");
   command.callback([options] {

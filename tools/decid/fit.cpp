@@ -77,7 +77,7 @@ void add_fit(const Command& program) {
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
   add_recording_flags(command, options->recordings, "--begin");
   add_seed_option(command, options->request.settings.seed, "Of the searches and of the noise that they simulate");
-  command.add_option("-o,--output", options->output, "JSON file to write");
+  add_output_option(command, options->output, "JSON file to write");
   add_common_options(command, options->common, true);
   command.footer("Example: decid fit recording.csv --start network --simulations 20000 -o result.json");
   command.callback([options] {

@@ -89,6 +89,28 @@ TEST_CASE("stimulus writes the tilt that simulate plays") {
   for (std::size_t k = 0; k < trial.size(); ++k) CHECK(stimulus[k][1] == trial[k][2]);
 }
 
+TEST_CASE("stimulus gives the tilt's size in words") {
+  const Folder folder;
+  for (const auto& [amplitude, text] : {std::pair("0.5", "tilt 1 degree peak"), {"1", "tilt 2 degrees peak"}}) {
+    decid::test::write_text(folder / "p.json",
+                            std::string(R"({"sines": {"cycle_s": 4, "components": [{"frequency_hz": 0.25, )") +
+                                R"("amplitude_deg": )" + amplitude + "}]}}");
+    CHECK(run_decid("stimulus --protocol " + folder / "p.json" + " -o " + folder / "s.csv").err.find(text) !=
+          std::string::npos);
+  }
+}
+
+TEST_CASE("counts of one are in the singular") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  CHECK(run_decid("export sway " + folder / "t.csv" + " -o " + folder / "s.bin").err.starts_with("1 trial of 12100"));
+  CHECK(run_decid("export sway " + folder / "t.csv" + " " + folder / "t.csv" + " -o " + folder / "s.bin")
+            .err.starts_with("2 trials of 12100"));
+  REQUIRE(run_decid("identify " + folder / "t.csv" + " -o " + folder / "r.json").code == 0);
+  decid::test::check_refused("export controller --recording 2 " + folder / "r.json" + " -o " + folder / "out",
+                             {"has 1 recording, and none of number 2", "--recording"});
+}
+
 TEST_CASE("identify prints, writes JSON and a report") {
   const Folder folder;
   const std::string trial = folder / "trial.csv";
@@ -364,7 +386,7 @@ TEST_CASE("an offset of the sensor is noticed") {
     shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 1.5) + "\n";
   decid::test::write_text(folder / "b.csv", shifted);
   CHECK(run_decid("identify " + folder / "a.csv").out.find("offset") == std::string::npos);
-  CHECK(run_decid("identify " + folder / "b.csv").out.find("--detrend offset") != std::string::npos);
+  CHECK(run_decid("identify " + folder / "b.csv").out.find("detrend by offset") != std::string::npos);
   CHECK(run_decid("identify --detrend offset " + folder / "b.csv").out.find("warning: the sway's mean") ==
         std::string::npos);
 }
