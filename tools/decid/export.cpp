@@ -19,6 +19,7 @@
 #include "nn/predictor.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/recording_flags.hpp"
 #include "tools/firmware/controller.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
@@ -197,19 +198,20 @@ void add_export_controller(const Command& parent) {
 
 struct SwayOptions {
   CommonOptions common;
-  std::vector<std::string> recordings;
+  RecordingFlags recordings;
   std::string model, output;
 };
 
 void export_sway(const SwayOptions& options) {
-  std::vector<std::string> inputs = options.recordings;
+  const ReadOptions reading = options.recordings.read_options();
+  std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   const Model model = model_or_built_in(options.model);
   std::string bytes;
-  for (const std::string& path : options.recordings) {
-    dataset::Recording recording = dataset::read_recording(path, {});
-    const dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol);
+  for (const std::string& path : options.recordings.files) {
+    dataset::Recording recording = dataset::read_recording(path, reading.recording);
+    const dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol, reading.trial);
     static_assert(std::endian::native == std::endian::little);
     bytes.append(reinterpret_cast<const char*>(trial.sway_rad().data()), trial.sway_rad().size() * sizeof(float));
     for (const std::string& warning : recording.warnings) std::cerr << path << ": " << warning << '\n';
@@ -217,7 +219,7 @@ void export_sway(const SwayOptions& options) {
   write_file(options.output, bytes);
   if (!options.common.quiet)
     std::cerr << format("%s of %d samples, float32, rad, written to %s\n",
-                        counted(std::ssize(options.recordings), "trial").c_str(), model.protocol.samples(),
+                        counted(std::ssize(options.recordings.files), "trial").c_str(), model.protocol.samples(),
                         options.output.c_str());
 }
 
@@ -225,7 +227,7 @@ void add_export_sway(const Command& parent) {
   auto options = std::make_shared<SwayOptions>();
   const Command command = parent.add_subcommand(
       "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
-  command.add_option("recordings", options->recordings, "As for decid identify").required();
+  add_recording_flags(command, options->recordings, "--begin,--start");
   command.add_option("--model", options->model, "Model file; default: the built-in model");
   add_output_option(command, options->output, "File to write").required();
   add_common_options(command, options->common, false);

@@ -76,6 +76,7 @@ void add_fit(const Command& program) {
                      "Model file for the start and the protocol; default: the built-in model");
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
   add_recording_flags(command, options->recordings, "--begin");
+  add_truth_option(command, options->recordings);
   add_seed_option(command, options->request.settings.seed, "Of the searches and of the noise that they simulate");
   add_output_option(command, options->output, "JSON file to write");
   add_common_options(command, options->common, true);
