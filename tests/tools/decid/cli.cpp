@@ -90,17 +90,6 @@ TEST_CASE("stimulus writes the tilt that simulate plays") {
   for (std::size_t k = 0; k < trial.size(); ++k) CHECK(stimulus[k][1] == trial[k][2]);
 }
 
-TEST_CASE("stimulus gives the tilt's size in words") {
-  const Folder folder;
-  for (const auto& [amplitude, text] : {std::pair("0.5", "tilt 1 degree peak"), {"1", "tilt 2 degrees peak"}}) {
-    decid::test::write_text(folder / "p.json",
-                            std::string(R"({"sines": {"cycle_s": 4, "components": [{"frequency_hz": 0.25, )") +
-                                R"("amplitude_deg": )" + amplitude + "}]}}");
-    CHECK(run_decid("stimulus --protocol " + folder / "p.json" + " -o " + folder / "s.csv").err.find(text) !=
-          std::string::npos);
-  }
-}
-
 TEST_CASE("export sway reads recordings as identify does, and counts of one are in the singular") {
   const Folder folder;
   REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
