@@ -69,6 +69,14 @@ SinCos sincos_of_turn(long long n, long long d) noexcept {
   return {lower ? -sin : sin, left ? -cos : cos};
 }
 
+double sin_small(double x) noexcept {
+  return sin_small_lanes(x);
+}
+
+double cos_small(double x) noexcept {
+  return cos_small_lanes(x);
+}
+
 double log(double x) noexcept {
   return log_lanes<One>(x);
 }

@@ -1,5 +1,6 @@
 // Elementary functions on a vector type V (base/doubles.hpp): see math.hpp for their bounds. With one lane they are the
-// functions there. Both sides of every choice are computed, so the bits of a lane do not depend on its neighbours.
+// functions there. Both sides of every choice are computed, so the bits of a lane do not depend on its neighbours; they
+// do depend on how the code is compiled (cmake/DecidTargets.cmake), so this header is not installed.
 // Reductions: log as in fdlibm (Sun, 1993); atan by the difference of angles at an eighth of a turn. Polynomials:
 // Taylor for log, the best of its degree (Remez exchange in 60 digits) for atan.
 // Normal deviates: Wichura, algorithm AS 241 (PPND16), Applied Statistics 37, 1988; coefficients as printed there.
@@ -14,6 +15,30 @@ constexpr double pi_hi = 0x1.921fb54442d18p+1, pi_lo = 0x1.1a62633145c07p-53;
 constexpr double three_quarters_hi = 0x1.2d97c7f3321d2p+1, three_quarters_lo = 0x1.a79394c9e8a0ap-54;  // of pi
 // ln2_hi ends in 21 zero bits: its product with an exponent is exact.
 constexpr double ln2_hi = 6.93147180369123816490e-01, ln2_lo = 1.90821492927058770002e-10;
+
+/// sin(x) for |x| <= 0.5: Taylor to x^15 in two halves, whose chain of dependent operations is half as long as
+/// Horner's.
+template <class D>
+[[gnu::always_inline]] inline D sin_small_lanes(D x) {
+  const D z = x * x;
+  const D z2 = z * z;
+  const D low = (z * (1.0 / 120) - 1.0 / 6) + z2 * (z * (1.0 / 362880) - 1.0 / 5040);
+  const D high = (z * (1.0 / 6227020800) - 1.0 / 39916800) - z2 * (1.0 / 1307674368000);
+  return x + x * z * (low + z2 * z2 * high);
+}
+
+/// cos(x), likewise: Taylor to x^14.
+template <class D>
+[[gnu::always_inline]] inline D cos_small_lanes(D x) {
+  const D z = x * x;
+  const D z2 = z * z;
+  const D low = (1.0 / 24 - z * (1.0 / 720)) + z2 * (1.0 / 40320 - z * (1.0 / 3628800));
+  const D high = 1.0 / 479001600 - z * (1.0 / 87178291200);
+  // 1 - z / 2 is rounded; what it lost is added back with the small terms.
+  const D half = 0.5 * z;
+  const D top = 1.0 - half;
+  return top + (((1.0 - top) - half) + z2 * (low + z2 * z2 * high));
+}
 
 template <class V, class D = typename V::D>
 [[gnu::always_inline]] inline D log_lanes(D x) {

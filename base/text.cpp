@@ -35,6 +35,10 @@ std::string errno_text(int error) {
   return std::generic_category().message(error);
 }
 
+std::string counted(long long count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 std::string duration_text(double seconds) {
   const auto s = static_cast<long long>(std::ceil(seconds));
   if (s < 60) return std::to_string(s) + " s";

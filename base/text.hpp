@@ -9,10 +9,13 @@ namespace decid {
 /// printf's formatting into a string.
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
 
+/// "1 trial", "2 trials".
+std::string counted(long long count, const std::string& noun);
+
 /// Seconds for people, rounded up: "42 s", "3 min 20 s", "1 h 12 min".
 std::string duration_text(double seconds);
 
-/// The system\'s words for a value of errno: "No space left on device".
+/// The system's words for a value of errno: "No space left on device".
 std::string errno_text(int error);
 
 /// Control characters become question marks: one line, whatever a file's name holds.

@@ -16,6 +16,7 @@
 #include "bench/nn/planes.hpp"
 #include "bench/sim/trials.hpp"
 #include "dataset/image/image.hpp"
+#include "identify/posterior/density.hpp"
 #include "identify/recordings.hpp"
 #include "identify/training/presets.hpp"
 #include "nn/predictor.hpp"
@@ -149,6 +150,22 @@ void add_simulator(Guarded& all) {
     };
 }
 
+void add_posterior(Guarded& all) {
+  using posterior::Density;
+  all["posterior/gradient"] = []() -> Work {
+    const auto density = std::make_shared<Density>(sim::default_protocol(), posterior::Priors{}, isa);
+    const auto work = std::make_shared<Density::Workspace>(*density);
+    const auto size = static_cast<std::size_t>(density->size()) * posterior::lanes;
+    std::vector<float> sway_rad = some_values(12100);
+    for (float& value : sway_rad) value *= 1e-3F;
+    return [density, work, size, observation = density->observe(sway_rad)] {
+      AlignedVector<double> x(size, 0.1), gradient(size);
+      std::vector<double> potential(posterior::lanes);
+      density->evaluate(observation, x, gradient, potential, *work);
+    };
+  };
+}
+
 void add_files(Guarded& all) {
   for (const char* preset : {"paper", "best"})
     all[std::string("image/") + preset] = [preset]() -> Work {
@@ -175,6 +192,7 @@ int run(int argc, char** argv) {
   add_kernels(all);
   add_networks(all);
   add_simulator(all);
+  add_posterior(all);
   add_files(all);
   if (argc == 1) {
     for (const auto& [name, prepare] : all) std::printf("%s\n", name.c_str());

@@ -8,6 +8,7 @@
 //   for (...) { const Feed::Batch batch = feed.next(); ... }  // ceil(25600 / 64) batches an epoch
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <future>
 #include <span>
@@ -26,11 +27,11 @@ struct Encoding {
   void encode(std::span<const float> sway_rad, std::span<float> input) const;
 };
 
-/// Encodes the trials that `hand_over` gives to the function it is called with, take(place, sway_rad): in any order and
-/// from many threads; sway_rad is valid only within that call. inputs: of place 0, of place 1, ... Trials whose images
-/// share lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are encode()'s. Throws Error
-/// for a place without room, and what hand_over throws.
+/// Takes the sway of the trial at a place: in any order and from many threads; sway_rad is valid only within the call.
 using TakeSway = std::function<void(std::size_t place, std::span<const float> sway_rad)>;
+/// Encodes the trials that `hand_over` gives to the TakeSway it is called with. inputs: of place 0, of place 1, ...
+/// Trials whose images share lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are
+/// encode()'s. Throws Error for a place without room, and what hand_over throws.
 void encode_all(const Encoding& encoding, const std::function<void(const TakeSway& take)>& hand_over,
                 std::span<float> inputs);
 

@@ -2,6 +2,7 @@
 // feed.hpp makes batches of them.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -38,20 +39,23 @@ class TrialSource {
   /// How many trials to ask for at once, 1 or more: asking for more costs memory, asking for fewer costs time.
   virtual int trials_at_once() const = 0;
 
-  /// take(place, parameters, sway_rad) for the part's trial at indices[place], in any order and from many threads;
-  /// sway_rad is valid only within that call. Throws Error for an index that is not from 0 to below trials(part).
+  /// Takes the trial at a place: in any order and from many threads; sway_rad is valid only within the call.
   using Take =
       std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad)>;
+  /// Gives the part's trial at indices[place] to take, for every place. Throws Error for an index that is not from 0 to
+  /// below trials(part).
   virtual void take(Part part, int epoch, std::span<const int> indices, const Take& take) const = 0;
 };
 
 /// The halves of a data set. Throws Error if one of them is empty.
 std::unique_ptr<TrialSource> stored_source(StoredDataset data);
 
-/// Trial `number` of a stream is the first valid one of attempts 1024 number, 1024 number + 1, ... of base_trial(): it
-/// depends on (seed, number) alone. Simulates those at `numbers`, without sensor noise; take(place, parameters,
-/// sway_rad) is called for numbers[place], in any order and from many threads, and may change sway_rad.
+/// Takes the trial at a place: in any order and from many threads; sway_rad may be changed, and is valid only within
+/// the call.
 using TakeExact = std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<double> sway_rad)>;
+/// Simulates the trials of a stream at `numbers`, without sensor noise; that of numbers[place] is given to take. Trial
+/// `number` is the first valid one of attempts 1024 number, 1024 number + 1, ... of base_trial(): it depends on (seed,
+/// number) alone.
 void simulate_stream(const sim::Simulator& simulator, std::uint64_t seed, std::span<const std::uint64_t> numbers,
                      const TakeExact& take);
 

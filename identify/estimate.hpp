@@ -14,9 +14,11 @@ namespace decid {
 
 /// What a model's network finds in one trial.
 struct Estimate {
-  sim::Parameters parameters;  ///< SI units; they may lie a little outside of their ranges
-  dataset::Trial trial;        ///< what was identified: the recording at the protocol's rate and length
-  std::vector<float> image;    ///< of the trial, before row scaling, channel-major; its shape is the model's
+  /// SI units. Those of a trial like the model's training lie in their ranges or a little outside; those of others may
+  /// lie anywhere, below 0 too. A warning names each that is outside.
+  sim::Parameters parameters;
+  dataset::Trial trial;      ///< what was identified: the recording at the protocol's rate and length
+  std::vector<float> image;  ///< of the trial, before row scaling, channel-major; its shape is the model's
   /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.
   double distance = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::string> warnings;  ///< for people: what was assumed or changed, what looks odd

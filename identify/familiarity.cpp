@@ -6,7 +6,9 @@
 #include <numeric>
 #include <variant>
 
+#include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "base/text.hpp"
 #include "identify/model.hpp"
 #include "nn/predictor.hpp"
 
@@ -132,6 +134,11 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
 
 double Familiarity::distance(std::span<const float> features) const {
   const std::size_t n = mean.size();
+  if (n == 0 || features.size() != n || whitening.size() != n * (n + 1) / 2)
+    throw Error("familiarity",
+                format("%zu features where %zu are known, with %zu numbers to whiten them", features.size(), n,
+                       whitening.size()),
+                "give the features that it was learned from");
   double squares = 0.0;
   const float* weight = whitening.data();
   for (std::size_t i = 0; i < n; ++i) {

@@ -21,7 +21,8 @@ struct Familiarity {
   double usual = 0.0;            ///< 97 of 100 simulated trials that were not used for it are nearer than this
 
   bool known() const noexcept { return !mean.empty(); }
-  /// Root mean square of the whitened features of a trial: 1 is usual. features: mean.size() values.
+  /// Root mean square of the whitened features of a trial: 1 is usual. features: mean.size() values. Throws
+  /// Error for another number, or a whitening of another size.
   double distance(std::span<const float> features) const;
 };
 

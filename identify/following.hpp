@@ -40,7 +40,8 @@ class Following {
   /// 1: the response is there as expected; 0: it is not; below: it is reversed. Of 900 valid trials of the default
   /// protocol with 0.02 degrees of sensor noise, identified by the built-in model, 8% are below 0.3, as
   /// vestibular noise drowns the response; of the same ones started two or ten seconds late, 95%. NaN if the controller
-  /// falls in most of its trials. sway_rad: the protocol's samples.
+  /// falls in most of its trials; without any noise, its own (Nv 0) and the sensor's, it may be: N is 0, but for
+  /// rounding. sway_rad: the protocol's samples.
   double measure(const Simulated& simulated, std::span<const float> sway_rad) const;
 
  private:

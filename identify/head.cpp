@@ -22,6 +22,10 @@ class PointHead final : public Head {
     return std::accumulate(squares.begin(), squares.end(), 0.0);
   }
   void scores(std::span<const float> outputs, std::span<float> scores) const override {
+    if (outputs.size() != scores.size())
+      throw Error("point head",
+                  std::to_string(outputs.size()) + " outputs for " + std::to_string(scores.size()) + " parameters",
+                  "give one for each");
     std::ranges::copy(outputs, scores.begin());
   }
 };

@@ -24,7 +24,8 @@ class Head {
   /// lanes without a trial get 0. The bits depend on the batch alone.
   virtual double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
                       const nn::TensorView<float>& diff) const = 0;
-  /// The z-scored point estimate of each parameter that one trial's outputs stand for.
+  /// The z-scored point estimate of each parameter that one trial's outputs stand for. outputs: as many as outputs()
+  /// says for scores.size() parameters. Throws Error for another number.
   virtual void scores(std::span<const float> outputs, std::span<float> scores) const = 0;
 };
 

@@ -34,11 +34,11 @@ void warn_of_sway(Estimate& estimate) {
   if (std::abs(mean_deg) > largest_mean_deg)
     estimate.warnings.push_back(
         format("the sway's mean is %.2f degrees, where 0 should be upright: an offset of the sensor "
-               "shifts the result, take it off with --detrend offset",
+               "shifts the result, detrend by offset to subtract it",
                mean_deg));
   const auto [low, high] = std::ranges::minmax(sway_rad);
   const double largest = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
-  if (largest > sim::sway_limit_rad)
+  if (largest > sim::sway_limit_rad && !estimate.trial.is_large)
     estimate.warnings.push_back(
         format("sway reaches %.1f degrees; trials beyond 5 degrees were never trained on", largest / sim::rad_per_deg));
 }
@@ -51,12 +51,17 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
   }
   explanation.unfamiliarity = unfamiliarity(estimate.distance, model.familiarity.usual, explanation.following);
   if (explanation.unfamiliarity <= 1.0) return;  // false for NaN
+  const std::string response =
+      std::isnan(explanation.following)
+          ? "how much of the response to the tilt it has is not known, as the identified controller falls or has no "
+            "noise"
+          : format("it has %.2f of the response to the tilt that the identified controller would have",
+                   explanation.following);
   explanation.warnings.push_back(
-      format("looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; it "
-             "has %.2f of the response to the tilt that the identified controller would have): its parameters mean "
-             "little; check that the platform played the protocol's stimulus from the first sample on, the sign of "
-             "the sway, the rate and the unit",
-             explanation.unfamiliarity, explanation.following));
+      format("looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; %s): "
+             "its parameters mean little; check that the platform played the protocol's stimulus from the first "
+             "sample on, the sign of the sway, the rate and the unit",
+             explanation.unfamiliarity, response.c_str()));
 }
 
 }  // namespace
@@ -74,6 +79,9 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
   const auto values = static_cast<std::size_t>(maker.shape().size());
   const auto outputs = static_cast<std::size_t>(model_.network.output_shape().size());
   const auto features = model_.familiarity.known() ? static_cast<std::size_t>(predictor_.feature_count()) : 0;
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    if (!std::ranges::all_of(trials[i].sway_rad(), [](float value) { return std::isfinite(value); }))
+      throw Error(format("trial %zu", i), "has sway that is not finite", "interpolate what is missing");
   std::vector<Estimate> all(trials.size());
   for (std::size_t first = 0; first < trials.size(); first += at_once) {
     const std::size_t count = std::min(at_once, trials.size() - first);

@@ -42,7 +42,8 @@ class Identifier {
   const Explainer& explainer() const noexcept { return *explainer_; }
 
   /// The network's estimates, in the order of the trials: each image is drawn once, the network run once.
-  /// A trial's estimate does not depend on the others. Throws Error for a trial of another length than the protocol's.
+  /// A trial's estimate does not depend on the others. Throws Error for a trial of another length than the protocol's,
+  /// and for one with a value that is not finite.
   std::vector<Estimate> estimate(std::vector<dataset::Trial> trials);
   /// explain(), for several at once.
   std::vector<Explanation> explain(std::span<const Estimate> estimates) const;

@@ -9,6 +9,7 @@
 #include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "embedded/built_in_model.hpp"
+#include "identify/training/checkpoint.hpp"
 #include "nn/predictor.hpp"
 #include "nn/safetensors.hpp"
 #include "sim/protocol_json.hpp"
@@ -22,8 +23,9 @@ Json list_of(const sim::Parameters& parameters) {
   return std::vector<double>(parameters.begin(), parameters.end());
 }
 
-/// Throws Json::exception unless there are as many numbers as parameters.
+/// Throws Json::exception unless `list` is one of numbers, as many as parameters.
 sim::Parameters parameters_in(const Json& list, const sim::ParameterTable& table) {
+  if (list.size() != table.size()) throw Json::other_error::create(501, "another number of parameters", &list);
   sim::Parameters parameters(table.size());
   for (std::size_t i = 0; i < table.size(); ++i) parameters[i] = list.at(i).get<double>();
   return parameters;
@@ -58,11 +60,10 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
 
 Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture, const Head& head_)
     : protocol(checked(std::move(protocol_), image_)),
-      image(std::move(image_)),
       targets{sim::Parameters(parameters().size()), sim::Parameters(parameters().size())},
-      network(network_input(dataset::ImageMaker(image, protocol.samples())), architecture),
+      network(network_input(dataset::ImageMaker(image_, protocol.samples())), architecture),
       head(&head_),
-      images_(image, protocol.samples()) {
+      images_(std::move(image_), protocol.samples()) {
   const auto outputs = static_cast<int>(head->outputs(parameters().size()));
   if (network.output_shape() != nn::Shape{outputs, 1, 1})
     throw Error("network architecture", format("does not end with %d outputs", outputs),
@@ -70,6 +71,10 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
 }
 
 sim::Parameters Model::decode(std::span<const float> outputs) const {
+  const std::size_t needed = head->outputs(parameters().size());
+  if (outputs.size() != needed)
+    throw Error("model", format("%zu outputs of a trial to be decoded", outputs.size()),
+                format("give the network's %zu", needed));
   std::vector<float> scores(parameters().size());
   head->scores(outputs, scores);
   return targets.unscale(scores);
@@ -81,13 +86,13 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
       {"format", format_name},
       {"architecture", model.network.architecture()},
       {"protocol", sim::to_json(model.protocol)},
-      {"image", dataset::to_json(model.image)},
+      {"image", dataset::to_json(model.image())},
       {"targets", Json{{"mean", list_of(model.targets.mean)}, {"deviation", list_of(model.targets.deviation)}}.dump()},
       {"origin", to_json(model.origin)},
   };
   if (model.head != &point_head()) file.metadata["head"] = model.head->name();
   if (checkpoint != nullptr) file.metadata["progress"] = checkpoint->progress;
-  if (model.image.standardize_rows) {
+  if (model.image().standardize_rows) {
     const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
     file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
     file.tensors.push_back({"image.row_deviation", shape, model.rows.deviation});
@@ -125,7 +130,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   }
   for (const double deviation : model.targets.deviation)
     if (!(deviation > 0)) throw Error(where, "has a target scaling that is not positive", remedy);
-  if (model.image.standardize_rows) {
+  if (model.image().standardize_rows) {
     const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
     model.rows.mean = file.find("image.row_mean", rows, where).values;
     model.rows.deviation = file.find("image.row_deviation", rows, where).values;

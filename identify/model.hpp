@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "dataset/feed.hpp"
 #include "dataset/sets/dataset.hpp"
@@ -13,14 +13,13 @@
 #include "identify/head.hpp"
 #include "identify/origin.hpp"
 #include "nn/network.hpp"
-#include "nn/sgd.hpp"
 
 namespace decid {
 
 struct Model {
+  /// Of its trials. images() and the network were made for its experiment: another one needs another model.
   sim::Protocol protocol;
-  dataset::ImageSettings image;
-  dataset::RowScaling rows;  ///< empty unless image.standardize_rows
+  dataset::RowScaling rows;  ///< empty unless image().standardize_rows
   dataset::TargetScaling targets;
   nn::Network<float> network;
   const Head* head;  ///< what the network's outputs mean; outlives the model
@@ -34,17 +33,21 @@ struct Model {
 
   /// What is identified.
   const sim::ParameterTable& parameters() const { return protocol.parameters(); }
-  /// The parameters that one trial's outputs stand for.
+  /// The parameters that one trial's outputs stand for. Throws Error unless there are as many as the network has.
   sim::Parameters decode(std::span<const float> outputs) const;
 
   /// Draws the images of trials.
   const dataset::ImageMaker& images() const { return images_; }
+  const dataset::ImageSettings& image() const { return images_.settings(); }
+  /// How a trial becomes the network's input; refers to this model.
   dataset::Encoding encoding() const { return {images_, rows}; }
-  /// The image of a trial as the network sees it, row scaling applied.
+  /// The image of a trial as the network sees it, row scaling applied. sway_rad: protocol.samples() values;
+  /// image_values: images().shape().size(). Throws Error for a wrong number of either.
   void make_input(std::span<const float> sway_rad, std::span<float> image_values) const {
     encoding().encode(sway_rad, image_values);
   }
-  /// What images() drew as the network sees it, in place: row scaling applied.
+  /// What images() drew as the network sees it, in place: row scaling applied. image_values: those of one image,
+  /// images().shape().size().
   void scale(std::span<float> image_values) const {
     if (!rows.mean.empty()) rows.apply(image_values, images_.shape().columns);
   }
@@ -53,11 +56,7 @@ struct Model {
   dataset::ImageMaker images_;
 };
 
-/// What the model file of an unfinished training has besides the model.
-struct Checkpoint {
-  std::string progress;              ///< a text, not empty
-  nn::Velocities<float> velocities;  ///< of the optimiser
-};
+struct Checkpoint;  // identify/training/checkpoint.hpp
 
 /// The bytes of a model file; of a checkpoint's unless that is null.
 std::string to_bytes(const Model& model, const Checkpoint* checkpoint = nullptr);
@@ -65,13 +64,14 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint = nullptr)
 /// Throws Error for a damaged file, or one that is not a decid model. Unless `checkpoint` is null the file
 /// must be one; what it has besides the model goes there.
 Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint = nullptr);
+/// The model file at `path`. Throws Error if it cannot be read, and as model_from_bytes does.
 Model load_model(const std::filesystem::path& path);
 
 /// The model inside the program.
 Model built_in_model();
-/// The model file at `path`, or the built-in one if the path is empty.
+/// The model file at `path` (load_model), or the built-in one if the path is empty.
 Model model_or_built_in(const std::string& path);
-/// What people call it.
+/// What people call the model of model_or_built_in(path): the path, or "built-in model".
 std::string model_name(const std::string& path);
 
 /// Throws Error if the trials of `file` are of another experiment than the model, which is called `name`.

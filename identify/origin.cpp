@@ -134,12 +134,12 @@ void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& 
   if (trained_on(origin, data)) {
     if (part == Measured::all)
       throw Error(name, "is the data set that the model was trained on: half of its trials were its training",
-                  "choose --split validation or training, or measure it on a data set of another --seed");
+                  "choose its validation or training half (--split), or a data set of another seed");
     return;
   }
   if (trained.seed && data.seed && *trained.seed == *data.seed)
-    throw Error(name, "comes from seed " + std::to_string(*data.seed) + ", which is that of the training's trials",
-                "take trials of another --seed");
+    throw Error(name, "seed " + std::to_string(*data.seed) + " is that of the training's trials",
+                "take trials of another seed (--seed)");
 }
 
 }  // namespace decid

@@ -47,7 +47,7 @@ Identifications identify_files(const Model& model, const std::vector<std::filesy
   const std::span<const float> tilt_rad = identifier.explainer().tilt_rad();
   Identifications all{model.protocol,
                       {tilt_rad.begin(), tilt_rad.end()},
-                      model.image,
+                      model.image(),
                       model.images().shape(),
                       read_recordings(model.protocol, files, options)};
   std::vector<Identification*> usable;

@@ -108,7 +108,8 @@ void finish(std::vector<Bin>& all) {
 }
 
 [[noreturn]] void refuse_seed(std::uint64_t seed) {
-  throw Error("--seed", std::to_string(seed) + " is that of the training's trials", "give another for fresh ones");
+  throw Error("fresh trials", "seed " + std::to_string(seed) + " is that of the training's trials",
+              "give another seed (--seed)");
 }
 
 int column_named(const dataset::CsvTable& table, const std::string& name, const std::string& file) {
@@ -177,7 +178,7 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
                  const Announce& announce) {
   constexpr int chunk = 512;
   const std::uint64_t seed = study.fresh_seed;
-  require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "--seed");
+  require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "fresh trials");
   const sim::Simulator simulator(model.protocol);
   for (const double level : levels_deg)
     study.levels.push_back({level,

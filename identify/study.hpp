@@ -3,6 +3,7 @@
 // reports it.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>

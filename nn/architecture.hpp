@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "nn/layer.hpp"
@@ -16,10 +15,5 @@ namespace decid::nn {
 /// an unknown word or a geometry that leaves no output.
 template <class T>
 std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lines);
-/// The layer of a single line.
-template <class T>
-Layer<T> make_layer(Shape src, const std::string& line) {
-  return std::move(make_layers<T>(src, {line}).front());
-}
 
 }  // namespace decid::nn

@@ -1,4 +1,5 @@
 // Forward passes that training and inference share: a layer over a batch, its blocks and channels among threads.
+// Not installed.
 #pragma once
 
 #include <algorithm>

@@ -12,6 +12,7 @@ namespace decid::nn {
 /// then the blocks in order, so the bits depend on the batch alone. targets: batch x outputs, row-major. output: a
 /// tensor of shape (outputs, 1, 1). diff, of the same shape, gets d MSE / d output = 2 (output - target) / (batch *
 /// outputs), with MSE = sum(squares) / (batch * outputs); lanes without a sample get 0.
+/// Throws Error for too few targets or squares, and for tensors of other shapes.
 template <class T>
 void mean_squared_error(const std::type_identity_t<TensorView<const T>>& output,
                         std::type_identity_t<std::span<const T>> targets, std::span<double> squares,

@@ -1,4 +1,5 @@
 // How layers share a batch among threads: blocks of 16 samples times groups of channels, each computed on its own.
+// Not installed.
 #pragma once
 
 #include <algorithm>

@@ -2,6 +2,8 @@
 #include "nn/trainer.hpp"
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
 #include "base/error.hpp"
 #include "nn/training_layer.hpp"
@@ -122,6 +124,20 @@ template <class T>
 void Trainer<T>::step(double learning_rate, const SgdSettings& settings) {
   for (std::size_t k = 0; k < parameters_.size(); ++k)
     sgd_step<T>(*parameters_[k], *gradients_[k], velocities_[k], learning_rate, settings);
+}
+
+template <class T>
+std::span<const T> Trainer<T>::gradient(std::size_t parameter) const {
+  if (parameter >= gradients_.size())
+    throw Error("gradient", "of parameter " + std::to_string(parameter) + " of " + std::to_string(gradients_.size()),
+                "give its index in network().parameters(), from 0");
+  return *gradients_[parameter];
+}
+
+template <class T>
+std::span<T> Trainer<T>::gradient(std::size_t parameter) {
+  static_cast<void>(std::as_const(*this).gradient(parameter));  // throws
+  return *gradients_[parameter];
 }
 
 template <class T>

@@ -47,9 +47,10 @@ class Trainer {
   /// One step of stochastic gradient descent from the gradients (nn/sgd.hpp).
   void step(double learning_rate, const SgdSettings& settings);
 
-  /// d loss / d parameter, by the parameter's index in network().parameters(); shaped as its value.
-  std::span<T> gradient(std::size_t parameter) { return *gradients_.at(parameter); }
-  std::span<const T> gradient(std::size_t parameter) const { return *gradients_.at(parameter); }
+  /// d loss / d parameter, by the parameter's index in network().parameters(); shaped as its value. Throws Error if
+  /// there is no such parameter.
+  std::span<T> gradient(std::size_t parameter);
+  std::span<const T> gradient(std::size_t parameter) const;
   const Velocities<T>& velocities() const { return velocities_; }
   /// Those of a training that goes on. Throws Error unless there is one for each value of each parameter.
   void set_velocities(Velocities<T> velocities);

@@ -1,4 +1,5 @@
 // The kinds of layers in training, one file each, and what they share. Formulas in the kernels' table.
+// Not installed.
 #pragma once
 
 #include <algorithm>

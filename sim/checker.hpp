@@ -1,4 +1,4 @@
-// Bounds of a protocol's settings. Private to sim.
+// Bounds of a protocol's settings. Not installed.
 // Every failure is an Error that names the protocol and the setting as its file does.
 #pragma once
 

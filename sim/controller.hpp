@@ -1,5 +1,5 @@
 // What the controllers of the single and the double pendulum share: the dead band, the delay line and the bounds of the
-// parameters. Private to sim.
+// parameters. Not installed.
 #pragma once
 
 #include <array>

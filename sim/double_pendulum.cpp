@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
+#include "base/math_lanes.hpp"
 #include "sim/controller.hpp"
 
 namespace decid::sim {
@@ -54,8 +54,8 @@ DoubleBody::DoubleBody(const Segments& s)
 
 DoubleBody::Accelerations DoubleBody::accelerations(const DoubleState& state, double ankle_torque,
                                                     double hip_torque) const {
-  const double sin_leg = sin_small(state.leg_rad), cos_leg = cos_small(state.leg_rad);
-  const double sin_trunk = sin_small(state.trunk_rad), cos_trunk = cos_small(state.trunk_rad);
+  const double sin_leg = sin_small_lanes(state.leg_rad), cos_leg = cos_small_lanes(state.leg_rad);
+  const double sin_trunk = sin_small_lanes(state.trunk_rad), cos_trunk = cos_small_lanes(state.trunk_rad);
   const double sin_between = sin_leg * cos_trunk - cos_leg * sin_trunk;
   const double cos_between = cos_leg * cos_trunk + sin_leg * sin_trunk;
   const double b = coupling_ * cos_between, centrifugal = coupling_ * sin_between;
@@ -75,8 +75,8 @@ void DoubleBody::step(DoubleState& state, double ankle_torque, double hip_torque
 }
 
 double DoubleBody::energy(const DoubleState& state) const {
-  const double cos_leg = cos_small(state.leg_rad), cos_trunk = cos_small(state.trunk_rad);
-  const double cos_between = cos_leg * cos_trunk + sin_small(state.leg_rad) * sin_small(state.trunk_rad);
+  const double cos_leg = cos_small_lanes(state.leg_rad), cos_trunk = cos_small_lanes(state.trunk_rad);
+  const double cos_between = cos_leg * cos_trunk + sin_small_lanes(state.leg_rad) * sin_small_lanes(state.trunk_rad);
   const double kinetic = 0.5 * leg_inertia_ * (state.leg_rate * state.leg_rate) +
                          0.5 * trunk_inertia_ * (state.trunk_rate * state.trunk_rate) +
                          coupling_ * cos_between * (state.leg_rate * state.trunk_rate);

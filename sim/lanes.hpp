@@ -1,5 +1,5 @@
 // One thread's lanes and the trials that pass through them: a trial that ends, or falls, gives its lane to the next.
-// The steps themselves are kernels (kernels/generic_pendulums.hpp).
+// The steps themselves are kernels (kernels/generic_pendulums.hpp). Not installed.
 #pragma once
 
 #include <array>

@@ -111,7 +111,8 @@ void VestibularNoiseMaker::synthesize(Quantity quantity, double nv, const Random
                  reinterpret_cast<const double*>(turns_.data() + r * harmonics_.size()),
                  reinterpret_cast<double*>(spectrum.data() + first_));
     fft_.inverse(spectrum, signal, work);
-    for (std::size_t m = 0, at = r; m < length && at <= samples; ++m, at += phases) out[at] = signal[m];
+    const std::size_t count = std::min(length, (samples - r) / phases + 1);
+    for (std::size_t m = 0; m < count; ++m) out[m * phases + r] = signal[m];
   }
   if (period_ == samples_) out[samples] = out[0];
 }
@@ -138,8 +139,9 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
                  reinterpret_cast<const double*>(turns_.data() + r * harmonics_.size()),
                  spectrum.data() + 2 * static_cast<std::size_t>(first_) * lanes);
     fft_.inverse_lanes(spectrum, signal, work, isa);
-    for (std::size_t m = 0, at = r; m < length && at <= samples; ++m, at += phases)
-      std::copy_n(signal.data() + m * lanes, lanes, rate.data() + at * lanes);
+    const std::size_t count = std::min(length, (samples - r) / phases + 1);
+    for (std::size_t m = 0; m < count; ++m)
+      std::copy_n(signal.data() + m * lanes, lanes, rate.data() + (m * phases + r) * lanes);
   }
   if (period_ == samples_) std::copy_n(rate.data(), lanes, rate.data() + samples * lanes);
 }

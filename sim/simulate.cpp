@@ -18,10 +18,6 @@
 
 namespace decid::sim {
 
-double dead_band(double x, double theta) {
-  return dead_band_of(x, theta);
-}
-
 /// Lanes kept for the next call: their memory is large and takes longer to get than a trial.
 struct Simulator::Core {
   Core(Protocol protocol, Isa isa) : setup(checked(std::move(protocol)), isa) {}

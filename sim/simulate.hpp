@@ -18,17 +18,10 @@
 
 namespace decid::sim {
 
-/// How trials are computed: many at a time, in the lanes of vector registers; one that ends gives its lane to the next.
-/// Each lane is one chain of fused multiply-adds in one order, so a trial has the same bits alone or in any company,
-/// with any instruction set and number of threads.
-
 /// A trial is valid while the body stays within this bound, over every integration step.
 inline constexpr double sway_limit_rad = 5.0 * rad_per_deg;
 /// The longest delay that can be simulated.
 inline constexpr double longest_delay_s = 1.0;
-
-/// f_theta: x + theta below -theta, 0 within, x - theta above.
-double dead_band(double x, double theta);
 
 struct Outcome {
   bool valid;               ///< stayed within sway_limit_rad; of two segments, each within segment_limit_rad too
@@ -43,7 +36,9 @@ struct TrialInput {
   Random noise;
 };
 
-/// Simulates trials of one protocol. Immutable: one serves all threads.
+/// Simulates trials of one protocol. Immutable: one serves all threads. Trials are computed many at a time, in the
+/// lanes of vector registers; one that ends gives its lane to the next. Each lane is one chain of fused multiply-adds
+/// in one order, so a trial has the same bits alone or in any company, with any instruction set and number of threads.
 class Simulator {
  public:
   /// Throws Error if the protocol is not valid. isa: tests and benchmarks may ask for another.
@@ -58,19 +53,20 @@ class Simulator {
   /// Throws Error for a non-finite or negative parameter, a delay above longest_delay_s, or a span of another length.
   Outcome run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const;
 
-  /// Simulates trial_of(0) .. trial_of(count - 1) on OpenMP's threads, with the bits that run() gives each of them.
-  /// finished(index, outcome, sway_rad) is called once a trial, in any order and from any thread; sway_rad may be
-  /// changed there and is valid only within that call. The more trials a call has, the fuller its lanes: give it
-  /// hundreds.
-  /// Throws what run(), trial_of or finished throw.
+  /// Makes trial `index`; called from any thread.
   using TrialOf = std::function<TrialInput(int index)>;
+  /// Called once a trial, in any order and from any thread; sway_rad may be changed and is valid only within the call.
   using Finished = std::function<void(int index, const Outcome& outcome, std::span<double> sway_rad)>;
+  /// Simulates trial_of(0) .. trial_of(count - 1) on OpenMP's threads, with the bits that run() gives each of them.
+  /// The more trials a call has, the fuller its lanes: give it hundreds. Throws what run(), trial_of or finished throw.
   void run_all(int count, const TrialOf& trial_of, const Finished& finished) const;
 
-  /// The same, trying each index until its trial is valid: trial_of(index, attempt) for attempt 0, 1, ...; finished is
-  /// called for the valid one only. Also throws Error if `attempts` in a row are not valid.
+  /// Makes an attempt at trial `index`: 0, 1, ...
   using AttemptOf = std::function<TrialInput(int index, int attempt)>;
+  /// As Finished, for the attempt that was valid.
   using Valid = std::function<void(int index, const Parameters& parameters, std::span<double> sway_rad)>;
+  /// As run_all(), trying each index until its trial is valid; finished is called for that one only. Also throws Error
+  /// if `attempts` in a row are not valid.
   void run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const;
 
  private:

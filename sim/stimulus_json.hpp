@@ -1,4 +1,4 @@
-// Kinds of stimulus as JSON, one key each in a protocol. Private to sim.
+// Kinds of stimulus as JSON, one key each in a protocol. Not installed.
 // Keys: the doc in protocol_json.hpp.
 #pragma once
 

@@ -36,7 +36,10 @@ struct ImageSettings {
   void validate() const;
   bool operator==(const ImageSettings&) const = default;
 };
+/// Every setting, as in model files.
 std::string to_json(const ImageSettings& settings);
+/// The settings in such a text; those that it leaves out are the defaults. Throws Error, naming `where` and the key,
+/// for text that is not JSON, a key that is not known, and what validate() refuses.
 ImageSettings image_settings_from_json(const std::string& text, const std::string& where);
 
 struct ImageShape {

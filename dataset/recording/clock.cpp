@@ -74,12 +74,15 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     return clock;
   }
   const auto told = [&](std::size_t i) {
-    return table.place_of(i + 1) + ": '" + name + "' steps by " + six_digits(steps[i]) + ", elsewhere by " +
-           six_digits(usual);
+    const std::string here = table.place_of(i + 1) + ": '" + name + "' ";
+    if (steps[i] == 0.0) return here + "stands still";
+    if (steps[i] < 0.0) return here + "goes backwards, by " + six_digits(-steps[i]);
+    return here + "steps by " + six_digits(steps[i]) + ", elsewhere by " + six_digits(usual);
   };
   double places = 0.0;  // of the last sample
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double multiple = std::round(steps[i] / usual);
+    if (usual <= 0.0 && steps[i] > 0.0) continue;  // the one to be reported is one of the others
     // Written so that a step that is not a number fails.
     if (steps[i] > 0.0 && multiple >= 1.0 && std::abs(steps[i] - multiple * usual) <= gross * usual) {
       places += multiple;
@@ -109,7 +112,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     }
   }
   if (largest > even) {
-    clock.warning = "the times of '" + name + "' are uneven, steps differ by up to " + six_digits(100.0 * largest) +
+    clock.warning = "the times of '" + name + "' are uneven, steps differ by up to " + three_digits(100.0 * largest) +
                     "% of a sample: interpolated to " + six_digits(clock.rate_hz) + " Hz; give " + setting +
                     " if the samples are evenly spaced all the same";
   }
@@ -183,10 +186,11 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
     begin = end;
   }
   if (gaps == 0) return {};
-  return std::to_string(filled) + " missing values of " + name + " in " + std::to_string(gaps) +
-         (gaps == 1 ? " gap" : " gaps") + ", the longest " + six_digits(static_cast<double>(longest) / rate_hz) +
-         " s, are interpolated (" +
-         six_digits(100.0 * static_cast<double>(filled) / static_cast<double>(values.size())) + "% of the recording)";
+  return std::to_string(filled) + (filled == 1 ? " missing value of " : " missing values of ") + name + " in " +
+         std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") + ", the longest " +
+         six_digits(static_cast<double>(longest) / rate_hz) + " s, " + (filled == 1 ? "is" : "are") +
+         " interpolated (" + three_digits(100.0 * static_cast<double>(filled) / static_cast<double>(values.size())) +
+         "% of the recording)";
 }
 
 }  // namespace decid::dataset

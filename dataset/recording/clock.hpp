@@ -1,5 +1,5 @@
 // When samples were taken: even and uneven columns of time, lost samples, and gaps that are filled on request.
-// Private to recording.
+// Not installed.
 #pragma once
 
 #include <optional>

@@ -9,6 +9,7 @@
 #include <cstdio>
 
 #include "base/error.hpp"
+#include "sim/protocol.hpp"
 
 namespace decid::dataset {
 
@@ -17,8 +18,45 @@ namespace {
 /// How much a step of a column without a name may differ from the mean step, for it to be a time.
 constexpr double step_tolerance = 0.01;
 
+std::optional<Unit> angle_unit_of(std::string_view word) {
+  if (one_of(word, {"deg", "degree", "degrees", "\xC2\xB0"})) return Unit::degree;
+  if (one_of(word, {"rad", "radian", "radians"})) return Unit::radian;
+  if (one_of(word, {"mrad", "milliradian", "milliradians"})) return Unit::milliradian;
+  return {};
+}
+
+bool begins_with_t(std::string_view name) {
+  return words(name).front() == "t";
+}
+
+/// "time", "time_ms", "Time since start (s)"; "t", "t (ms)", but not "T_ankle".
 bool is_time(std::string_view name) {
-  return one_of(words(name).front(), {"time", "t", "times", "timestamp", "timestamps", "zeit", "seconds", "sec", "ms"});
+  const std::vector<std::string> parts = words(name);
+  return one_of(parts.front(), {"time", "times", "timestamp", "timestamps", "zeit", "seconds", "sec", "ms"}) ||
+         (begins_with_t(name) && std::all_of(parts.begin() + 1, parts.end(), [](const std::string& word) {
+            return one_of(word, {"in", "s", "sec", "seconds"}) || time_unit_s(word) != 1.0;
+          }));
+}
+
+/// What a column is by its name, if that is no angle: "a length". Columns called "m" alone are not.
+const char* other_quantity(std::string_view name) {
+  const std::vector<std::string> parts = words(name);
+  const std::string& last = parts.back();
+  if (parts.size() > 1 && one_of(last, {"mm", "cm", "m", "meter", "metre"})) return "a length";
+  for (const std::string& word : parts) {
+    for (const char* quantity : {"velocity", "speed", "acceleration"})
+      if (word.find(quantity) != std::string::npos)
+        return word.ends_with("acceleration") ? "an acceleration" : "a velocity";
+  }
+  // "deg/s", "deg_s", "rad per s", "deg/s^2"
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    const bool after_angle =
+        angle_unit_of(parts[i - 1]) || (parts[i - 1] == "per" && i > 1 && angle_unit_of(parts[i - 2]));
+    if (after_angle && one_of(parts[i], {"s", "sec", "second", "s2"})) {
+      return parts[i] == "s2" || (i + 1 < parts.size() && parts[i + 1] == "2") ? "an acceleration" : "a velocity";
+    }
+  }
+  return last == "dps" ? "a velocity" : nullptr;
 }
 
 }  // namespace
@@ -26,6 +64,12 @@ bool is_time(std::string_view name) {
 std::string six_digits(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+std::string three_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
   return text;
 }
 
@@ -48,10 +92,25 @@ bool one_of(std::string_view word, std::initializer_list<std::string_view> list)
 }
 
 std::optional<Unit> unit_in(std::string_view name) {
-  const std::string unit = words(name).back();
-  if (one_of(unit, {"deg", "degree", "degrees", "\xC2\xB0"})) return Unit::degree;
-  if (one_of(unit, {"rad", "radian", "radians"})) return Unit::radian;
-  return {};
+  return angle_unit_of(words(name).back());
+}
+
+std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
+                            const std::string& setting) {
+  if (given) return given;
+  if (const char* quantity = other_quantity(name)) {
+    throw Error(where, name + " is " + quantity + " by its name, not an angle",
+                std::string_view(quantity) == "a length"
+                    ? "divide it by the height of the centre of mass above the ankles, or give " + setting +
+                          " if it is an angle"
+                    : "name a column of angles, or give " + setting + " if it is one");
+  }
+  return unit_in(name);
+}
+
+double rad_in(Unit unit) {
+  if (unit == Unit::degree) return sim::rad_per_deg;
+  return unit == Unit::milliradian ? 1e-3 : 1.0;
 }
 
 std::string name_without_unit(std::string_view name) {
@@ -72,6 +131,30 @@ std::string list_of(const Table& table, int without) {
   return list;
 }
 
+void refuse_several(const std::vector<int>& columns, const std::string& name, const std::string& where,
+                    const std::string& setting) {
+  std::string numbers;
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    numbers += (i == 0 ? "" : i + 1 < columns.size() ? ", " : " and ") + std::to_string(columns[i] + 1);
+  throw Error(where, std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
+              "give the column's number, from 1, as " + setting);
+}
+
+int find_named(const Table& table, int without, std::initializer_list<const char*> names, const std::string& where,
+               const std::string& setting) {
+  for (const char* name : names) {
+    std::vector<int> found;
+    for (int i = 0; i < table.columns(); ++i) {
+      const std::string& here = table.names()[static_cast<std::size_t>(i)];
+      if (i == without || name_without_unit(here) != name) continue;
+      if (found.empty() || here == table.names()[static_cast<std::size_t>(found.front())]) found.push_back(i);
+    }
+    if (found.size() > 1) refuse_several(found, table.names()[static_cast<std::size_t>(found.front())], where, setting);
+    if (!found.empty()) return found.front();
+  }
+  return -1;
+}
+
 int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting) {
   const auto lower = [](std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -85,10 +168,7 @@ int named_column(const Table& table, const std::string& column, const std::strin
   }
   const std::vector<int>& found = exact.empty() ? alike : exact;
   if (found.size() == 1) return found.front();
-  if (found.size() > 1) {
-    throw Error(where, std::to_string(found.size()) + " columns are called '" + column + "'",
-                "give the column's number, from 1, as " + setting);
-  }
+  if (found.size() > 1) refuse_several(found, column, where, setting);
   int number = 0;
   const auto [end, error] = std::from_chars(column.data(), column.data() + column.size(), number);
   if (error == std::errc() && end == column.data() + column.size() && number >= 1 && number <= table.columns()) {
@@ -101,7 +181,8 @@ int named_column(const Table& table, const std::string& column, const std::strin
 int find_time(const Table& table) {
   if (table.has_header()) {
     const auto& names = table.names();
-    const auto found = std::find_if(names.begin(), names.end(), is_time);
+    auto found = std::find_if(names.begin(), names.end(), is_time);
+    if (found == names.end()) found = std::find_if(names.begin(), names.end(), begins_with_t);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
   }
   if (table.rate_hz() || table.columns() < 2 || table.rows(0) < 3) return -1;

@@ -1,5 +1,5 @@
 // Columns of a table by their names: which is the time, in which unit a column is, which one the user means.
-// Private to recording.
+// Not installed.
 #pragma once
 
 #include <initializer_list>
@@ -16,19 +16,39 @@ namespace decid::dataset {
 /// Rates that differ by less are equal: over a trial of 121 s the difference is a sample.
 inline constexpr double rate_tolerance = 1e-4;
 
+/// Sample rates that recordings may have.
+inline constexpr double lowest_rate_hz = 1.0, highest_rate_hz = 100'000.0;
+inline bool is_sample_rate(double rate_hz) {
+  return rate_hz >= lowest_rate_hz && rate_hz <= highest_rate_hz;
+}
+
 /// Six significant digits: "50", "127.4".
 std::string six_digits(double value);
+/// Three significant digits, for figures that are measured: "25.9", "0.0165".
+std::string three_digits(double value);
 
 /// A column's name in its parts, lower case: "COM_x (deg)" -> com, x, deg.
 std::vector<std::string> words(std::string_view name);
 bool one_of(std::string_view word, std::initializer_list<std::string_view> list);
 /// The unit that a name ends in, if any.
 std::optional<Unit> unit_in(std::string_view name);
+/// The unit of a column of angles: the one given, else the name's, if any. Throws Error for a name that says that it is
+/// none ("COM_x (mm)", "sway_deg_s", "tilt speed"); `where` names the file, `setting` how units are given: "--unit".
+std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
+                            const std::string& setting);
+/// One of it in radians.
+double rad_in(Unit unit);
 /// "com_x" of "COM_x (deg)".
 std::string name_without_unit(std::string_view name);
 /// The names of a table's columns except one (-1: of all), to be shown.
 std::string list_of(const Table& table, int without);
 
+[[noreturn]] void refuse_several(const std::vector<int>& columns, const std::string& name, const std::string& where,
+                                 const std::string& setting);
+/// The first column, but one, whose name without its unit is the first of these that there is; -1 if there is none.
+/// Throws Error for several of one name.
+int find_named(const Table& table, int without, std::initializer_list<const char*> names, const std::string& where,
+               const std::string& setting);
 /// The column that the user named, by its name, its name in other case, or its number. Throws Error if there is none or
 /// more than one. `where` names the file, `setting` how columns are named: "--column".
 int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "dataset/recording/columns.hpp"
 
 namespace decid::dataset {
@@ -120,9 +121,14 @@ CsvTable::CsvTable(std::string text, std::string where) : text_(std::move(text))
     if (rows_ == 0 && has_header_ && !has_units_ && read_units(cells)) return true;
     const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
     if (cells.size() != names_.size() && !ends_in_separator) {
+      const char* const between = separator_ == ';'    ? "semicolons"
+                                  : separator_ == '\t' ? "tabs"
+                                  : separator_ == ' '  ? "blanks"
+                                                       : "commas";
       throw Error(where_,
-                  "line " + std::to_string(line_number) + " has " + std::to_string(cells.size()) +
-                      " columns, the lines before it " + std::to_string(names_.size()),
+                  "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
+                      ", the lines before it " + std::to_string(names_.size()) + " (between " + between +
+                      ", as in its first lines)",
                   "correct the line, or put # before lines that are not data");
     }
     if (++rows_ > most_rows) {

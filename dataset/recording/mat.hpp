@@ -1,5 +1,5 @@
 // MATLAB's MAT-files as tables: versions 4, 5, 7 and 7.3, read by matio (https://github.com/tbeu/matio).
-// Private to recording.
+// Not installed.
 #pragma once
 
 #include <filesystem>

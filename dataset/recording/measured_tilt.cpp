@@ -21,11 +21,10 @@ constexpr double contradiction = 0.01;
 constexpr double most_drift = 0.05;
 
 int find_tilt(const Table& table, int time, const std::string& where) {
-  for (const char* name : {"tilt", "platform_tilt", "platform", "a_fs", "fs", "stimulus", "support_surface"}) {
-    for (int i = 0; i < table.columns(); ++i) {
-      if (i != time && name_without_unit(table.names()[static_cast<std::size_t>(i)]) == name) return i;
-    }
-  }
+  const int named =
+      find_named(table, time, {"tilt", "platform_tilt", "platform", "a_fs", "fs", "stimulus", "support_surface"}, where,
+                 "measured.column");
+  if (named >= 0) return named;
   const int candidates = table.columns() - (time >= 0 ? 1 : 0);
   if (candidates == 1) return time == 0 ? 1 : 0;
   throw Error(where,
@@ -48,9 +47,7 @@ std::optional<double> stated_rate(const Table& table, int time, const std::strin
 double find_rate(const Table& table, int time, const TiltFile& file, const std::string& where) {
   if (file.rate_hz) {
     const double rate = *file.rate_hz;
-    if (!(std::isfinite(rate) && rate > 0.0)) {
-      throw Error(where, "measured.rate_hz is " + six_digits(rate), "give the samples per second");
-    }
+    if (!is_sample_rate(rate)) throw Error(where, "measured.rate_hz is " + six_digits(rate), "give 1 to 100,000");
     const std::optional<double> stated = stated_rate(table, time, where);
     if (!stated || std::abs(rate - *stated) <= contradiction * *stated) return rate;
     throw Error(where, "measured.rate_hz is " + six_digits(rate) + ", its times say " + six_digits(*stated) + " Hz",
@@ -58,11 +55,18 @@ double find_rate(const Table& table, int time, const TiltFile& file, const std::
   }
   if (time >= 0) {
     const Clock clock = read_clock(table, time, where, "measured.rate_hz");
+    if (!is_sample_rate(clock.rate_hz))
+      throw Error(where, "its times say " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
+                  "if they are in milliseconds, call their column time_ms, or give measured.rate_hz");
     if (clock.place.empty()) return clock.rate_hz;
     throw Error(where, clock.first_uneven,
                 "correct the times, or give measured.rate_hz if the samples are evenly spaced all the same");
   }
-  if (table.rate_hz()) return *table.rate_hz();
+  if (table.rate_hz()) {
+    if (is_sample_rate(*table.rate_hz())) return *table.rate_hz();
+    throw Error(where, "its own rate is " + six_digits(*table.rate_hz()) + " Hz, not from 1 to 100,000",
+                "give its samples per second as measured.rate_hz");
+  }
   throw Error(where, "has no column of time", "give its samples per second as measured.rate_hz");
 }
 
@@ -77,7 +81,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz) {
       file.column.empty() ? find_tilt(table, time, where) : named_column(table, file.column, where, "measured.column");
   if (column == time) time = -1;
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
-  const std::optional<Unit> unit = file.unit ? file.unit : unit_in(name);
+  const std::optional<Unit> unit = unit_of(name, file.unit, where, "measured.unit");
   if (!unit)
     throw Error(where, "the unit of " + name + " is not in its name", "give measured.unit, \"deg\" or \"rad\"");
   const std::size_t rows = table.rows(column);
@@ -92,7 +96,10 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz) {
                 "give 2 to 1,000,000; is the rate right?");
   }
   std::vector<double> tilt = table.numbers(column);
-  if (*unit == Unit::radian) {
+  if (*unit == Unit::milliradian) {
+    for (double& value : tilt) value *= rad_in(Unit::milliradian);
+  }
+  if (*unit != Unit::degree) {
     for (double& value : tilt) value /= sim::rad_per_deg;
   }
   if (file.is_cycle) {

@@ -1,4 +1,4 @@
-// A recorded tilt of the platform, from a CSV file. Private to recording.
+// A recorded tilt of the platform, from a CSV file. Not installed.
 // Columns, units and times are found as in recordings (dataset/recording/recording.hpp).
 #pragma once
 

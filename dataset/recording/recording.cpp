@@ -22,12 +22,11 @@ constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, l
 constexpr double small_for_a_guess_deg = 0.1;
 
 int find_sway(const Table& table, int time, Recording& recording) {
-  for (const char* name :
-       {"com_sway", "com_x", "sway", "body_sway", "com_ap", "sway_ap", "com_angle", "sway_angle", "a_bs", "com"}) {
-    for (int i = 0; i < table.columns(); ++i) {
-      if (i != time && name_without_unit(table.names()[static_cast<std::size_t>(i)]) == name) return i;
-    }
-  }
+  const int named = find_named(
+      table, time,
+      {"com_sway", "com_x", "sway", "body_sway", "com_ap", "sway_ap", "com_angle", "sway_angle", "a_bs", "com"},
+      recording.file, "--column");
+  if (named >= 0) return named;
   const int candidates = table.columns() - (time >= 0 ? 1 : 0);
   if (candidates == 0) {
     throw Error(recording.file, "has a column of time but none of sway", "add the sway, or name it with --column");
@@ -45,13 +44,16 @@ int find_sway(const Table& table, int time, Recording& recording) {
 }
 
 Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
-  if (options.rate_hz && !(std::isfinite(*options.rate_hz) && *options.rate_hz > 0.0)) {
-    throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not positive",
+  if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
+    throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
                 "give the samples per second as --rate");
   }
   Clock given{options.rate_hz.value_or(table.rate_hz().value_or(0.0)), {}, {}, {}};
   if (time < 0) {
-    if (given.rate_hz > 0.0) return given;
+    if (is_sample_rate(given.rate_hz)) return given;
+    if (table.rate_hz())
+      throw Error(recording.file, "its own rate is " + six_digits(given.rate_hz) + " Hz, not from 1 to 100,000",
+                  "give the samples per second as --rate");
     throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
   }
   const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
@@ -70,6 +72,12 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
                                    " Hz; the rate given is used");
     }
     return given;
+  }
+  if (!is_sample_rate(clock.rate_hz)) {
+    throw Error(recording.file,
+                "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
+                clock.rate_hz < lowest_rate_hz ? "if it is in milliseconds, call it time_ms, or give --rate"
+                                               : "if it is in seconds, call it time_s, or give --rate");
   }
   if (clock.rate_hz < slowest_plausible_hz) {
     recording.warnings.push_back("the column " + name + " says " + six_digits(clock.rate_hz) +
@@ -91,41 +99,38 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
 }
 
 /// Checks that the size of sway is a standing body's. `guessed`: its unit was.
-void check_size(const Signal<double>& sway, bool guessed, const char* other, Recording& recording) {
+void check_size(const Signal<double>& sway, bool guessed, Recording& recording) {
+  const bool in_memory = recording.file.empty();
+  const std::string where = in_memory ? "recording" : recording.file;
+  const char* const other = in_memory ? "give radians" : "if the unit is another, give --unit";
   const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
   const double peak_deg = std::max(-*least, *most) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
   if (*least == *most) {
-    throw Error(recording.file, sway.column + " is constant, " + six_digits(*most / sim::rad_per_deg) + " degrees",
-                "name the column of sway with --column");
+    throw Error(where, sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
+                in_memory ? "give samples of sway" : "name the column of sway with --column");
   }
   if (peak_deg > largest_deg) {
-    throw Error(recording.file, sway.column + " reaches " + six_digits(peak_deg) + " degrees, beyond lying flat",
-                other);
+    throw Error(where, sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat", other);
   }
   if (peak_deg > largest_plausible_deg) {
-    recording.warnings.push_back("sway reaches " + six_digits(peak_deg) + " degrees, more than a standing body does; " +
-                                 other);
+    recording.is_large = true;
+    recording.warnings.push_back("sway reaches " + three_digits(peak_deg) +
+                                 " degrees, more than a standing body does; " + other);
   }
   if (peak_to_peak_deg < smallest_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
-    recording.warnings.push_back("sway is only " + six_digits(peak_to_peak_deg) + " degrees peak to peak, " +
-                                 six_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
+    recording.warnings.push_back("sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
+                                 three_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
   }
 }
 
 /// Brings sway in its column's unit to radians.
 void convert(Signal<double>& sway, const RecordingOptions& options, Recording& recording) {
-  const std::optional<Unit> unit = options.unit ? options.unit : unit_in(sway.column);
-  const std::string last_word = words(sway.column).back();
-  if (!unit && words(sway.column).size() > 1 && one_of(last_word, {"mm", "cm", "m", "meter", "metre"})) {
-    throw Error(recording.file, sway.column + " is a length by its name, not an angle",
-                "divide it by the height of the centre of mass above the ankles, or give --unit if it is an angle");
-  }
+  const std::optional<Unit> unit = unit_of(sway.column, options.unit, recording.file, "--unit");
   if (!unit) recording.warnings.push_back("no unit in the name of " + sway.column + ": degrees are assumed");
-  if (unit.value_or(Unit::degree) == Unit::degree) {
-    for (double& value : sway.rad) value *= sim::rad_per_deg;
-  }
-  check_size(sway, !unit, "if the unit is another, give --unit", recording);
+  const double factor = rad_in(unit.value_or(Unit::degree));
+  for (double& value : sway.rad) value *= factor;
+  check_size(sway, !unit, recording);
   if (options.invert_sway) {
     for (double& value : sway.rad) value = -value;
   }
@@ -143,11 +148,10 @@ void read_tilt(const Table& table, int sway, const Clock& clock, const Recording
                     std::to_string(table.rows(sway)),
                 "name signals that were sampled together");
   }
-  const std::optional<Unit> unit = options.tilt_unit ? options.tilt_unit : unit_in(name);
+  const std::optional<Unit> unit = unit_of(name, options.tilt_unit, recording.file, "--tilt-unit");
   if (!unit) recording.warnings.push_back("no unit in the name of " + name + ": degrees are assumed");
   Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options.fill_gaps_s, recording)};
-  const double factor =
-      (unit.value_or(Unit::degree) == Unit::degree ? sim::rad_per_deg : 1.0) * (options.invert_tilt ? -1.0 : 1.0);
+  const double factor = rad_in(unit.value_or(Unit::degree)) * (options.invert_tilt ? -1.0 : 1.0);
   for (double& value : tilt.rad) value *= factor;
   recording.signals.add(std::move(tilt));
 }
@@ -163,8 +167,13 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   const int sway = options.column.empty() ? find_sway(table, time, recording)
                                           : named_column(table, options.column, recording.file, "--column");
   if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
-  if (sway == time) time = -1;  // the user has said what it is
   const std::string& name = table.names()[static_cast<std::size_t>(sway)];
+  if (sway == time) {  // the user has said what it is
+    if (!options.rate_hz && !table.rate_hz())
+      throw Error(recording.file, "the sway that was named, '" + name + "', is its column of time",
+                  "name the column of sway with --column, or give --rate if this is it");
+    time = -1;
+  }
   if (time >= 0 && table.rows(time) != table.rows(sway)) {
     throw Error(recording.file,
                 name + " has " + std::to_string(table.rows(sway)) + " values, its time " +
@@ -182,17 +191,16 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
 
 Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
   Recording recording;
-  recording.file = "recording";
   recording.rate_hz = rate_hz;
-  if (!(rate_hz > 0.0 && std::isfinite(rate_hz)))
-    throw Error(recording.file, "a rate of " + six_digits(rate_hz) + " Hz", "give the samples a second");
+  if (!is_sample_rate(rate_hz))
+    throw Error("recording", "a rate of " + six_digits(rate_hz) + " Hz", "give the samples a second, 1 to 100,000");
   if (sway_rad.size() < 2)
-    throw Error(recording.file, std::to_string(sway_rad.size()) + " samples", "give a whole recording");
+    throw Error("recording", sway_rad.empty() ? "no samples" : "only one sample", "give a whole recording");
   for (std::size_t k = 0; k < sway_rad.size(); ++k)
     if (!std::isfinite(sway_rad[k]))
-      throw Error(recording.file, "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
+      throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
-  check_size(sway, false, "give radians", recording);
+  check_size(sway, false, recording);
   return recording;
 }
 

@@ -12,12 +12,12 @@
 
 namespace decid::dataset {
 
-enum class Unit { degree, radian };
+enum class Unit { degree, radian, milliradian };
 
 struct RecordingOptions {
   std::string column = {};             ///< name of the sway column, or its number from 1; empty: found by name
-  std::optional<Unit> unit = {};       ///< empty: taken from the column's name (..._deg, ..._rad), else degrees
-  std::optional<double> rate_hz = {};  ///< overrides the time column
+  std::optional<Unit> unit = {};       ///< empty: taken from the column's name (..._deg, _rad, _mrad), else degrees
+  std::optional<double> rate_hz = {};  ///< overrides the time column; 1 to 100,000
   double fill_gaps_s = 0.0;            ///< missing values and lost samples up to this long are interpolated
   std::string tilt_column = {};        ///< the platform's tilt, by name or number from 1; empty: not read
   std::optional<Unit> tilt_unit = {};  ///< as `unit`
@@ -26,31 +26,33 @@ struct RecordingOptions {
 };
 
 struct Recording {
-  std::string file;
+  std::string file;  ///< empty: from samples in memory
   double rate_hz = 0.0;
   Signals<double> signals;            ///< com_sway, and platform_tilt if it was asked for
+  bool is_large = false;              ///< its sway is larger than a standing body's; a warning says so
   std::vector<std::string> warnings;  ///< for people: what was assumed, what looks odd
 };
 
 /// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables or fields of a struct; a matrix's columns by
 /// number). CSV: separator (comma, semicolon, tab, blanks), decimal comma, header, a line of units and comment lines
 /// (#, %) are recognised.
-/// The time is the column called time, t, timestamp, Zeit or the like, in seconds unless its name ends in ms or us; in
-/// a file without a header, the first of several columns if it increases evenly. The sway is the column named in the
-/// options, else the first called com_sway, COM_x, sway or the like (_deg and _rad may follow), else the only column
-/// beside the time. The rate is that of the time's mean step, or, without a time, a MAT-file's scalar fs or the like.
-/// Times that are uneven by up to 30% of a step are interpolated to an even grid, with a warning; lost samples and
-/// missing cells (empty, nan) are gaps, filled by straight lines up to fill_gaps_s, with a warning.
+/// The time is the first column called time, t, timestamp, Zeit or the like, in seconds unless its name ends in ms or
+/// us; in a file without a header, the first of several columns if it increases evenly. The sway is the column named in
+/// the options, else the first called com_sway, COM_x, sway or the like (_deg, _rad and _mrad may follow), else the
+/// only column beside the time. The rate is that of the time's mean step, or, without a time, a MAT-file's scalar fs or
+/// the like. Times that are uneven by up to 30% of a step are interpolated to an even grid, with a warning; lost
+/// samples and missing cells (empty, nan) are gaps, filled by straight lines up to fill_gaps_s, with a warning.
 ///
-/// Throws Error for: no file, empty, no or ambiguous sway column, a cell of time, sway or tilt that is not a finite
-/// number (with its line; other columns may hold anything), a gap that is not to be filled, rows of different length,
-/// times that go back or jump and no rate given, fewer than 2 samples, more than 10 million, more than 1000 columns, a
+/// Throws Error for: no file, empty, no or ambiguous sway column (two of one name are), one that is no angle by its
+/// name (a length, a velocity), a cell of time, sway or tilt that is not a finite number (with its line; other columns
+/// may hold anything), a gap that is not to be filled, rows of different length, times that go back or jump and no rate
+/// given, a rate outside of 1 to 100,000 Hz, fewer than 2 samples, more than 10 million, more than 1000 columns, a
 /// constant signal, sway beyond 90 degrees. Warns if the unit had to be assumed, if it looks wrong (peak beyond 20
 /// degrees, or peak to peak under 0.001 degrees), and if a rate given contradicts the time.
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options);
 
 /// A recording from samples in memory, rad. Throws Error for fewer than 2 samples, one that is not finite, a constant
-/// signal, sway beyond 90 degrees, and a rate that is not positive. Warns as read_recording does of sizes that no
+/// signal, sway beyond 90 degrees, and a rate outside of 1 to 100,000 Hz. Warns as read_recording does of sizes that no
 /// standing body's sway has.
 Recording recording_of(std::span<const double> sway_rad, double rate_hz);
 

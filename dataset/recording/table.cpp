@@ -34,6 +34,10 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path) {
     text = {};
     return std::make_unique<MatTable>(path);
   }
+  if (const std::size_t first = text.find_first_not_of(" \t\r\n"); first != text.npos && text[first] == '{') {
+    throw Error(path.string(), "is JSON, not a table of numbers",
+                "give the recording itself, a CSV or MAT-file; results of decid are none");
+  }
   return std::make_unique<CsvTable>(std::move(text), path.string());
 }
 

@@ -1,5 +1,5 @@
 // A table of recorded signals from any kind of file: named columns of numbers.
-// Private to recording.
+// Not installed.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // Where in a recording the protocol's stimulus starts, by the tilt that was measured with the sway.
-// Private to recording.
+// Not installed.
 #pragma once
 
 #include <span>

@@ -51,6 +51,19 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
   return result;
 }
 
+bool in_memory(const Recording& recording) {
+  return recording.file.empty();
+}
+
+std::string where(const Recording& recording) {
+  return in_memory(recording) ? "recording" : recording.file;
+}
+
+/// What can be done about samples in memory, or about those of files, which options read.
+std::string either(const Recording& recording, const char* for_samples, const char* for_files) {
+  return in_memory(recording) ? for_samples : for_files;
+}
+
 [[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
   const auto needed = static_cast<std::size_t>(protocol.samples());
   const double left_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz - std::max(start_s, 0.0);
@@ -62,7 +75,8 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
   if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
   problem +=
       "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.experiment.sample_rate_hz);
-  std::string remedy;
+  std::string remedy = "give whole trials of the protocol, or use a model of yours";
+  if (in_memory(recording)) throw Error(where(recording), problem, remedy);
   if (whole >= 1 && whole < cycles) {
     problem += ", and of its " + std::to_string(cycles) + " cycles only " + std::to_string(whole) +
                (whole == 1 ? " is whole" : " are whole");
@@ -73,7 +87,7 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
         "give decid fit its own --protocol, or train a model for it (decid train --stream --protocol mine.json), then "
         "identify --model; or give --rate if the time column is wrong";
   }
-  throw Error(recording.file, problem, remedy);
+  throw Error(where(recording), problem, remedy);
 }
 
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
@@ -98,15 +112,17 @@ TiltMatch find_start(const Signal<double>& tilt, const sim::Protocol& protocol, 
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (std::abs(match.correlation) < least_correlation) {
     throw Error(
-        recording.file,
+        where(recording),
         "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
-        "name another --tilt-column, or a model for the protocol that was played");
+        either(recording, "give another tilt, or a model for the protocol that was played",
+               "name another --tilt-column, or a model for the protocol that was played"));
   }
   if (match.correlation < 0.0) {
-    throw Error(recording.file,
+    throw Error(where(recording),
                 "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
-                "give --invert tilt if only its sensor is mounted the other way round, --invert both if the sway is "
-                "positive in that direction too");
+                either(recording, "invert it if only its sensor is mounted the other way round, else the sway too",
+                       "give --invert tilt if only its sensor is mounted the other way round, --invert both if the "
+                       "sway is positive in that direction too"));
   }
   if (match.correlation < good_correlation) {
     recording.warnings.push_back("the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
@@ -115,7 +131,8 @@ TiltMatch find_start(const Signal<double>& tilt, const sim::Protocol& protocol, 
   if (std::abs(match.gain - 1.0) > good_gain) {
     recording.warnings.push_back("the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
                                  " times as far as the protocol says; the model knows its amplitude only: train one "
-                                 "for yours, or check --tilt-unit");
+                                 "for yours, or check " +
+                                 either(recording, "the tilt's unit", "--tilt-unit"));
   }
   return result;
 }
@@ -133,7 +150,9 @@ void tell_length(Recording& recording, const sim::Protocol& protocol, const Plac
       text += "the first " + six_digits(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
     }
     if (after_s > 0.5 * sample_s) text += "the last " + six_digits(after_s) + " s are not used";
-    if (!start_was_told) text += "; --begin SECONDS chooses others. Was this the protocol that was played?";
+    if (!start_was_told)
+      text += either(recording, "; a start chooses others", "; --begin SECONDS chooses others") +
+              ". Was this the protocol that was played?";
     recording.warnings.push_back(text);
   }
   const long long lacking = place.first + (protocol.samples() - 1 - place.last);
@@ -196,16 +215,18 @@ Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, con
   const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
   if (options.start_s && tilt) {
-    throw Error(recording.file, "both a start and a column of tilt say where the protocol starts",
-                "give --begin or --tilt-column, not both");
+    throw Error(where(recording), "both a start and the tilt say where the protocol starts",
+                either(recording, "give one of them", "give --begin or --tilt-column, not both"));
   }
   if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {
-    throw Error(recording.file,
+    throw Error(where(recording),
                 "the start, " + six_digits(*options.start_s) + " s after the first sample, is not within its " +
                     six_digits(recorded_s) + " s",
-                "give --begin in seconds after the recording's first sample");
+                either(recording, "give it in seconds after the first sample",
+                       "give --begin in seconds after the recording's first sample"));
   }
   Trial trial;
+  trial.is_large = recording.is_large;
   Place place{options.start_s.value_or(0.0), 0, needed - 1};
   if (tilt) {
     trial.tilt = find_start(*tilt, protocol, from_hz, recording);

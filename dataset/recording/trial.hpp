@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "dataset/recording/recording.hpp"
@@ -31,6 +32,7 @@ struct TiltMatch {
 struct Trial {
   Signals<float> signals;         ///< the recording's, at the protocol's samples
   std::optional<TiltMatch> tilt;  ///< if the recording has one
+  bool is_large = false;          ///< as the recording's, which has been warned of
 
   /// That of com_sway. Throws Error if there is none.
   std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }
@@ -48,7 +50,8 @@ Trial trial_of(std::vector<float> sway_rad);
 /// Throws Error if more is missing, naming both lengths and rates, how many whole cycles there are and how to get a
 /// model for them: none are made up, since what changes from cycle to cycle is what the noise is read from. Throws too
 /// if start_s is not within the recording, or a tilt does not follow the protocol (correlation below 0.5) or follows it
-/// with the other sign. Warns for a correlation below 0.95 and a gain that is off by more than 10%.
+/// with the other sign. Warns of what is cut, made up or resampled, of a correlation below 0.95 and of a gain that is
+/// off by more than 10%: these warnings are appended to the recording's.
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
 
 }  // namespace decid::dataset

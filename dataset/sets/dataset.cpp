@@ -24,12 +24,6 @@ sim::TrialInput base_trial(const sim::ParameterTable& table, std::uint64_t seed,
   return {parameters, Random(seed, Stream::vestibular_noise, attempt)};
 }
 
-BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
-                              std::span<double> sway_rad) {
-  const sim::TrialInput trial = base_trial(simulator.protocol().parameters(), seed, attempt);
-  return {trial.parameters, simulator.run(trial.parameters, trial.noise, sway_rad)};
-}
-
 Dataset generate(const DatasetRequest& request, DatasetReport* report, const Progress& progress) {
   Generator generator(request);
   Dataset data;

@@ -55,15 +55,6 @@ using Progress = std::function<bool(int done, int total)>;
 /// Attempt `attempt` of the base trials: what is simulated. Each parameter is uniform over its range.
 sim::TrialInput base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt);
 
-/// One base trial: attempt `attempt` of seed `seed`, the same alone as in any data set. sway_rad: samples() values,
-/// sensor noise not included.
-struct BaseTrial {
-  sim::Parameters parameters;
-  sim::Outcome outcome;
-};
-BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
-                              std::span<double> sway_rad);
-
 /// Generates the data set in memory (npz.hpp: generate_npz, straight into a file); the bits depend only on the request.
 /// Sensor noise is that of the trial's attempt, for children with bit 63 set. Throws Error if base > count, count < 1,
 /// children are asked for but there is no parent, there is not enough memory, or, after 10,000 attempts, fewer than 1

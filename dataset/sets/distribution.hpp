@@ -2,7 +2,6 @@
 // Mean and deviation: Welford, Technometrics 4, 1962. The figures depend on the values and their order alone.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 

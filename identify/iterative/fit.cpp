@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "base/text.hpp"
 #include "identify/iterative/cmaes.hpp"
 #include "identify/iterative/proposal.hpp"
 
@@ -214,17 +215,21 @@ long long least_simulations(std::size_t starts) {
 
 void check_budget(const Settings& settings, std::size_t starts) {
   if (settings.simulations < least_simulations(starts))
-    throw Error(
-        "fit", "a budget of " + std::to_string(settings.simulations) + " simulations",
-        "allow " + std::to_string(least_simulations(starts)) + " or more for " + std::to_string(starts) + " starts");
+    throw Error("fit", "a budget of " + std::to_string(settings.simulations) + " simulations",
+                "allow " + std::to_string(least_simulations(starts)) + " or more for " +
+                    counted(static_cast<long long>(starts), "start"));
 }
 
 Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std::span<const Start> starts,
            const Settings& settings) {
   if (starts.empty()) throw Error("fit", "no start", "give one or more");
   check_budget(settings, starts.size());
-  const Likelihood likelihood(simulator, sway_rad);
   const sim::ParameterTable& table = simulator.protocol().parameters();
+  for (const Start& start : starts)
+    if (start.parameters.size() != table.size())
+      throw Error("fit", "a start with " + std::to_string(start.parameters.size()) + " parameters",
+                  "give all " + std::to_string(table.size()));
+  const Likelihood likelihood(simulator, sway_rad);
   // Figures are quoted for the single pendulum: its fits keep their bits.
   constexpr int quoted = 7;
   return table.size() == quoted ? fit_in<quoted>(table, likelihood, starts, settings)

@@ -12,7 +12,7 @@
 namespace decid::iterative {
 
 struct Start {
-  sim::Parameters parameters;  ///< SI units; taken to the nearest in the ranges
+  sim::Parameters parameters;  ///< SI units, one for each of the table's; taken to the nearest in the ranges
   double spread = 0.3;         ///< first standard deviation of the search, as part of each parameter's range
   /// Standard deviation, likewise, of a normal prior about `parameters` for all searches and the estimate; 0: none. It
   /// is taken to come from the same recording: standard errors are widened, as evidence is counted twice.
@@ -50,7 +50,7 @@ struct Result {
 };
 
 /// Deterministic: depends neither on threads nor on other fits. Other machines may give other last bits (Eigen).
-/// Throws Error for no start, too small a budget, and as Likelihood does.
+/// Throws Error for no start, one without all parameters, too small a budget, and as Likelihood does.
 Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std::span<const Start> starts,
            const Settings& settings);
 

@@ -56,8 +56,8 @@ TrainingState load_checkpoint(const std::string& path, const Origin& origin, con
   same_name.name = state.model.protocol.name;
   if (sim::to_json(state.model.protocol) != sim::to_json(same_name))
     throw Error(path, "was made for another protocol", remedy);
-  if (state.model.image != image)
-    throw Error(path, "was made with another image (" + one_line(dataset::to_json(state.model.image)) + ")", remedy);
+  if (state.model.image() != image)
+    throw Error(path, "was made with another image (" + one_line(dataset::to_json(state.model.image())) + ")", remedy);
   try {
     for (const Json& line : Json::parse(checkpoint.progress))
       state.log.push_back(

@@ -4,8 +4,15 @@
 #include <string>
 
 #include "identify/training/training.hpp"
+#include "nn/sgd.hpp"
 
 namespace decid {
+
+/// What the model file of an unfinished training has besides the model.
+struct Checkpoint {
+  std::string progress;              ///< a text, not empty
+  nn::Velocities<float> velocities;  ///< of the optimiser
+};
 
 /// Everything that determines the bits of what the training makes. program: "decid 0.2.0".
 Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program);

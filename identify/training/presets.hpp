@@ -3,7 +3,6 @@
 
 #include <span>
 #include <string>
-#include <vector>
 
 #include "dataset/image/image.hpp"
 #include "nn/sgd.hpp"

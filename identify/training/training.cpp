@@ -104,7 +104,8 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
       log.learning_rate = schedule.rate(epoch * steps + first / preset.batch);
       trainer.step(log.learning_rate, preset.sgd);
       if (!std::isfinite(loss_sum))
-        throw Error("training", format("diverged in epoch %d: the loss is not finite", epoch + 1), "lower --lr");
+        throw Error("training", format("diverged in epoch %d: the loss is not finite", epoch + 1),
+                    "lower the learning rate (--lr)");
       if (!after_batch(first + batch.trials, trials)) return false;
     }
     log.training_mse = loss_sum / (static_cast<double>(trials) * static_cast<double>(model.parameters().size()));

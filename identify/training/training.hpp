@@ -2,7 +2,9 @@
 // epoch, resumable to the same bits.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 

@@ -11,7 +11,6 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 
 #include "base/isa.hpp"
 #include "nn/tensor.hpp"

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/error.hpp"
 #include "base/random.hpp"
 #include "identify/model.hpp"
 #include "nn/predictor.hpp"
@@ -112,6 +113,16 @@ Matrix inverse_of(const Matrix& m) {
 }
 
 }  // namespace
+
+TEST_CASE("familiarity: features of another number are refused") {
+  const Familiarity known{{0.0F, 1.0F}, {1.0F, 0.0F, 2.0F}, 1.0};
+  const std::vector<float> values(3, 1.0F);
+  CHECK(near(known.distance(std::span(values).first(2)), std::sqrt(0.5), 1e-15));
+  CHECK_THROWS_WITH_AS(known.distance(std::span(values).first(1)), doctest::Contains("1 features where 2"), Error);
+  CHECK_THROWS_AS(known.distance(values), Error);
+  CHECK_THROWS_AS((Familiarity{{0.0F, 1.0F}, {1.0F, 0.0F}, 1.0}.distance(std::span(values).first(2))), Error);
+  CHECK_THROWS_AS(Familiarity{}.distance({}), Error);
+}
 
 TEST_CASE("familiarity: the Mahalanobis distance over the number of features, usual for 97 of 100") {
   constexpr int trials = 200, learned = 120;

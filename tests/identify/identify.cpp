@@ -147,9 +147,11 @@ TEST_CASE("identify: another rate, another start, another length") {
   std::vector<double> raised = sway;
   for (double& value : raised) value += 0.02;
   const Estimate offset = identify(model(), raised, 100.0);
-  CHECK(std::ranges::any_of(offset.warnings, [](const std::string& w) { return w.find("--detrend") != w.npos; }));
+  CHECK(
+      std::ranges::any_of(offset.warnings, [](const std::string& w) { return w.find("detrend by offset") != w.npos; }));
   CHECK(std::ranges::none_of(identify(model(), raised, 100.0, {.detrend = dataset::Detrend::offset}).warnings,
-                             [](const std::string& w) { return w.find("--detrend") != w.npos; }));
+                             [](const std::string& w) { return w.find("detrend") != w.npos; }));
+  for (const std::string& warning : offset.warnings) CHECK(warning.find("--") == std::string::npos);
 
   // Two samples a sample, linearly between them: up to 4 Hz, where the network looks, that is the same sway.
   std::vector<double> fast;
@@ -166,8 +168,8 @@ TEST_CASE("identify: another rate, another start, another length") {
 TEST_CASE("identify: what is no recording is refused") {
   const std::vector<double> sway = samples(0);
   check_error([&] { identify(model(), std::span(sway).first(6000), 100.0); }, {"6000 samples", "12100"});
-  check_error([&] { identify(model(), {}, 100.0); }, {"recording", "0 samples"});
-  for (const double rate : {0.0, -100.0, std::nan(""), std::numeric_limits<double>::infinity()})
+  check_error([&] { identify(model(), {}, 100.0); }, {"recording", "no samples"});
+  for (const double rate : {0.0, -100.0, 1e-9, std::nan(""), std::numeric_limits<double>::infinity()})
     check_error([&] { identify(model(), sway, rate); }, {"recording", "Hz"});
   std::vector<double> bad = sway;
   bad[777] = std::nan("");
@@ -178,8 +180,45 @@ TEST_CASE("identify: what is no recording is refused") {
   check_error([&] { identify(model(), degrees, 100.0); }, {"beyond lying flat", "radians"});
   Identifier identifier(model());
   CHECK_THROWS_AS(identifier.estimate({dataset::trial_of(std::vector<float>(100, 0.0F))}), Error);
+  for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    std::vector<dataset::Trial> two = trials(2);
+    two[1].sway_rad()[12099] = value;
+    check_error([&] { identifier.estimate(two); }, {"trial 1", "not finite"});
+  }
   CHECK(identifier.estimate({}).empty());
   CHECK(identifier.explain({}).empty());
+}
+
+TEST_CASE("identify: sway that is too large for a body is warned of once") {
+  std::vector<double> large = samples(0);
+  const auto [low, high] = std::ranges::minmax(large);
+  for (double& value : large) value *= 25 * sim::rad_per_deg / std::max(-low, high);
+  const auto about_size = [](const Estimate& estimate) {
+    return std::ranges::count_if(estimate.warnings,
+                                 [](const std::string& w) { return w.find("sway reaches 25") != w.npos; });
+  };
+  CHECK(about_size(identify(model(), large, 100.0)) == 1);
+  Identifier identifier(model());
+  CHECK(about_size(identifier.estimate({dataset::trial_of({large.begin(), large.end()})}).front()) == 1);
+}
+
+TEST_CASE("identify: where the response cannot be measured, the warning says so in words") {
+  Identifier identifier(model());
+  std::vector<Estimate> estimates = identifier.estimate(trials(1));
+  estimates.front().distance = 10 * model().familiarity.usual;
+  const auto unlike = [&] {
+    const std::vector<Explanation> explained = identifier.explain(estimates);
+    for (const std::string& warning : explained.front().warnings) {
+      CHECK(warning.find("nan") == std::string::npos);
+      if (warning.starts_with("looks unlike")) return warning;
+    }
+    return std::string();
+  };
+  CHECK(unlike().find("of the response to the tilt that the identified controller would have") != std::string::npos);
+  sim::Parameters falling = estimates.front().parameters;
+  falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
+  estimates.front().parameters = falling;
+  CHECK(unlike().find("is not known, as the identified controller falls or has no noise") != std::string::npos);
 }
 
 }  // namespace decid

@@ -4,9 +4,12 @@
 #include <doctest/doctest.h>
 
 #include "base/error.hpp"
+#include "base/json_object.hpp"
 #include "base/sha256.hpp"
 #include "identify/prediction.hpp"
+#include "identify/training/checkpoint.hpp"
 #include "identify/training/presets.hpp"
+#include "nn/safetensors.hpp"
 #include "sim/protocol_json.hpp"
 
 namespace decid::tools {
@@ -42,13 +45,45 @@ TEST_CASE("a model survives its file to the bit") {
   CHECK(nn::weights_sha256(copy.network) == nn::weights_sha256(model.network));
   CHECK(copy.network.architecture() == model.network.architecture());
   CHECK(sim::to_json(copy.protocol) == sim::to_json(model.protocol));
-  CHECK(copy.image == model.image);
+  CHECK(copy.image() == model.image());
   CHECK(copy.rows.mean == model.rows.mean);
   CHECK(copy.rows.deviation == model.rows.deviation);
   CHECK(copy.targets.mean == model.targets.mean);
   CHECK(copy.targets.deviation == model.targets.deviation);
   CHECK(copy.origin == model.origin);
   CHECK(to_bytes(copy) == bytes);
+}
+
+TEST_CASE("a scaling of another number of targets than parameters is refused") {
+  const std::string bytes = to_bytes(example());
+  for (const char* list : {"mean", "deviation"}) {
+    for (const bool more : {true, false}) {
+      nn::TensorFile file = nn::from_safetensors(bytes, "m");
+      Json targets = Json::parse(file.metadata.at("targets"));
+      if (more)
+        targets[list].push_back(1.0);
+      else
+        targets[list].erase(6);
+      file.metadata["targets"] = targets.dump();
+      CHECK_THROWS_WITH_AS(model_from_bytes(nn::to_safetensors(file), "m"), doctest::Contains("target scaling"), Error);
+    }
+  }
+}
+
+TEST_CASE("outputs of another number than the network's are not decoded") {
+  const Model model = example();
+  const std::vector<float> outputs(8, 0.5F);
+  CHECK(model.decode(std::span(outputs).first(7)).size() == 7);
+  CHECK_THROWS_WITH_AS(model.decode(std::span(outputs).first(6)), doctest::Contains("give the network's 7"), Error);
+  CHECK_THROWS_AS(model.decode(outputs), Error);
+  std::vector<float> scores(7);
+  CHECK_THROWS_AS(model.head->scores(outputs, scores), Error);
+}
+
+TEST_CASE("the image settings of a model are those that its images are drawn with") {
+  const Model model = example();
+  CHECK(model.image() == preset_named("small").image);
+  CHECK(&model.image() == &model.images().settings());
 }
 
 TEST_CASE("a finished model is no checkpoint") {

@@ -61,6 +61,12 @@ void fill_unused_lanes(const TensorView<T>& tensor, T value) {
         for (int j = 0; j < s.columns; ++j) tensor.row(block, c, r)[j * lanes + l] = value;
 }
 
+/// The layer of a single line.
+template <class T>
+Layer<T> make_layer(Shape src, const std::string& line) {
+  return std::move(make_layers<T>(src, {line}).front());
+}
+
 template <class T>
 class Chain {
  public:

@@ -9,7 +9,9 @@
 #include <cstdlib>
 #include <new>
 #include <thread>
+#include <utility>
 
+#include "base/error.hpp"
 #include "nn/loss.hpp"
 #include "nn/predictor.hpp"
 #include "nn/schedule.hpp"
@@ -117,6 +119,34 @@ TEST_CASE("Trainer: velocities are those of its parameters") {
     CHECK(error_of([&] { trainer.set_velocities(other); }) == "velocities: are not those of this network's parameters");
   trainer.set_velocities({{1, 2}, {3, 4}});
   CHECK(trainer.velocities() == Velocities<float>{{1, 2}, {3, 4}});
+}
+
+TEST_CASE("Trainer: gradients are those of its parameters") {
+  Network<float> network({2, 1, 1}, "fc 3");
+  Trainer<float> trainer(network, 4);
+  CHECK(trainer.gradient(0).size() == 6);
+  CHECK(trainer.gradient(1).size() == 3);
+  CHECK(error_of([&] { trainer.gradient(2); }) == "gradient: of parameter 2 of 2");
+  CHECK_THROWS_AS(std::as_const(trainer).gradient(99), decid::Error);
+}
+
+TEST_CASE("mean_squared_error: sizes that do not match") {
+  Network<float> network({2, 1, 1}, "fc 3");
+  Trainer<float> trainer(network, 4);
+  const auto loss = [&](std::size_t targets, std::size_t sums) {
+    return [&trainer, targets, sums] {
+      std::vector<double> squares(sums);
+      mean_squared_error(trainer.output(), std::vector<float>(targets), squares, trainer.output_diff());
+    };
+  };
+  CHECK_NOTHROW(loss(12, 3)());
+  CHECK_NOTHROW(loss(16, 3)());  // of a larger batch
+  for (const auto& [targets, sums] : {std::pair<std::size_t, std::size_t>{11, 3}, {0, 3}, {12, 2}})
+    CHECK_THROWS_WITH_AS(loss(targets, sums)(), doctest::Contains("a batch of 4 with 3 outputs"), decid::Error);
+  const std::vector<float> targets(12);
+  std::vector<double> squares(3);
+  CHECK_THROWS_WITH_AS(mean_squared_error(trainer.output(), targets, squares, trainer.input()),
+                       doctest::Contains("not both (outputs, 1, 1)"), decid::Error);
 }
 
 TEST_CASE("training: a new trainer has no momentum, and initialise() forgets the running statistics") {

@@ -11,6 +11,7 @@
 
 #include "base/error.hpp"
 #include "base/sha256.hpp"
+#include "sim/controller.hpp"
 #include "tests/near.hpp"
 
 using namespace decid::sim;
@@ -101,15 +102,15 @@ int first_difference(const Run& a, const Run& b) {
 
 }  // namespace
 
-TEST_CASE("dead_band: its definition") {
+TEST_CASE("dead_band_of: its definition") {
   for (const double theta : {0.0, 0.0026, 0.0052}) {
     for (int i = -100; i <= 100; ++i) {
       const double x = i * 1e-4;
       const double expected = x < -theta ? x + theta : x > theta ? x - theta : 0.0;
-      CHECK(dead_band(x, theta) == expected);
+      CHECK(dead_band_of(x, theta) == expected);
     }
-    CHECK(dead_band(theta, theta) == 0.0);
-    CHECK(dead_band(-theta, theta) == 0.0);
+    CHECK(dead_band_of(theta, theta) == 0.0);
+    CHECK(dead_band_of(-theta, theta) == 0.0);
   }
 }
 

@@ -45,6 +45,13 @@ void add_seed_option(const Command& command, std::uint64_t& seed, const std::str
   command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT");
 }
 
+Option add_output_option(const Command& command, std::string& output, const std::string& description) {
+  const auto refuse_dash = [](std::string& text) -> std::string {
+    return text == "-" ? "'-' is no file; commands that have --json print their results with it" : "";
+  };
+  return command.add_option("-o,--output", output, description).rewritten(refuse_dash, "");
+}
+
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others) {
   if (output.empty()) return;
   const auto place = [](const std::string& name) { return std::filesystem::weakly_canonical(name); };

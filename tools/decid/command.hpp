@@ -34,6 +34,9 @@ void add_protocol_options(const Command& command, ProtocolOptions& options);
 /// --seed, from 0 to 2^64 - 1.
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);
 
+/// -o, --output: what to write. Refuses "-": nothing else stands for standard output either.
+Option add_output_option(const Command& command, std::string& output, const std::string& description);
+
 /// Throws Error if `output` is one of `others`, files that are read or written too and would be lost. Empty names are
 /// ignored.
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others);

@@ -39,7 +39,8 @@ struct CompareOptions {
 dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
   using dataset::TrialIdentity;
   if (options.data.empty()) {
-    require_not_trained_on(model.origin, {TrialIdentity::Kind::stream, options.seed, {}}, Measured::all, "--seed");
+    require_not_trained_on(model.origin, {TrialIdentity::Kind::stream, options.seed, {}}, Measured::all,
+                           "fresh trials");
     dataset::DatasetRequest request;
     request.protocol = model.protocol;
     request.protocol.noise.sensor = {};
@@ -216,7 +217,7 @@ void add_compare(const Command& program) {
   command.add_option("--simulations", options->simulations, "Trials to simulate for each fit, at most")
       .show_default()
       .range(1LL, 1'000'000'000LL);
-  command.add_option("-o,--output", options->output, "JSON file to write");
+  add_output_option(command, options->output, "JSON file to write");
   command.add_option("--report", options->report, "Page to write: the table and a chart (.html)");
   add_common_options(command, options->common, true);
   command.footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");

@@ -59,9 +59,9 @@ std::string summary(const DatasetFigures& figures, double seconds) {
   const long long base = report.base.peak_to_peak.count(), trials = report.all.peak_to_peak.count();
   std::string text = format("%lld trials in %s, %s, written to %s\n", trials, duration_text(seconds).c_str(),
                             megabytes(figures.bytes).c_str(), figures.file.c_str());
-  text += format("base: %lld of %lld attempts valid (%.1f%%); %d parents (above %g rad peak to peak)\n", base,
+  text += format("base: %lld of %lld attempts valid (%.1f%%); %s (above %g rad peak to peak)\n", base,
                  report.base_attempts, 100.0 * static_cast<double>(base) / static_cast<double>(report.base_attempts),
-                 report.parents, dataset::parent_peak_to_peak_rad);
+                 counted(report.parents, "parent").c_str(), dataset::parent_peak_to_peak_rad);
   if (report.child_attempts > 0)
     text += format("children: %lld of %lld attempts valid (%.1f%%)\n", trials - base, report.child_attempts,
                    100.0 * static_cast<double>(trials - base) / static_cast<double>(report.child_attempts));
@@ -137,10 +137,9 @@ void add_dataset(const Command& program) {
                      "children of trials with large sway. Default: all");
   add_seed_option(command, options->seed, "Seed");
   add_protocol_options(command, options->protocol);
-  command
-      .add_option("-o,--output", options->output,
-                  ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
-                  "Ctrl-C, a kill or a full disk")
+  add_output_option(command, options->output,
+                    ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
+                    "Ctrl-C, a kill or a full disk")
       .required();
   command.add_option("--report", options->report,
                      "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");

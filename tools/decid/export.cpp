@@ -19,6 +19,7 @@
 #include "nn/predictor.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/recording_flags.hpp"
 #include "tools/firmware/controller.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
@@ -105,8 +106,7 @@ void add_export_c(const Command& parent) {
   auto options = std::make_shared<ExportOptions>();
   const Command command = parent.add_subcommand("c", "A model as one C file and its header");
   command.add_option("model", options->model, "Model file; default: the built-in model");
-  command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
-      .required();
+  add_output_option(command, options->output, "Folder to write NAME.c and NAME.h to; made if it is missing").required();
   command.add_option("--name", options->name,
                      "What the files and functions are called; default: the model file's name");
   command.add_flag("--incremental", options->firmware.incremental,
@@ -140,7 +140,8 @@ sim::Parameters identified(const std::string& path, int recording) {
     throw Error(path, "is not a result of decid identify", remedy);
   const Json& all = json["recordings"];
   if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
-    throw Error(path, format("has %zu recordings, not a number %d", all.size(), recording), "choose one: --recording");
+    throw Error(path, format("has %s, and none of number %d", counted(std::ssize(all), "recording").c_str(), recording),
+                "choose one: --recording");
   const sim::ParameterTable& table = controller_parameters();
   sim::Parameters parameters(table.size());
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -186,8 +187,7 @@ void add_export_controller(const Command& parent) {
       .add_option("--protocol", options->protocol, "Body, and the tilt of the self-test: default, short or a JSON file")
       .show_default();
   command.add_option("--name", options->name, "What the files and functions are called").show_default();
-  command.add_option("-o,--output", options->output, "Folder to write NAME.c and NAME.h to; made if it is missing")
-      .required();
+  add_output_option(command, options->output, "Folder to write NAME.c and NAME.h to; made if it is missing").required();
   add_common_options(command, options->common, false);
   command.footer("Example: decid export controller result.json -o firmware/");
   command.callback([options] {
@@ -198,36 +198,38 @@ void add_export_controller(const Command& parent) {
 
 struct SwayOptions {
   CommonOptions common;
-  std::vector<std::string> recordings;
+  RecordingFlags recordings;
   std::string model, output;
 };
 
 void export_sway(const SwayOptions& options) {
-  std::vector<std::string> inputs = options.recordings;
+  const ReadOptions reading = options.recordings.read_options();
+  std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   const Model model = model_or_built_in(options.model);
   std::string bytes;
-  for (const std::string& path : options.recordings) {
-    dataset::Recording recording = dataset::read_recording(path, {});
-    const dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol);
+  for (const std::string& path : options.recordings.files) {
+    dataset::Recording recording = dataset::read_recording(path, reading.recording);
+    const dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol, reading.trial);
     static_assert(std::endian::native == std::endian::little);
     bytes.append(reinterpret_cast<const char*>(trial.sway_rad().data()), trial.sway_rad().size() * sizeof(float));
     for (const std::string& warning : recording.warnings) std::cerr << path << ": " << warning << '\n';
   }
   write_file(options.output, bytes);
   if (!options.common.quiet)
-    std::cerr << format("%zu trials of %d samples, float32, rad, written to %s\n", options.recordings.size(),
-                        model.protocol.samples(), options.output.c_str());
+    std::cerr << format("%s of %d samples, float32, rad, written to %s\n",
+                        counted(std::ssize(options.recordings.files), "trial").c_str(), model.protocol.samples(),
+                        options.output.c_str());
 }
 
 void add_export_sway(const Command& parent) {
   auto options = std::make_shared<SwayOptions>();
   const Command command = parent.add_subcommand(
       "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
-  command.add_option("recordings", options->recordings, "As for decid identify").required();
+  add_recording_flags(command, options->recordings, "--begin,--start");
   command.add_option("--model", options->model, "Model file; default: the built-in model");
-  command.add_option("-o,--output", options->output, "File to write").required();
+  add_output_option(command, options->output, "File to write").required();
   add_common_options(command, options->common, false);
   command.footer("Example: decid export sway trial.csv -o sway.bin");
   command.callback([options] {

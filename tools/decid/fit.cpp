@@ -83,6 +83,7 @@ void add_fit(const Command& program) {
   const Command command = program.add_subcommand(
       "fit", "Sample what recordings say: the posterior of the parameters, slower than identify");
   add_recording_flags(command, options->recordings, "--begin,--start");
+  add_truth_option(command, options->recordings);
   command
       .add_option("--mass", options->mass_kg, "The subject's mass in kg, with --height; default: the protocol's body")
       .range(1.0, 500.0);
@@ -110,7 +111,7 @@ void add_fit(const Command& program) {
       .show_default()
       .range(8, 1'000'000);
   add_seed_option(command, options->request.settings.seed, "Of the chains");
-  command.add_option("-o,--output", options->output, "JSON file to write");
+  add_output_option(command, options->output, "JSON file to write");
   command.add_option("--draws", options->draws, "All draws as arrays, for NumPy (.npz)");
   add_common_options(command, options->common, true);
   command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --draws draws.npz");

@@ -50,8 +50,9 @@ void add_identify(const Command& program) {
   auto options = std::make_shared<IdentifyOptions>();
   const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
   add_recording_flags(command, options->recordings, "--begin,--start");
+  add_truth_option(command, options->recordings);
   command.add_option("--model", options->model, "Model file; default: the built-in model");
-  command.add_option("-o,--output", options->output, "JSON file to write");
+  add_output_option(command, options->output, "JSON file to write");
   command.add_option("--report", options->report, "HTML report to write: one page that opens offline");
   add_common_options(command, options->common, true);
   command.footer(

@@ -59,7 +59,7 @@ void info(const InfoOptions& options) {
                       {"parameters", network.parameter_count()},
                       {"flops", network.flops()},
                       {"protocol", Json::parse(sim::to_json(model.protocol))},
-                      {"image", Json::parse(dataset::to_json(model.image))},
+                      {"image", Json::parse(dataset::to_json(model.image()))},
                       {"origin", Json::parse(to_json(model.origin))},
                       {"weights_sha256", hash}}
                      .dump(2)
@@ -77,7 +77,7 @@ void info(const InfoOptions& options) {
   }
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
   std::cout << "protocol  " << compact(sim::to_json(model.protocol)) << "\nimage     "
-            << compact(dataset::to_json(model.image)) << "\norigin    " << to_json(model.origin)
+            << compact(dataset::to_json(model.image())) << "\norigin    " << to_json(model.origin)
             << "\nweights   SHA-256 " << hash << '\n';
 }
 

@@ -68,6 +68,9 @@ void add_recording_flags(const Command& command, RecordingFlags& flags, const st
       .add_option("--detrend", flags.detrend,
                   "offset: subtract the mean of the whole cycles; linear: a drift too; default: none")
       .one_of({"none", "offset", "linear"});
+}
+
+void add_truth_option(const Command& command, RecordingFlags& flags) {
   command.add_option("--truth", flags.truth,
                      "Known parameters, shown beside: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
 }

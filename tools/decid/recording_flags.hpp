@@ -26,6 +26,8 @@ struct RecordingFlags {
 };
 /// `begin`: the names of the option that says where the protocol starts; messages call it --begin.
 void add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);
+/// --truth, of the commands that show estimates.
+void add_truth_option(const Command& command, RecordingFlags& flags);
 
 /// Throws the error of a single recording; several are kept, each with its own.
 void refuse_alone(const std::vector<Identification>& all);

@@ -182,13 +182,12 @@ void add_simulate(const Command& program) {
     command
         .add_option("--hip-" + info.option, options->hip[i],
                     format("With --model dip, of the hip: %s; default %.4g%s", info.description.c_str(),
-                           of_double.hip[i], info.shown_unit().c_str()))
+                           of_double.hip[i], info.unit_after().c_str()))
         .shown_as("FLOAT");
   }
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
-  command
-      .add_option("-o,--output", options->output,
-                  "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
+  add_output_option(command, options->output,
+                    "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
       .required();
   add_common_options(command, options->common, false);
   command.footer(

@@ -38,9 +38,10 @@ void stimulus(const StimulusOptions& options) {
   if (!options.plot.empty()) write_file(options.plot, stimulus_html(protocol, version));
   if (!options.written_protocol.empty()) write_file(options.written_protocol, sim::to_json(protocol) + "\n");
   if (options.common.quiet) return;
-  std::cerr << format("protocol '%s': %d samples at %g Hz, %g s, tilt %.4g degrees peak to peak\n",
-                      protocol.name.c_str(), protocol.samples(), protocol.experiment.sample_rate_hz,
-                      protocol.duration_s(), played.peak_to_peak_rad() / sim::rad_per_deg);
+  std::string degrees = format("%.4g", played.peak_to_peak_rad() / sim::rad_per_deg);
+  degrees += degrees == "1" ? " degree" : " degrees";
+  std::cerr << format("protocol '%s': %d samples at %g Hz, %g s, tilt %s peak to peak\n", protocol.name.c_str(),
+                      protocol.samples(), protocol.experiment.sample_rate_hz, protocol.duration_s(), degrees.c_str());
 }
 
 }  // namespace
@@ -49,7 +50,7 @@ void add_stimulus(const Command& program) {
   auto options = std::make_shared<StimulusOptions>();
   const Command command = program.add_subcommand("stimulus", "Write and plot the platform's tilt over a trial");
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
-  command.add_option("-o,--output", options->output, "CSV file to write: time,tilt_deg at the sample rate");
+  add_output_option(command, options->output, "CSV file to write: time,tilt_deg at the sample rate");
   command.add_option("--plot", options->plot,
                      "HTML page to write, which opens offline: tilt, velocity and amplitude spectrum");
   command.add_option("--write-protocol", options->written_protocol,

@@ -70,7 +70,7 @@ void run_study(const StudyOptions& options) {
   study.fresh_seed = options.seed;
   study.origin = model.origin;
   study.protocol = model.protocol;
-  study.image = model.image;
+  study.image = model.image();
   study.network_parameters = model.network.parameter_count();
   study.architecture = model.network.architecture();
   // What decid train leaves beside a model is its log.
@@ -152,9 +152,8 @@ void add_study(const Command& program) {
       .repeatable();
   command.add_option("--time", options->times, "What took how long, for the table: NAME=SECONDS; may be repeated")
       .repeatable();
-  command
-      .add_option("-o,--output", options->output,
-                  "Folder to write: report.html, table.txt, study.json, and each figure as .svg and .csv")
+  add_output_option(command, options->output,
+                    "Folder to write: report.html, table.txt, study.json, and each figure as .svg and .csv")
       .required();
   add_common_options(command, options->common, true);
   command.footer("Example: decid study --model model.safetensors --data data.npz --recording trial.csv -o study");

@@ -109,7 +109,7 @@ long long aligned(long long bytes) {
 /// Offsets of all maps and of the rest of the arena. With rows as lines the network begins when the last spectrum is
 /// drawn, so it has the spectra's memory; with columns it works in between.
 void plan_memory(FirmwarePlan& plan, const Model& model) {
-  const dataset::ImageSettings& image = model.image;
+  const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
   const int value_bytes = plan.options.int8 ? 1 : 4;
   const int state_bytes = (6 + static_cast<int>(plan.maps.size()) + 7) * 4;
@@ -143,7 +143,7 @@ FirmwarePlan plan_by(const Chain& chain, const Model& model, const FirmwareOptio
   plan.options = options;
   plan.stream_rows = stream_rows;
   plan.layers = Chain(chain).layers();
-  const int window = model.image.window;
+  const int window = model.image().window;
   plan.radices = sim::fft_radices(window % 2 == 0 ? window / 2 : window);
   for (std::size_t i = 0; i < chain.shapes().size(); ++i) {
     FirmwareMap map;

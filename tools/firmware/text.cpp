@@ -41,12 +41,12 @@ requires std::is_integral_v<T> std::string element(T value) {
 }
 
 int transform_length(const Model& model) {
-  return model.image.window % 2 == 0 ? model.image.window / 2 : model.image.window;
+  return model.image().window % 2 == 0 ? model.image().window / 2 : model.image().window;
 }
 
 /// The preprocessor's settings of the runtime's parts.
 std::string settings(const Model& model, const FirmwarePlan& plan) {
-  const dataset::ImageSettings& image = model.image;
+  const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
   const auto has = [&](Channel channel) { return std::ranges::count(image.channels, channel) > 0; };
   const auto radix = [&](int r) { return std::ranges::count(plan.radices, r) > 0; };
@@ -98,7 +98,7 @@ std::string turns(int window) {
 /// butterfly k is value k + length / radix * r of the transform; bin k is made of values k and length - k.
 std::vector<std::uint8_t> needed_outputs(const Model& model, const FirmwarePlan& plan) {
   const int length = transform_length(model), radix = plan.radices.back(), stride = length / radix;
-  const int shown = std::min(model.image.window / 2 + 1, model.images().shape().rows);
+  const int shown = std::min(model.image().window / 2 + 1, model.images().shape().rows);
   std::vector<std::uint8_t> needed(static_cast<std::size_t>(radix), 0);
   for (int k = 0; k < shown; ++k)
     for (const int value : {k, length - k}) needed[static_cast<std::size_t>(value % length / stride)] = 1;
@@ -283,11 +283,11 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
   source += "\n";
   source += embedded::firmware_types();
   source += "\n/* ---- Tables */\n\n";
-  source += turns(model.image.window) + passes(model, plan);
+  source += turns(model.image().window) + passes(model, plan);
   std::vector<int> channels;
-  for (const Channel channel : model.image.channels) channels.push_back(static_cast<int>(channel));
+  for (const Channel channel : model.image().channels) channels.push_back(static_cast<int>(channel));
   source += table("static const int32_t image_channel[IMAGE_CHANNELS]", channels);
-  if (model.image.standardize_rows) {
+  if (model.image().standardize_rows) {
     source += table("static const float row_mean[]", model.rows.mean) +
               table("static const float row_deviation[]", model.rows.deviation);
   }

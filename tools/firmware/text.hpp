@@ -19,7 +19,7 @@ struct TestVector {
   std::vector<float> parameters;  ///< in their units
 };
 
-/// The sway that the self-test identifies: test_sample in firmware/work.c.
+/// The sway that the self-test identifies: test_sample in tools/firmware/runtime/work.c.
 std::vector<float> test_sway(int samples);
 
 /// Throws Error unless `name` is an identifier of C, at most 40 characters long.

@@ -42,7 +42,7 @@ function frfFigure(recording) {
   const gains = [...frf.gain, ...frf.model_gain, ...frf.linear_gain].filter(value => value > 0);
   const floor = 0.3 * Math.min(...gains);  // where a band that reaches 0 leaves a logarithmic axis
   const known = frf.gain_high.some(value => !absent(value));
-  const names = ["Recording", "Identified controller, simulated", "the same, without its dead band"];
+  const names = ["Recording", "Identified controller, simulated", "Identified controller without its dead band"];
   const curves = key => [[names[0], recorded, frf[key]], [names[1], model, frf[`model_${key}`], [6, 3]],
     [names[2], linear, frf[`linear_${key}`], [2, 3]]];
   const phases = curves("phase_deg");

@@ -61,8 +61,12 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check(good, R"("file": "t.csv", "column": 2)", {"'measured.column' is 2", "a text"});
   check(good, R"("file": "t.csv", "unit": "m")", {"'measured.unit' is \"m\"", "\"deg\" or \"rad\""});
   check(good, R"("file": "t.csv", "rate_hz": 0)", {"measured.rate_hz is 0"});
-  check("tilt_deg\n1\n2\n", R"("file": "t.csv", "rate_hz": 1e-9)", {"t.csv", "1,000,000"});
-  check("tilt_deg\n1\n2\n", R"("file": "t.csv", "rate_hz": 1e9)", {"t.csv", "make 0 at"});
+  check(good, R"("file": "t.csv", "rate_hz": 0.99)", {"measured.rate_hz is 0.99", "1 to 100,000"});
+  check(good, R"("file": "t.csv", "rate_hz": 1e9)", {"measured.rate_hz is 1e+09", "1 to 100,000"});
+  check("time,tilt_deg\n0,0\n10,1\n20,0\n", file, {"t.csv", "its times say 0.1 Hz", "milliseconds", "time_ms"});
+  check("tilt_deg\n1\n2\n", R"("file": "t.csv", "rate_hz": 100000)", {"t.csv", "make 0 at"});
+  check("time,tilt,tilt\n0,0,0\n0.01,1,1\n", file, {"2 columns are called 'tilt', numbers 2 and 3", "measured.column"});
+  check("time,tilt_deg/s\n0,0\n0.01,1\n", file, {"tilt_deg/s is a velocity", "measured.unit"});
   check(good, R"("file": "t.csv", "angle": 1)", {"unknown key 'measured.angle'"});
   check(good, R"("file": "t.csv", "lead_in_s": 0.005)", {"p.json", "measured lead_in_s"});
   check(good, R"("file": "t.csv", "rate_hz": 50)", {"t.csv", "measured.rate_hz is 50, its times say 100 Hz"});

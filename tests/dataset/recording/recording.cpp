@@ -99,8 +99,22 @@ TEST_CASE("the sway is found by name, or named") {
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "c"}), {"no column 'c'", "'time', 'a', 'b'"});
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "4"}), {"no column '4'"});
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "0"}), {"no column '0'"});
-  check_error(reading("time,a,a\n0,1,5\n0.01,2,6\n", {.column = "a"}), {"2 columns are called 'a'", "number"});
+  check_error(reading("time,a,a\n0,1,5\n0.01,2,6\n", {.column = "a"}),
+              {"2 columns are called 'a', numbers 2 and 3", "--column"});
+  check_error(reading("time,sway,x,sway,sway\n0,1,5,1,1\n0.01,2,6,1,1\n"),
+              {"3 columns are called 'sway', numbers 2, 4 and 5", "--column"});
+  CHECK(read("time,sway_deg,sway_rad\n0,1,5\n0.01,2,6\n").signals.at(com_sway).column == "sway_deg");  // two names
   check_error(reading("time\n0\n0.01\n"), {"none of sway"});
+}
+
+TEST_CASE("the time is found by name, and other names that begin with a T are not it") {
+  check_one_two_three("T_ankle_Nm,time,sway_deg\n5,0,1\n4,0.01,2\n9,0.02,3\n");
+  check_one_two_three("T_ankle_Nm,t (ms),sway_deg\n5,0,1\n4,10,2\n9,20,3\n");
+  check_one_two_three("t_s,sway_deg\n0,1\n0.01,2\n0.02,3\n");
+  check_one_two_three("t_rel,sway_deg\n0,1\n0.01,2\n0.02,3\n");  // there is no other
+  check_error(reading("time,a\n0,1\n0.01,2\n", {.column = "time"}),
+              {"the sway that was named, 'time', is its column of time", "--column", "--rate"});
+  CHECK(read("time,a\n0,1\n0.01,2\n", {.column = "time", .rate_hz = 50.0}).rate_hz == 50.0);
 }
 
 TEST_CASE("the unit is the option's, else the name's, else degrees with a word about it") {
@@ -114,6 +128,36 @@ TEST_CASE("the unit is the option's, else the name's, else degrees with a word a
   CHECK(read("sway_rad\n1\n2\n", {.unit = Unit::degree, .rate_hz = 100.0}).signals.at(com_sway).rad[1] ==
         2.0 * sim::rad_per_deg);
   CHECK(warns(read("sway\n1\n2\n", at_100), "degrees are assumed"));
+  for (const std::string name : {"sway_mrad", "sway (mrad)", "sway [milliradians]"}) {
+    const Recording milli = read(name + "\n100\n200\n", at_100);
+    CHECK(near(milli.signals.at(com_sway).rad[1], 0.2, 1e-15));
+    CHECK(milli.warnings.empty());
+  }
+  CHECK(read("time,x,sway_mrad\n0,1,2\n0.01,2,3\n").signals.at(com_sway).column == "sway_mrad");
+}
+
+TEST_CASE("columns that are no angles by their names are refused, unless the unit is given") {
+  const RecordingOptions at_100{.rate_hz = 100.0};
+  const auto refused = [&](const std::string& name, const char* quantity) {
+    CAPTURE(name);
+    check_error(reading(name + "\n1\n2\n", at_100), {name.c_str(), quantity, "by its name", "--unit"});
+    CHECK(read(name + "\n1\n2\n", {.unit = Unit::degree, .rate_hz = 100.0}).signals.at(com_sway).rad[0] ==
+          sim::rad_per_deg);
+  };
+  for (const char* name : {"sway_mm", "COM_x (m)"}) refused(name, "is a length");
+  for (const char* name : {"sway_deg_s", "sway_deg/s", "sway (rad/s)", "sway_mrad_per_s", "sway_velocity_deg",
+                           "angularVelocity", "sway speed", "sway_dps"}) {
+    refused(name, "is a velocity");
+  }
+  for (const char* name : {"sway_deg/s^2", "sway (rad/s2)", "sway_acceleration"}) refused(name, "is an acceleration");
+  check_error(reading("time,sway\ns,deg/s\n0,1\n0.01,2\n"), {"sway (deg/s) is a velocity"});
+  check_error(reading("time,sway_deg,tilt_deg/s\n0,1,1\n0.01,2,2\n", {.tilt_column = "tilt_deg/s"}),
+              {"tilt_deg/s is a velocity", "--tilt-unit"});
+  CHECK(read("time,sway_deg,tilt_mrad\n0,1,1\n0.01,2,2\n", {.tilt_column = "tilt_mrad"})
+            .signals.at(platform_tilt)
+            .rad[1] == 2.0 * 1e-3);
+  // Beside an angle they are of no concern.
+  CHECK(read("time,sway_velocity_deg,sway_deg\n0,1,1\n0.01,2,2\n").signals.at(com_sway).column == "sway_deg");
 }
 
 TEST_CASE("the rate comes from the time, or from the user") {
@@ -127,17 +171,27 @@ TEST_CASE("the rate comes from the time, or from the user") {
   CHECK(warns(contradicted, "says 50 Hz"));
   CHECK(warns(contradicted, "given is 100 Hz"));
   CHECK_FALSE(warns(read("time,sway\n0,1\n0.02,2\n", {.rate_hz = 50.0}), "given"));
-  CHECK(warns(read("time,sway\n0,1\n10,2\n20,3\n"), "time_ms"));
+  CHECK(warns(read("time,sway\n0,1\n0.5,2\n1,3\n"), "time_ms"));
+  // Milliseconds taken for seconds, and seconds for milliseconds.
+  check_error(reading("time,sway\n0,1\n10,2\n20,3\n"), {"r.csv", "'time' says 0.1 Hz", "milliseconds", "time_ms"});
+  check_error(reading("time_us,sway\n0,1\n1,2\n2,3\n"), {"'time_us' says 1e+06 Hz", "seconds", "--rate"});
+  CHECK(read("time,sway\n0,1\n10,2\n20,3\n", {.rate_hz = 100.0}).rate_hz == 100.0);
   check_error(reading("sway\n1\n2\n"), {"r.csv", "no column of time", "--rate"});
   check_error(reading("time,sway\n0,1\n0.01,2\n0.02,3\n0.04,4\n"),
               {"sway lacks 1 sample (0.01 s) from 0.03 s", "--fill-gaps 0.01"});
-  check_error(reading("# c\n\ntime,sway\n0,1\n0.01,2\n0.01,3\n0.02,4\n"), {"line 6", "steps by 0,"});
-  check_error(reading("time,sway\n0.02,1\n0.01,2\n0,3\n"), {"line 3", "steps by -0.01"});
-  check_error(reading("time,sway\n0,1\n0,2\n0,3\n"), {"line 3", "steps by 0,"});
+  check_error(reading("# c\n\ntime,sway\n0,1\n0.01,2\n0.01,3\n0.02,4\n"), {"line 6: 'time' stands still"});
+  check_error(reading("time,sway\n0.02,1\n0.01,2\n0,3\n"), {"line 3: 'time' goes backwards, by 0.01"});
+  check_error(reading("time,sway\n0,1\n0,2\n0,3\n"), {"line 3: 'time' stands still"});
+  check_error(reading("time,sway\n0,1\n0.01,2\n0.01,3\n0.01,4\n"), {"line 4: 'time' stands still"});
   check_error(reading("time,sway\n0,1\nnoon,2\n0.02,3\n"), {"line 3, time", "'noon' is not a finite number"});
   CHECK(warns(read("time,sway\n0,1\nnoon,2\n0.02,3\n", {.rate_hz = 100.0}), "time is not used"));
-  for (const double rate : {0.0, -5.0, std::nan(""), HUGE_VAL}) {
-    check_error(reading("sway\n1\n2\n", {.rate_hz = rate}), {"Hz is not positive", "--rate"});
+  for (const double rate : {0.0, -5.0, 0.99, 100'001.0, std::nan(""), HUGE_VAL}) {
+    check_error(reading("sway\n1\n2\n", {.rate_hz = rate}), {"Hz is not from 1 to 100,000 Hz", "--rate"});
+    check_error([&] { recording_of(std::vector<double>{0.01, 0.02}, rate); }, {"recording", "Hz", "1 to 100,000"});
+  }
+  for (const double rate : {1.0, 100'000.0}) {
+    CHECK(read("sway\n1\n2\n", {.rate_hz = rate}).rate_hz == rate);
+    CHECK(recording_of(std::vector<double>{0.01, 0.02}, rate).rate_hz == rate);
   }
 }
 
@@ -149,7 +203,8 @@ TEST_CASE("files that are no recordings are refused") {
   check_error(reading("time,sway\n0,1\n"), {"only one sample"});
   check_error(reading(std::string("t\0i\0", 4)), {"not a text file in UTF-8"});
   check_error(reading("time,sway\n0,1\n0.01,2,3\n0.02,3\n"), {"line 3 has 3 columns", "before it 2"});
-  check_error(reading("time,sway\n0,1\n0.01\n0.02,3\n"), {"line 3 has 1 columns", "before it 2"});
+  check_error(reading("time,sway\n0,1\n0.01\n0.02,3\n"), {"line 3 has 1 column,", "before it 2"});
+  check_error(reading("{\"decid\": \"0.2.0\",\n \"recordings\": []}\n"), {"r.csv", "is JSON", "the recording itself"});
   check_error(reading("time,sway\n0,1\n0.01,x\n"), {"line 3, sway", "'x' is not a finite number", "#"});
   check_error(reading("time,sway\n0,1\n0.01,1.5.2\n"), {"line 3, sway", "'1.5.2' is not a finite number"});
   check_error(reading("time,sway\n0,1\n0.01,\n"), {"line 3, sway", "the cell is empty"});
@@ -160,14 +215,38 @@ TEST_CASE("files that are no recordings are refused") {
   check_error(reading("time,sway\ns,deg\n0,1\n0.01,x\n"), {"line 4, sway (deg)", "'x' is not a finite number"});
   check_error(reading("time,sway\n0,1\n0.01,1\n0.02,1\n"), {"sway is constant, 1 degrees", "--column"});
   check_error(reading("time,sway\n0,1\n0.01,91\n"), {"sway reaches 91 degrees", "--unit"});
-  check_error(reading("time,sway\n0,1\n0.01,2\n", {.unit = Unit::radian}), {"sway reaches 114.592 degrees"});
+  check_error(reading("time,sway\n0,1\n0.01,2\n", {.unit = Unit::radian}), {"sway reaches 115 degrees"});
 }
 
 TEST_CASE("odd sizes of sway are remarked on") {
   const RecordingOptions at_100{.rate_hz = 100.0};
-  CHECK(warns(read("sway_deg\n-21\n2\n", at_100), "reaches 21 degrees"));
+  const Recording large = read("sway_deg\n-21.2345\n2\n", at_100);
+  CHECK(warns(large, "reaches 21.2 degrees"));
+  CHECK(large.is_large);
+  CHECK_FALSE(read("sway_deg\n-19\n2\n", at_100).is_large);
   CHECK(warns(read("sway_deg\n1\n1.0005\n", at_100), "only 0.0005 degrees peak to peak"));
   CHECK(read("sway_deg\n1\n1.002\n19\n", at_100).warnings.empty());
+}
+
+TEST_CASE("samples in memory: errors and warnings name neither columns nor options") {
+  const auto plain = [](const std::string& text) {
+    INFO(text);
+    for (const char* part : {"--", "column"}) CHECK(text.find(part) == std::string::npos);
+  };
+  for (const std::vector<double>& bad : {std::vector<double>{}, {0.1}, {0.1, 0.1}, {0.1, 2.0}, {0.1, std::nan("")}}) {
+    try {
+      recording_of(bad, 100.0);
+      FAIL_CHECK("no Error");
+    } catch (const Error& error) {
+      CHECK(error.where() == "recording");
+      plain(error.what());
+    }
+  }
+  for (const std::vector<double>& odd : {std::vector<double>{0.1, 0.5}, {0.1, 0.100001}}) {
+    const Recording recording = recording_of(odd, 100.0);
+    REQUIRE(recording.warnings.size() == 1);
+    plain(recording.warnings.front());
+  }
 }
 
 TEST_CASE("absurd sizes are refused") {

@@ -220,6 +220,37 @@ TEST_CASE("a tilt that is noisy, too large, inverted or another is recognised as
   check_error([&] { bring_to_protocol(large, protocol, {.start_s = 1.0}); }, {"not both"});
 }
 
+TEST_CASE("of samples in memory neither errors nor warnings name files, columns or options") {
+  const sim::Protocol protocol = two_cycles();
+  const auto check_plain = [](const std::string& text) {
+    INFO(text);
+    for (const char* part : {"--", "decid ", "column", "r.csv"}) CHECK(text.find(part) == std::string::npos);
+  };
+  const auto refused = [&](Recording recording, const TrialOptions& options = {}) {
+    recording.file.clear();
+    try {
+      bring_to_protocol(recording, protocol, options);
+      FAIL_CHECK("no Error");
+    } catch (const Error& error) {
+      CHECK(error.where() == "recording");
+      CHECK_FALSE(error.remedy().empty());
+      check_plain(error.what());
+    }
+  };
+  refused(ramp(300));
+  refused(ramp(890));
+  refused(ramp(900), {.start_s = 9.5});
+  refused(with_tilt(protocol, 1.0, 12.0, 100.0), {.start_s = 1.0});
+  refused(with_tilt(protocol, 1.0, 12.0, 100.0, -1.0));
+  refused(with_tilt(protocol, 1.0, 12.0, 100.0, 0.0, 0.03));
+  for (Recording recording : {ramp(1200), ramp(895), with_tilt(protocol, 1.0, 12.0, 100.0, 1.25, 0.03)}) {
+    recording.file.clear();
+    bring_to_protocol(recording, protocol);
+    CHECK_FALSE(recording.warnings.empty());
+    for (const std::string& warning : recording.warnings) check_plain(warning);
+  }
+}
+
 TEST_CASE("a stimulus that repeats is found at its first cycle") {
   sim::Protocol protocol = tiny_protocol(), longer = tiny_protocol();
   longer.sequence().cycles = 3;

@@ -23,6 +23,17 @@ DatasetRequest request(int count, int base, std::uint64_t seed = 3) {
   return {tiny_protocol(), count, base, seed};
 }
 
+/// A trial of a data set by itself.
+struct BaseTrial {
+  sim::Parameters parameters;
+  sim::Outcome outcome;
+};
+BaseTrial simulate_base_trial(const sim::Simulator& simulator, std::uint64_t seed, std::uint64_t attempt,
+                              std::span<double> sway_rad) {
+  const sim::TrialInput trial = base_trial(simulator.protocol().parameters(), seed, attempt);
+  return {trial.parameters, simulator.run(trial.parameters, trial.noise, sway_rad)};
+}
+
 class Threads {
  public:
   explicit Threads(int count) : before_(omp_get_max_threads()) { omp_set_num_threads(count); }

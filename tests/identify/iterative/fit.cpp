@@ -125,6 +125,8 @@ TEST_CASE("fit: what it cannot be asked") {
   CHECK_THROWS_AS(fit(simulator, sway, {}, {}), Error);
   CHECK_THROWS_AS(fit(simulator, sway, starts, {least_simulations(1) - 1, 1}), Error);
   CHECK_THROWS_AS(fit(simulator, std::span(sway).subspan(1), starts, {}), Error);
+  CHECK_THROWS_WITH_AS(fit(simulator, sway, std::vector<Start>{starts.front(), Start{}}, {}),
+                       doctest::Contains("a start with 0 parameters; give all 7"), Error);
 }
 
 }  // namespace decid::iterative

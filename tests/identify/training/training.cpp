@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/sha256.hpp"
 #include "identify/prediction.hpp"
+#include "identify/training/checkpoint.hpp"
 #include "tests/near.hpp"
 
 namespace decid::tools {
@@ -208,7 +209,7 @@ TEST_CASE("a training that diverges says so") {
   TrainingState state = start_training(*source, settings);
   CHECK_THROWS_WITH_AS(run_training(
                            *source, settings, state, [](int, int) { return true; }, [] {}),
-                       doctest::Contains("lower --lr"), Error);
+                       doctest::Contains("lower the learning rate"), Error);
 }
 
 TEST_CASE("learning from few trials goes below the error of the mean") {

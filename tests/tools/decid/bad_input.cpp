@@ -54,7 +54,7 @@ TEST_CASE("no output replaces what the call reads") {
     check_refused("dataset --count 3" + with + " -o " + folder / "d.npz" + " --report " + folder / output,
                   {output, "read or written already"});
     check_refused("train" + quick + with + o, {output, "read or written already"});
-    check_refused("fit " + folder / "r.csv" + " --start middle" + with + o, {output, "read or written already"});
+    check_refused("fit " + folder / "r.csv" + with + o, {output, "read or written already"});
   }
   check_refused("train" + quick + " --image " + folder / "image.json" + " -o " + folder / "image.json",
                 {"image.json", "read or written already"});
@@ -142,6 +142,21 @@ TEST_CASE("wrong usage") {
   check_refused("identify x.csv --unit furlong", {"furlong"});
   CHECK_FALSE(std::filesystem::exists("x.csv"));
   CHECK_FALSE(std::filesystem::exists("x.npz"));
+  // No command writes to standard output under that name.
+  for (const std::string command :
+       {"simulate", "stimulus", "dataset --count 4", "train --stream", "identify x.csv", "identify x.csv --json",
+        "fit x.csv", "compare", "study", "export c", "export controller", "export sway x.csv"}) {
+    check_refused(command + " -o -", {"--output", "'-' is no file", "--json"});
+    check_refused(command + " --output=-", {"'-' is no file"});
+  }
+  CHECK_FALSE(std::filesystem::exists("-"));
+}
+
+TEST_CASE("help gives units apart from figures") {
+  const std::string help = run_decid("simulate --help").out;
+  CHECK(help.find("N m/rad") != std::string::npos);
+  for (const char* joined : {"0N m", "1N m", "2N m", "3N m", "4N m", "5N m", "6N m", "7N m", "8N m", "9N m"})
+    CHECK(help.find(joined) == std::string::npos);
 }
 
 TEST_CASE("parameters that do not stand write no trial") {
@@ -164,6 +179,11 @@ TEST_CASE("recordings that cannot be used") {
   check_recording_refused(recording(12100, 100, [](int k) { return std::to_string(k % 200); }),
                           {"lying flat", "--unit"});
   check_recording_refused("time,COM_x_mm\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"COM_x_mm", "length", "height"});
+  check_recording_refused("time,sway_deg/s\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"sway_deg/s", "a velocity", "--unit"});
+  check_recording_refused("time,sway,sway\n0,0.1,1\n0.01,0.2,2\n", {"numbers 2 and 3", "--column"});
+  check_recording_refused(recording(12100, 100, wave), {"'time'", "its column of time", "--column"}, "--column time");
+  check_recording_refused(recording(12100, 0.1, wave), {"0.1 Hz", "milliseconds", "time_ms"});
+  check_recording_refused("{\n  \"model\": \"built-in model\"\n}\n", {"r.csv", "is JSON"});
   check_recording_refused(std::string("\x00\x01\x02\xff\xfe binary", 12), {"r.csv"});
 }
 
@@ -196,6 +216,7 @@ TEST_CASE("a wrong unit is suspected, not refused") {
     CAPTURE(name);
     CHECK(result.code == 0);
     CHECK(result.out.find("--unit") != std::string::npos);
+    CHECK(result.out.find("sway reaches") == result.out.rfind("sway reaches"));  // said once
   }
 }
 

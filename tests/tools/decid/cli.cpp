@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/text.hpp"
 #include "sim/body_model.hpp"
 #include "sim/protocol.hpp"
 #include "tests/near.hpp"
@@ -87,6 +88,28 @@ TEST_CASE("stimulus writes the tilt that simulate plays") {
   const auto trial = read_csv(folder / "trial.csv", header);
   REQUIRE(stimulus.size() == trial.size());
   for (std::size_t k = 0; k < trial.size(); ++k) CHECK(stimulus[k][1] == trial[k][2]);
+}
+
+TEST_CASE("export sway reads recordings as identify does, and counts of one are in the singular") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  CHECK(run_decid("export sway " + folder / "t.csv" + " -o " + folder / "s.bin").err.starts_with("1 trial of 12100"));
+  CHECK(run_decid("export sway " + folder / "t.csv" + " " + folder / "t.csv" + " -o " + folder / "s.bin")
+            .err.starts_with("2 trials of 12100"));
+  // The same options as identify's: a recording in radians under another name, inverted, is the same one.
+  std::string header, text = "leaning,COM_y\n";
+  for (const auto& row : read_csv(folder / "t.csv", header))
+    text += decid::format("%.17g,0\n", -row[1] * decid::sim::rad_per_deg);
+  decid::test::write_text(folder / "u.csv", text);
+  REQUIRE(run_decid("export sway " + folder / "t.csv" + " -o " + folder / "t.bin").code == 0);
+  REQUIRE(run_decid("export sway --column leaning --unit rad --rate 100 --invert sway " + folder / "u.csv" + " -o " +
+                    folder / "u.bin")
+              .code == 0);
+  CHECK(decid::test::read_text(folder / "t.bin") == decid::test::read_text(folder / "u.bin"));
+
+  REQUIRE(run_decid("identify " + folder / "t.csv" + " -o " + folder / "r.json").code == 0);
+  decid::test::check_refused("export controller --recording 2 " + folder / "r.json" + " -o " + folder / "out",
+                             {"has 1 recording, and none of number 2", "--recording"});
 }
 
 TEST_CASE("identify prints, writes JSON and a report") {
@@ -364,7 +387,7 @@ TEST_CASE("an offset of the sensor is noticed") {
     shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 1.5) + "\n";
   decid::test::write_text(folder / "b.csv", shifted);
   CHECK(run_decid("identify " + folder / "a.csv").out.find("offset") == std::string::npos);
-  CHECK(run_decid("identify " + folder / "b.csv").out.find("--detrend offset") != std::string::npos);
+  CHECK(run_decid("identify " + folder / "b.csv").out.find("detrend by offset") != std::string::npos);
   CHECK(run_decid("identify --detrend offset " + folder / "b.csv").out.find("warning: the sway's mean") ==
         std::string::npos);
 }

@@ -327,3 +327,14 @@ TEST_CASE("a stopped training on fresh trials goes on with its own protocol only
                             folder / "err" + " & child=$!; sleep 1; kill -INT $child; wait $child; test $? -eq 1";
   CHECK(std::system(again.c_str()) == 0);
 }
+
+TEST_CASE("stimulus gives the tilt's size in words") {
+  const Folder folder;
+  for (const auto& [amplitude, text] : {std::pair("0.5", "tilt 1 degree peak"), {"1", "tilt 2 degrees peak"}}) {
+    decid::test::write_text(folder / "p.json",
+                            std::string(R"({"sines": {"cycle_s": 4, "components": [{"frequency_hz": 0.25, )") +
+                                R"("amplitude_deg": )" + amplitude + "}]}}");
+    CHECK(run_decid("stimulus --protocol " + folder / "p.json" + " -o " + folder / "s.csv").err.find(text) !=
+          std::string::npos);
+  }
+}

@@ -1,5 +1,5 @@
 /* ---- The image ------------------------------------------------------------------------------------------------------
-   What the network sees of the spectra: decid's dataset/image.hpp. Rows are frequencies, columns windows. */
+   What the network sees of the spectra: decid's dataset/image/image.hpp. Rows are frequencies, columns windows. */
 
 #define MODULUS_FLOOR_RAD 1e-6
 #define ASINH_KNEE_RAD 1e-3
