@@ -176,10 +176,10 @@ ComparisonFigures compare(const CompareOptions& options) {
     add(mean_name, mean_text, means, simulations, seconds);
     state_ratio(ratio2);
   };
-  fit_all(false, "fit", "Fit from the middle of the ranges, mean of the likely parameters", "fit, likeliest",
-          "The same fit, the single likeliest parameters: what a fit usually returns");
-  fit_all(true, "fit from network", "Fit from the network's answer, mean of the likely parameters",
-          "fit from network, likeliest", "The same fit, the single likeliest parameters");
+  fit_all(false, "iterative fit", "Iterative fit from the middle of the ranges, mean of the likely parameters",
+          "iterative fit, likeliest", "The same fit, the single likeliest parameters: what a fit usually returns");
+  fit_all(true, "iterative fit from network", "Iterative fit from the network's answer, mean of the likely parameters",
+          "iterative fit from network, likeliest", "The same fit, the single likeliest parameters");
   return figures;
 }
 

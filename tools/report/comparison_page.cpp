@@ -81,8 +81,8 @@ std::string comparison_html(const ComparisonFigures& figures) {
   Json data = comparison_json(figures);
   data["protocol"] = protocol_figures(figures.protocol);
   const std::string script = std::string(embedded::method_table_js()) + std::string(embedded::comparison_js());
-  return page_html({.title = "Network and iterative fit",
-                    .lead = "Three ways to identify the same simulated trials, whose parameters are known.",
+  return page_html({.title = "Network, posterior and iterative fit",
+                    .lead = "Ways to identify the same simulated trials, whose parameters are known.",
                     .script = script},
                    data);
 }

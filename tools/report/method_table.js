@@ -21,7 +21,7 @@ function methodComparison(comparison) {
   const [low, high] = comparison.sensor_noise_deg;
   const noise = high === 0 ? "no sensor noise" : `sensor noise of ${compact(low)}${low === high ? "" : ` to ${compact(high)}`} deg`;
   const s = number => number === 1 ? "" : "s";
-  return [element("h3", {}, `Network and iterative fit: ${comparison.trials} trials, ${noise}`),
+  return [element("h3", {}, `Network, posterior and iterative fit: ${comparison.trials} trials, ${noise}`),
     element("p", { class: "about" }, `Trials: ${comparison.trials_from}. Network: ${comparison.model}. Fits: up to ` +
       `${comparison.budget.toLocaleString("en-US")} simulations, ${comparison.starts} start${s(comparison.starts)} (from the network: 1), ` +
       `${comparison.threads} thread${s(comparison.threads)}.`),

@@ -144,7 +144,7 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
     CHECK(method["seconds"].get<double>() > 0);
     const std::string name = method["name"];
     CHECK(method["error_per_standard_error"].is_number() ==
-          (name == "fit" || name == "fit from network" || name == "posterior"));
+          (name == "iterative fit" || name == "iterative fit from network" || name == "posterior"));
   }
   CHECK(result.out == read_text(folder / "c.json"));
   // A study of the same model shows it, of another not.
@@ -152,7 +152,7 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   const auto studied = run_decid(study + " --comparison " + folder / "c.json");
   CAPTURE(studied.err);
   REQUIRE(studied.code == 0);
-  CHECK(studied.out.find("| fit from network |") != std::string::npos);
+  CHECK(studied.out.find("| iterative fit from network |") != std::string::npos);
   const Json study_json = Json::parse(read_text(folder / "study/study.json"));
   CHECK(study_json["comparisons"] == Json::array({json}));
   CHECK(read_text(folder / "study/report.html").find("fit from network") != std::string::npos);
