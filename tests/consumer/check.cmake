@@ -49,7 +49,7 @@ run(${scratch}/parts/inference)
 if(EXISTS ${scratch}/moved/lib/libdecid_npz.a)
   refuse("libzip" -D WANTED=image,nn,npz ${without})
 endif()
-refuse("it has no component 'imgae'; the components installed here are base, sim, nn, image" -D WANTED=imgae,nn)
+refuse("it has no component 'imgae'; the components installed here are base, sim, posterior, nn" -D WANTED=imgae,nn)
 
 # No header that is private is there.
 foreach(header base/json_object.hpp sim/stimulus_json.hpp dataset/npz/zip.hpp nn/kernels/generic.hpp)

@@ -49,6 +49,7 @@ void add_train(const Command& program);
 void add_evaluate(const Command& program);
 void add_identify(const Command& program);
 void add_fit(const Command& program);
+void add_calibrate(const Command& program);
 void add_compare(const Command& program);
 void add_study(const Command& program);
 void add_info(const Command& program);

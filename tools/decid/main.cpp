@@ -42,6 +42,7 @@ int run(int argc, char** argv) {
   top.footer("Example: decid identify recording.csv --report report.html");
   decid::tools::add_identify(top);
   decid::tools::add_fit(top);
+  decid::tools::add_calibrate(top);
   decid::tools::add_compare(top);
   decid::tools::add_simulate(top);
   decid::tools::add_stimulus(top);

@@ -125,6 +125,33 @@ TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_s
   CHECK(near(mgh, 838.98, 1e-3));
 }
 
+TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest::test_suite("slow")) {
+  const Folder folder;
+  const std::string command =
+      "calibrate --quiet --protocol short --sensor-noise 0.02 --most-draws 8 --groups 1 --json -o " + folder / "c.json";
+  REQUIRE(run_decid(command + " --trials 1").code == 0);
+  const auto result = run_decid(command + " --trials 2 --resume");
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  CHECK(result.out == read_text(folder / "c.json"));
+  Json resumed = Json::parse(result.out);
+  CHECK(resumed["calibration"]["trials"] == 2);
+  CHECK(resumed["calibration"]["parameters"].size() == decid::sim::single_pendulum().parameters.size());
+  CHECK(resumed["calibration"]["all"]["mse"].get<double>() < 1.0);
+  for (const Json& trial : resumed["trials"])
+    for (const Json& below : trial["below"]) CHECK((below.get<double>() >= 0.0 && below.get<double>() <= 1.0));
+  const auto at_once = run_decid(command + "2 --trials 2");
+  Json whole = Json::parse(at_once.out);
+  for (Json* json : {&resumed, &whole})
+    for (Json& trial : (*json)["trials"]) trial.erase("seconds");
+  CHECK(resumed == whole);
+  check_refused(command + " --trials 2 --resume --seed 4", {"c.json", "other settings"});
+  write_text(folder / "c.json", "{}");
+  check_refused(command + " --trials 2 --resume", {"c.json", "not a calibration"});
+  check_refused("calibrate --resume", {"--resume", "--output"});
+  check_refused("calibrate --trials 0", {"--trials"});
+}
+
 TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::test_suite("slow")) {
   const Folder folder;
   const auto result = run_decid("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" +

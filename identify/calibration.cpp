@@ -1,0 +1,82 @@
+// Simulation-based calibration: see calibration.hpp.
+#include "identify/calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+
+namespace decid {
+namespace {
+
+constexpr double kolmogorov_95 = 1.36;
+
+/// The largest distance of the empirical distribution of values in [0, 1] from the uniform one.
+double distance_from_uniform(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const auto count = static_cast<double>(values.size());
+  double largest = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto before = static_cast<double>(i);
+    largest = std::max({largest, values[i] - before / count, (before + 1.0) / count - values[i]});
+  }
+  return largest;
+}
+
+}  // namespace
+
+CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found) {
+  CalibratedTrial trial;
+  trial.truth = truth;
+  trial.mean = trial.deviation = sim::Parameters(truth.size());
+  for (std::size_t p = 0; p < truth.size(); ++p) {
+    const int quantity = static_cast<int>(p);
+    trial.mean[p] = found.mean(quantity);
+    trial.deviation[p] = found.deviation(quantity);
+    const auto below = std::ranges::count_if(
+        found.states(), [&](const posterior::State& state) { return state.parameters[p] < truth[p]; });
+    trial.below.push_back(static_cast<double>(below) / found.draws());
+  }
+  trial.rhat = *std::ranges::max_element(found.rhat());
+  trial.effective_draws = *std::ranges::min_element(found.effective_draws());
+  trial.agreed = found.agreed();
+  return trial;
+}
+
+Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation) {
+  if (trials.empty()) throw Error("calibration", "has no trials", "give one at least");
+  Calibration result;
+  result.trials = static_cast<int>(trials.size());
+  result.agreed = static_cast<int>(std::ranges::count_if(trials, &CalibratedTrial::agreed));
+  const auto count = static_cast<double>(trials.size());
+  result.band = kolmogorov_95 / std::sqrt(count);
+  for (std::size_t p = 0; p < deviation.size(); ++p) {
+    ParameterCalibration& of = result.parameters.emplace_back();
+    std::vector<double> below;
+    for (const CalibratedTrial& trial : trials) {
+      const double error = (trial.mean[p] - trial.truth[p]) / deviation[p], spread = trial.deviation[p] / deviation[p];
+      of.mse += error * error / count;
+      of.promised += spread * spread / count;
+      const double off_centre = std::abs(trial.below[p] - 0.5);
+      of.covered50 += off_centre <= 0.25 ? 1.0 / count : 0.0;
+      of.covered90 += off_centre <= 0.45 ? 1.0 / count : 0.0;
+      below.push_back(trial.below[p]);
+    }
+    of.distance = distance_from_uniform(std::move(below));
+    const auto parameters = static_cast<double>(deviation.size());
+    result.all.mse += of.mse / parameters;
+    result.all.promised += of.promised / parameters;
+    result.all.covered50 += of.covered50 / parameters;
+    result.all.covered90 += of.covered90 / parameters;
+    result.all.distance = std::max(result.all.distance, of.distance);
+  }
+  return result;
+}
+
+Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation) {
+  std::vector<CalibratedTrial> agreeing;
+  std::ranges::copy_if(trials, std::back_inserter(agreeing), &CalibratedTrial::agreed);
+  return calibration_of(agreeing, deviation);
+}
+
+}  // namespace decid

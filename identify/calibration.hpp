@@ -1,0 +1,50 @@
+// Simulation-based calibration: trials whose parameters are drawn from the prior, and what their posteriors say of
+// them. If the posteriors are right, the truth lies anywhere among their draws with equal probability. Talts,
+// Betancourt, Simpson, Vehtari, Gelman, arXiv:1804.06788.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "identify/posterior/posterior.hpp"
+
+namespace decid {
+
+/// One trial and its posterior, a value a parameter.
+struct CalibratedTrial {
+  std::uint64_t attempt = 0;  ///< of the base trials of a seed (dataset::base_trial)
+  sim::Parameters truth, mean, deviation;
+  std::vector<double> below;  ///< the share of the draws below the truth
+  double rhat = 0.0;          ///< the largest
+  double effective_draws = 0.0;
+  bool agreed = false;
+  double seconds = 0.0;
+};
+
+/// The posterior of a simulated trial beside its truth.
+CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found);
+
+/// Over trials, for one parameter.
+struct ParameterCalibration {
+  double mse = 0.0;                         ///< of the mean, over `deviation` squared
+  double promised = 0.0;                    ///< mean variance of the draws, over the same
+  double covered50 = 0.0, covered90 = 0.0;  ///< share of the truths in the central intervals
+  /// The largest distance of the shares `below` from uniform (Kolmogorov and Smirnov). Beyond 1.36 / sqrt(trials),
+  /// which is also the half width of a band about the distribution, with probability 0.05 if the posteriors are right.
+  double distance = 0.0;
+};
+
+struct Calibration {
+  int trials = 0, agreed = 0;
+  std::vector<ParameterCalibration> parameters;
+  ParameterCalibration all;  ///< means over the parameters; the largest distance
+  double band = 0.0;         ///< 1.36 / sqrt(trials)
+};
+
+/// deviation: what errors are divided by, that of the trials' prior. Throws Error without any trial.
+Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
+/// Of those whose chains agree alone.
+Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
+
+}  // namespace decid

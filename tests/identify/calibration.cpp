@@ -1,0 +1,62 @@
+// Calibration figures of made-up trials whose answers are known.
+#include "identify/calibration.hpp"
+
+#include <cmath>
+
+#include "base/random.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::test;
+
+namespace {
+
+/// Normal posteriors of deviation `stated` whose means err by deviation 1.
+std::vector<CalibratedTrial> trials_of(double stated, int count) {
+  std::vector<CalibratedTrial> trials;
+  for (int i = 0; i < count; ++i) {
+    CalibratedTrial& trial = trials.emplace_back();
+    const double error = Random(3, Stream::posterior, 0).normal(static_cast<std::uint64_t>(i));
+    trial.truth = {10.0, 0.0};
+    trial.mean = {10.0 + 2.0 * error, 0.0};
+    trial.deviation = {2.0 * stated, 1.0};
+    const double z = -error / stated;
+    trial.below = {0.5 * std::erfc(-z / std::sqrt(2.0)), (i + 0.5) / count};
+    trial.agreed = i % 4 != 0;
+  }
+  return trials;
+}
+
+}  // namespace
+
+TEST_CASE("calibration_of: right posteriors are covered as they should be") {
+  constexpr int count = 2000;
+  const Calibration found = calibration_of(trials_of(1.0, count), {2.0, 4.0});
+  CHECK(found.trials == count);
+  CHECK(found.agreed == count * 3 / 4);
+  // 4 standard errors.
+  CHECK(near(found.parameters[0].mse, 1.0, 4.0 * std::sqrt(2.0 / count)));
+  CHECK(near(found.parameters[0].promised, 1.0, 1e-12));
+  CHECK(within(found.parameters[0].covered50, 0.5, 4.0 * 0.5 / std::sqrt(count)));
+  CHECK(within(found.parameters[0].covered90, 0.9, 4.0 * 0.3 / std::sqrt(count)));
+  CHECK(found.parameters[0].distance < 1.5 * found.band);
+  CHECK(near(found.band, 1.36 / std::sqrt(count), 1e-12));
+  CHECK(found.parameters[1].mse == 0.0);
+  CHECK(near(found.parameters[1].promised, 1.0 / 16.0, 1e-12));
+  CHECK(near(found.parameters[1].distance, 0.5 / count, 1e-9));
+  CHECK(near(found.all.mse, 0.5 * found.parameters[0].mse, 1e-12));
+  CHECK(found.all.distance == found.parameters[0].distance);
+}
+
+TEST_CASE("calibration_of: posteriors that promise too much are found out") {
+  const Calibration found = calibration_of(trials_of(0.5, 400), {2.0, 4.0});
+  CHECK(found.parameters[0].mse > 3.0 * found.parameters[0].promised);
+  CHECK(found.parameters[0].covered90 < 0.7);
+  CHECK(found.parameters[0].distance > found.band);
+}
+
+TEST_CASE("calibration_of: those that agree alone, and none") {
+  const std::vector<CalibratedTrial> trials = trials_of(1.0, 40);
+  CHECK(calibration_of_agreeing(trials, {2.0, 4.0}).trials == 30);
+  check_error([] { calibration_of({}, {1.0}); }, {"calibration", "no trials"});
+}

@@ -1,0 +1,235 @@
+// decid calibrate: posteriors of trials with known parameters, and whether they keep what they promise.
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/json_object.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "dataset/sets/dataset.hpp"
+#include "identify/calibration.hpp"
+#include "sim/noise.hpp"
+#include "sim/protocol_json.hpp"
+#include "sim/simulate.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/progress.hpp"
+#include "tools/report/parameters_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+struct CalibrateOptions {
+  CommonOptions common;
+  ProtocolOptions protocol;
+  int trials = 300;
+  std::uint64_t seed = 2026;
+  bool resume = false;
+  std::string output;
+  posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
+  posterior::Settings settings;
+};
+
+/// What must be the same for trials to be of one calibration.
+Json settings_json(const CalibrateOptions& options, const sim::Protocol& protocol) {
+  return {{"version", version},
+          {"protocol", parse_json(sim::to_json(protocol), "protocol")},
+          {"seed", options.seed},
+          {"prior_start_s", options.priors.start_s},
+          {"prior_gain", options.priors.gain},
+          {"groups", options.settings.groups},
+          {"leaps", options.settings.leaps},
+          {"least_draws", options.settings.least_draws},
+          {"most_draws", options.settings.most_draws}};
+}
+
+Json values_json(const sim::Parameters& values) {
+  return std::vector<double>(values.begin(), values.end());
+}
+
+sim::Parameters values_from(const Json& json) {
+  sim::Parameters values(json.size());
+  for (std::size_t p = 0; p < values.size(); ++p) values[p] = json.at(p).get<double>();
+  return values;
+}
+
+Json trial_json(const CalibratedTrial& trial) {
+  return {{"attempt", trial.attempt},
+          {"truth", values_json(trial.truth)},
+          {"mean", values_json(trial.mean)},
+          {"sd", values_json(trial.deviation)},
+          {"below", trial.below},
+          {"rhat", number_or_null(trial.rhat)},
+          {"effective_draws", trial.effective_draws},
+          {"agreed", trial.agreed},
+          {"seconds", trial.seconds}};
+}
+
+CalibratedTrial trial_from(const Json& json) {
+  CalibratedTrial trial;
+  trial.attempt = json.at("attempt").get<std::uint64_t>();
+  trial.truth = values_from(json.at("truth"));
+  trial.mean = values_from(json.at("mean"));
+  trial.deviation = values_from(json.at("sd"));
+  trial.below = json.at("below").get<std::vector<double>>();
+  trial.rhat = json.at("rhat").is_null() ? 1e300 : json.at("rhat").get<double>();
+  trial.effective_draws = json.at("effective_draws").get<double>();
+  trial.agreed = json.at("agreed").get<bool>();
+  trial.seconds = json.at("seconds").get<double>();
+  return trial;
+}
+
+/// The trials of an earlier call with the same settings.
+std::vector<CalibratedTrial> earlier_trials(const CalibrateOptions& options, const Json& settings) {
+  std::vector<CalibratedTrial> trials;
+  if (!options.resume || !std::filesystem::exists(options.output)) return trials;
+  const Json json = parse_json(read_file(options.output), options.output);
+  try {
+    if (json.at("settings") != settings)
+      throw Error(options.output, "is of other settings", "give those of the call that wrote it, or another name");
+    for (const Json& trial : json.at("trials")) trials.push_back(trial_from(trial));
+  } catch (const Json::exception&) {
+    throw Error(options.output, "is not a calibration", "give the file that decid calibrate -o wrote");
+  }
+  return trials;
+}
+
+Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
+  const auto one = [](const ParameterCalibration& of) {
+    return Json{{"mse", of.mse},
+                {"promised", of.promised},
+                {"covered50", of.covered50},
+                {"covered90", of.covered90},
+                {"distance", of.distance}};
+  };
+  Json json{{"trials", found.trials}, {"agreed", found.agreed}, {"band", found.band}, {"all", one(found.all)}};
+  for (std::size_t p = 0; p < table.size(); ++p) json["parameters"][table[p].name] = one(found.parameters[p]);
+  return json;
+}
+
+std::string figures_text(const sim::ParameterTable& table, const Calibration& found) {
+  std::string text = "| | MSE | promised | in 50 % | in 90 % | distance |\n|---|---|---|---|---|---|\n";
+  const auto line = [&](const std::string& name, const ParameterCalibration& of) {
+    text += format("| %s | %.4f | %.4f | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.promised, of.covered50,
+                   of.covered90, of.distance);
+  };
+  for (std::size_t p = 0; p < table.size(); ++p) line(table[p].name, found.parameters[p]);
+  line("all", found.all);
+  return text;
+}
+
+/// Valid trials of the seed from this attempt on.
+class Trials {
+ public:
+  Trials(const sim::Protocol& protocol, std::uint64_t seed, std::uint64_t first)
+      : simulator_(protocol), seed_(seed), next_(first) {}
+
+  struct Trial {
+    std::uint64_t attempt;
+    sim::Parameters truth;
+    std::vector<float> sway_rad;
+  };
+  Trial next() {
+    const sim::Protocol& protocol = simulator_.protocol();
+    std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
+    for (int tried = 0; tried < 10'000; ++tried) {
+      const std::uint64_t attempt = next_++;
+      const sim::TrialInput input = dataset::base_trial(protocol.parameters(), seed_, attempt);
+      if (!simulator_.run(input.parameters, input.noise, sway).valid) continue;
+      sim::add_sensor_noise(protocol.noise.sensor, seed_, attempt, sway);
+      return {attempt, input.parameters, {sway.begin(), sway.end()}};
+    }
+    throw Error("protocol " + protocol.name, "10,000 trials in a row fell", "use a smaller stimulus or less noise");
+  }
+
+ private:
+  sim::Simulator simulator_;
+  std::uint64_t seed_, next_;
+};
+
+void run_calibrate(const CalibrateOptions& options) {
+  catch_interrupt();
+  std::vector<std::string> inputs;
+  const sim::Protocol protocol = options.protocol.load(&inputs);
+  refuse_same_file(options.output, inputs);
+  if (!options.output.empty()) PendingFile probe(options.output);
+  if (options.resume && options.output.empty())
+    throw Error("--resume", "needs --output", "name the file to go on with");
+  const Json settings = settings_json(options, protocol);
+  std::vector<CalibratedTrial> trials = earlier_trials(options, settings);
+  const posterior::Density density(protocol, options.priors);
+  Trials source(protocol, options.seed, trials.empty() ? 0 : trials.back().attempt + 1);
+  const sim::ParameterTable& table = protocol.parameters();
+  // Of uniform draws: errors do not depend on which trials were valid.
+  sim::Parameters deviation(table.size());
+  for (std::size_t p = 0; p < table.size(); ++p) deviation[p] = table[p].range() / std::sqrt(12.0);
+
+  const auto document = [&] {
+    Json all = Json::array();
+    for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
+    Json json{{"settings", settings}, {"calibration", figures_json(table, calibration_of(trials, deviation))}};
+    const bool some = std::ranges::any_of(trials, &CalibratedTrial::agreed);
+    json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, deviation)) : Json(nullptr);
+    json["trials"] = std::move(all);
+    return json.dump(1) + "\n";
+  };
+  {
+    ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
+    bar.go_on_from(static_cast<long long>(trials.size()));
+    while (static_cast<int>(trials.size()) < options.trials && !interrupted()) {
+      const Trials::Trial trial = source.next();
+      const auto begin = std::chrono::steady_clock::now();
+      posterior::Settings of_trial = options.settings;
+      of_trial.seed = trial.attempt;
+      const posterior::Posterior found = posterior::sample(density, density.observe(trial.sway_rad), of_trial, {},
+                                                           [](const posterior::Progress&) { return !interrupted(); });
+      if (interrupted()) break;
+      trials.push_back(calibrate(trial.truth, found));
+      trials.back().attempt = trial.attempt;
+      trials.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      if (!options.output.empty()) write_file(options.output, document());
+      bar.update(static_cast<long long>(trials.size()));
+    }
+  }
+  if (trials.empty()) throw std::runtime_error("stopped before a trial was done");
+  const Calibration found = calibration_of(trials, deviation);
+  if (options.common.json) {
+    std::cout << document();
+  } else {
+    std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95 %%)\n\n",
+                        found.trials, found.agreed, found.band)
+              << figures_text(table, found);
+  }
+  if (interrupted())
+    throw std::runtime_error(format("stopped after %zu of %d trials%s", trials.size(), options.trials,
+                                    options.output.empty() ? "" : "; --resume goes on"));
+}
+
+}  // namespace
+
+void add_calibrate(const Command& program) {
+  auto options = std::make_shared<CalibrateOptions>();
+  const Command command = program.add_subcommand(
+      "calibrate", "Do the posteriors of fit keep what they promise? On trials of known parameters");
+  command.add_option("--trials", options->trials, "How many").show_default().range(1, 1'000'000);
+  add_protocol_options(command, options->protocol);
+  add_seed_option(command, options->seed, "Of the trials");
+  command.add_option("--prior-start", options->priors.start_s, "As for fit; 0: known").show_default().range(0.0, 0.5);
+  command.add_option("--prior-gain", options->priors.gain, "As for fit; 0: known").show_default().range(0.0, 0.5);
+  command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
+  command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
+  add_output_option(command, options->output, "JSON file to write, anew after every trial");
+  command.add_flag("--resume", options->resume, "Go on with the trials that the file has");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json");
+  command.callback([options] {
+    options->settings.least_draws = std::min(options->settings.least_draws, options->settings.most_draws);
+    apply(options->common);
+    run_calibrate(*options);
+  });
+}
+
+}  // namespace decid::tools
