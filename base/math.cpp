@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "base/math_lanes.hpp"
 
@@ -82,6 +83,8 @@ double log(double x) noexcept {
 }
 
 double exp(double x) noexcept {
+  constexpr double largest = 700.0;
+  if (!(x >= -largest && x <= largest)) return x < 0.0 ? 0.0 : x > 0.0 ? std::numeric_limits<double>::infinity() : x;
   const double k = std::floor(x * log2_e + 0.5);
   const double r = (x - k * ln2_hi) - k * ln2_lo;  // |r| <= ln 2 / 2, the first difference is exact
   double sum = 1.0 / 6227020800;                   // 1 / 13!

@@ -159,6 +159,31 @@ TEST_CASE("exp: within its bound") {
   CHECK(decid::exp(0.0) == 1.0);
 }
 
+TEST_CASE("exp: beyond its range, and NaN") {
+  CHECK(decid::exp(-700.5) == 0.0);
+  CHECK(decid::exp(-infinity) == 0.0);
+  CHECK(decid::exp(700.5) == infinity);
+  CHECK(decid::exp(infinity) == infinity);
+  CHECK(std::isnan(decid::exp(std::nan(""))));
+}
+
+TEST_CASE("normal_distribution: within its bound") {
+  double worst = 0.0, worst_far = 0.0;
+  for (int i = -3700; i <= 900; ++i) {
+    const double x = i * 0.01 + 0.0037;
+    const long double exact = 0.5L * std::erfc(-static_cast<long double>(x) / std::sqrt(2.0L));
+    const double error = static_cast<double>(std::abs(decid::normal_distribution(x) / exact - 1.0L));
+    double& largest = x > -8.0 ? worst : worst_far;
+    largest = std::max(largest, error);
+  }
+  CHECK(worst < 2e-14);
+  CHECK(worst_far < 3e-13);
+  CHECK(decid::normal_distribution(0.0) == 0.5);
+  CHECK(decid::normal_distribution(40.0) == 1.0);
+  CHECK(decid::normal_distribution(-40.0) == 0.0);
+  CHECK(decid::normal_distribution(-1e300) == 0.0);
+}
+
 TEST_CASE("atan2: within its bound") {
   double worst = 0.0;
   const auto test = [&](double y, double x) {

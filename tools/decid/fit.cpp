@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/text.hpp"
 #include "dataset/recording/protocol_file.hpp"
 #include "identify/fit_recordings.hpp"
 #include "sim/protocol_json.hpp"
@@ -26,7 +27,7 @@ struct FitOptions {
 };
 
 /// The protocol that was asked for, with the subject's body if one was described.
-sim::Protocol protocol_of(const FitOptions& options, std::optional<sim::Protocol> given, const Model& model) {
+sim::Protocol protocol_of(const FitOptions& options, const std::optional<sim::Protocol>& given, const Model& model) {
   sim::Protocol protocol = given.value_or(model.protocol);
   if (options.mass_kg.has_value() != options.height_m.has_value())
     throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
@@ -51,7 +52,7 @@ void run_fit(const FitOptions& options) {
     if (!path.empty()) PendingFile probe(path);  // reports an unwritable place before the work
 
   const Model model = model_or_built_in(options.model);
-  const sim::Protocol protocol = protocol_of(options, std::move(given), model);
+  const sim::Protocol protocol = protocol_of(options, given, model);
   reading.truth = options.recordings.known(protocol.parameters());
   const auto files = static_cast<long long>(options.recordings.files.size());
   constexpr long long parts = 100;  // of a recording, for the bar

@@ -158,7 +158,8 @@ void write_draws(const std::filesystem::path& path, const FittedRecordings& all)
     add("start_s", [&](std::size_t draw) { return states[draw].start_s; });
     add("gain", [&](std::size_t draw) { return states[draw].gain; });
     add("chain", [&](std::size_t draw) {
-      return static_cast<double>(draw / static_cast<std::size_t>(found.draws_per_chain()));
+      const std::size_t chain = draw / static_cast<std::size_t>(found.draws_per_chain());
+      return static_cast<double>(chain);
     });
   }
   dataset::write_arrays(path, arrays);
