@@ -66,6 +66,12 @@ Complex step_turn(double damping, long long k, long long steps) {
   return {size * cos, size * sin};
 }
 
+/// a / b. The operator's bits are those of the compiler's library, which fuses where it likes.
+Complex quotient(Complex a, Complex b) {
+  const double square = b.real() * b.real() + b.imag() * b.imag();
+  return a * Complex(b.real() / square, -(b.imag() / square));
+}
+
 double normal_density(double x) {
   return 0.39894228040143268 * decid::exp(-0.5 * x * x);
 }
@@ -149,11 +155,12 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   for (int k = 0; k < frequencies_; ++k) {
     const Complex z = step_turn(damping_, k, padded_steps);
     put(s_, {damping_, 2.0 * sim::pi * k / padded_s});
-    put(sum_, step_s / (z - 1.0));
-    put(rate_, (z - 1.0) / (step_s * z));
-    put(body_, inertia * (z - 1.0) * (z - 1.0) / (step_s * step_s * z) - mgh);
+    put(sum_, quotient(step_s, z - 1.0));
+    put(rate_, quotient(z - 1.0, step_s * z));
+    put(body_, quotient(inertia * (z - 1.0) * (z - 1.0), step_s * step_s * z) - mgh);
     Complex hold = 0.0, power = 1.0;
-    for (int j = 0; j < bin_steps_; ++j, power /= z) hold += power;
+    const Complex step_back = quotient(1.0, z);
+    for (int j = 0; j < bin_steps_; ++j, power *= step_back) hold += power;
     const auto [sin, cos] = sincos_of_turn(static_cast<long long>(k) * first_step_, padded_steps);
     put(hold_, hold * Complex(cos, -sin));
     Complex sample = 1.0, mean = 0.0, turn = 1.0;
