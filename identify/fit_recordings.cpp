@@ -44,23 +44,20 @@ void warn_of_noise(const posterior::Observation& observation, const Posterior& f
 class Fitter {
  public:
   Fitter(const Model* model, const sim::Protocol& protocol, const FitRequest& request)
-      : explainer_{sim::Simulator(protocol)}, density_(protocol, request.priors), settings_(request.settings) {
+      : explainer_{sim::Simulator(protocol)}, request_(request), density_(protocol, request.priors) {
     if (model != nullptr && model->protocol.experiment == protocol.experiment) network_.emplace(*model);
-    posterior::Priors measured = request.priors;
-    measured.start_s = 0.0;
-    started_.emplace(protocol, measured);
   }
 
   FitFigures fit(Identification& id, const posterior::OnProgress& progress) {
     FitFigures figures;
     const auto begin = std::chrono::steady_clock::now();
     const dataset::Trial& trial = id.estimate.trial;
-    const Density& density = trial.tilt ? *started_ : density_;
+    const Density& density = trial.tilt ? with_known_start() : density_;
     const posterior::Observation observation = density.observe(trial.sway_rad());
-    figures.posterior = posterior::sample(density, observation, settings_, {}, progress);
+    figures.posterior = posterior::sample(density, observation, request_.settings, {}, progress);
     const Posterior& found = figures.posterior;
     if (found.draws() == 0) {
-      id.error = Error(id.file, "was stopped before anything was drawn", "give it more time");
+      id.error = Error(id.file, "was stopped before anything was drawn", "let it run");
       return figures;
     }
     const sim::ParameterTable& table = density.protocol().parameters();
@@ -79,10 +76,20 @@ class Fitter {
   }
 
  private:
+  /// For recordings whose tilt says where the protocol starts.
+  const Density& with_known_start() {
+    if (!known_start_) {
+      posterior::Priors priors = request_.priors;
+      priors.start_s = 0.0;
+      known_start_.emplace(density_.protocol(), priors);
+    }
+    return *known_start_;
+  }
+
   Explainer explainer_;
+  FitRequest request_;
   Density density_;
-  std::optional<Density> started_;  // for recordings whose tilt says where the protocol starts
-  posterior::Settings settings_;
+  std::optional<Density> known_start_;
   std::optional<Identifier> network_;
 };
 

@@ -24,6 +24,22 @@ constexpr double whole_damping = 9.0;  // c times the transforms' length: what w
 constexpr double nv_scale = 0.05;      // kappa: below it the noise's coefficients are non-centred
 constexpr int fewest_blocks = 20;
 
+constexpr double latest_start_s = 1.0, largest_gain = 0.9;  // so that the loop's turns are small, and the gain positive
+
+const Priors& checked(const Priors& priors) {
+  const auto check = [](bool right, const char* setting, double value, const char* remedy) {
+    if (!right) throw Error(std::string("priors, ") + setting, format("is %g", value), remedy);
+  };
+  check(priors.sensor_noise_deg > 0.0 && std::isfinite(priors.sensor_noise_deg), "sensor_noise_deg",
+        priors.sensor_noise_deg, "give degrees above 0");
+  check(priors.sensor_noise_factor > 1.0 && std::isfinite(priors.sensor_noise_factor), "sensor_noise_factor",
+        priors.sensor_noise_factor, "give a factor above 1");
+  check(priors.start_s >= 0.0 && priors.start_s <= latest_start_s, "start_s", priors.start_s, "give 0 to 1 s");
+  check(priors.gain >= 0.0 && priors.gain <= largest_gain, "gain", priors.gain, "give 0 to 0.9");
+  check(priors.drift_hz >= 0.0 && std::isfinite(priors.drift_hz), "drift_hz", priors.drift_hz, "give 0 Hz or more");
+  return priors;
+}
+
 const sim::Protocol& checked(const sim::Protocol& protocol) {
   protocol.validate();
   if (&protocol.parameters() != &sim::single_pendulum().parameters)
@@ -37,7 +53,7 @@ int samples_per_block(const sim::Experiment& experiment) {
   return std::max(1, static_cast<int>(std::floor(block_ms / experiment.steps_per_sample() + 0.5)));
 }
 
-/// Steps in a bin: the divisor of a block that is nearest to 25 ms.
+/// Steps in a bin: the divisor of a block that is nearest to bin_ms.
 int steps_per_bin(int block_steps) {
   int best = block_steps;
   for (int steps = 1; steps <= block_steps; ++steps) {
@@ -91,7 +107,7 @@ void put(AlignedVector<double>& values, Complex value) {
 
 Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     : protocol_(checked(protocol)),
-      priors_(priors),
+      priors_(checked(priors)),
       isa_(isa),
       block_samples_(samples_per_block(protocol.experiment)),
       bin_steps_(steps_per_bin(block_samples_ * protocol.experiment.steps_per_sample())),
@@ -109,6 +125,10 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   if (blocks_ < fewest_blocks) {
     throw Error("protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
                 "the posterior needs 2 s at least");
+  }
+  if (noise_.size() == 0 && protocol.noise.vestibular.scale_deg > 0.0) {
+    throw Error("protocol " + protocol.name + ", vestibular_noise", "has a single frequency",
+                "widen low_hz to high_hz; the posterior takes the noise for a band");
   }
   const sim::Experiment& experiment = protocol.experiment;
   const int block_steps = block_samples_ * experiment.steps_per_sample();
@@ -324,6 +344,16 @@ LoopConstants Density::constants(const Observation& observation) const {
           2.0 / padded_blocks_};
 }
 
+void Density::check(const Observation& observation, std::span<const double> x, std::size_t results,
+                    std::size_t expected) const {
+  const auto all = static_cast<std::size_t>(size()) * lanes;
+  if (x.size() == all && results == expected && observation.sway.size() == static_cast<std::size_t>(blocks_) &&
+      observation.torque.size() == s_.size())
+    return;
+  throw Error("posterior", format("%zu coordinates and room for %zu results", x.size(), results),
+              format("give %zu and %zu, and what observe() of this density made", all, expected));
+}
+
 void Density::to_blocks(Workspace& work) const {
   blocks_fft_.inverse_lanes(work.sway_spectrum, work.modelled, work.fft_work, isa_);
 }
@@ -344,6 +374,7 @@ void Density::forward(const Observation& observation, std::span<const double> x,
 
 void Density::evaluate(const Observation& observation, std::span<const double> x, std::span<double> gradient,
                        std::span<double> potential, Workspace& work, std::optional<double> fixed_noise_deg) const {
+  check(observation, x, gradient.size() + potential.size(), x.size() + lanes);
   const Kernels& run = kernels(isa_);
   const Chains c = chains(x, fixed_noise_deg);
   std::array<double, lanes> squares, by_gain, by_theta;
@@ -410,6 +441,7 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
 
 void Density::model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,
                     std::span<double> residual_rad, Workspace& work) const {
+  check(observation, x, sway_rad.size() + residual_rad.size(), 2 * static_cast<std::size_t>(blocks_) * lanes);
   const Chains c = chains(x, {});
   std::array<double, lanes> squares;
   forward(observation, x, c, work, squares.data());

@@ -2,7 +2,7 @@
 // sensor's noise, where the recording starts and how it is scaled; with its exact gradient, for `lanes` chains at once.
 //
 // The dead band acts on the platform's velocity plus noise, never on the body: a kink without memory, then a linear
-// system. So the sway is the transform of what passes the dead band, in bins of some 25 ms, times the transfer function
+// system. So the sway is the transform of what passes the dead band, in bins of some 50 ms, times the transfer function
 // of the simulator's own 1 ms steps. It is taken on the contour s = c + i w, c > 0: with the damped transform the start
 // from rest is exact and nothing wraps around. Sway is averaged to some 10 Hz and looked at below 5 Hz. What sin(a)
 // lacks of a is a torque that the recorded sway gives.
@@ -29,8 +29,8 @@ namespace decid::posterior {
 struct Priors {
   double sensor_noise_deg = 0.02;   ///< median of a log-normal distribution
   double sensor_noise_factor = 20;  ///< two thirds of it lie within this factor of the median
-  double start_s = 0.1;             ///< the recording starts so long after the protocol, uniform in +-; 0: known
-  double gain = 0.1;                ///< recorded over true sway is 1 +-, uniform; 0: known
+  double start_s = 0.1;             ///< the recording starts so long after the protocol, uniform in +-, to 1; 0: known
+  double gain = 0.1;                ///< recorded over true sway is 1 +-, uniform, to 0.9; 0: known
   double drift_hz = 0.03;           ///< below this the recording's noise rises
 };
 
@@ -55,7 +55,8 @@ class Density {
   /// The coordinates behind those of the noise.
   enum Global { first_parameter = 0, sensor_noise = 7, start = 8, gain = 9, globals = 10 };
 
-  /// Throws Error if the protocol is not valid or has fewer than 20 blocks of samples.
+  /// Throws Error if the protocol is not valid, has fewer than 20 blocks of samples, noise of a single frequency or
+  /// another body model than the single pendulum, and for priors out of their bounds.
   Density(const sim::Protocol& protocol, const Priors& priors, Isa isa = chosen_isa());
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
@@ -73,12 +74,13 @@ class Density {
   double first_bin_s() const noexcept { return first_step_ * sim::integration_step_s; }
   Isa isa() const noexcept { return isa_; }
 
-  /// sway_rad: the protocol's samples.
+  /// sway_rad: the protocol's samples. Throws Error for another number of them.
   Observation observe(std::span<const float> sway_rad) const;
 
   /// The point that a chain's coordinates mean; x: size() values a chain.
   State state(std::span<const double> x, int chain) const;
-  /// Sets a chain's coordinates but those of the noise; parameters outside of their ranges go to their edge.
+  /// Sets a chain's coordinates but those of the noise; values outside of their ranges, or
+  /// within a hundredth of their ends, go to that hundredth.
   void set(const State& state, std::span<double> x, int chain) const;
 
   class Workspace {
@@ -93,6 +95,7 @@ class Density {
     AlignedVector<double> fft_work, noise_work, columns, products, noise_column, response;
   };
 
+  // These throw Error for spans of other sizes, and for the observation of another density.
   /// Minus the logarithm of the density of each chain, up to a constant, and its gradient; x, gradient: size() values a
   /// chain. fixed_noise_deg: the sensor's noise is this, and its coordinate has a standard normal prior: for a start
   /// that is annealed.
@@ -114,6 +117,8 @@ class Density {
   DeadBandBins bins() const;
   DeadBandValues dead_band_values(const Chains& chains, Workspace& work) const;
   LoopConstants constants(const Observation& observation) const;
+  void check(const Observation& observation, std::span<const double> x, std::size_t results,
+             std::size_t expected) const;
   /// From the coordinates to work.residual; squares: of the residual, a sum a chain.
   void forward(const Observation& observation, std::span<const double> x, const Chains& chains, Workspace& work,
                double* squares) const;

@@ -7,13 +7,59 @@
 #include <complex>
 
 #include "identify/posterior/chains.hpp"
+#include "identify/posterior/cholesky.hpp"
 
 namespace decid::posterior {
 
+namespace {
+
 using sim::Complex;
+
+/// One frequency of one chain: see LoopConstants and LoopState.
+struct Place {
+  Complex s, sum, rate, platform;
+  Complex error;  // of the platform's velocity: what the dead band keeps back
+  Complex sway, delayed, inverse;
+  double kp, kd, gain;
+};
+
+/// How the sway's transform changes with a quantity of the loop.
+struct LoopChange {
+  std::size_t global;
+  Complex (*change)(const Place& p);
+};
+constexpr LoopChange loop_changes[] = {
+    {sim::Kp, [](const Place& p) { return p.gain * p.inverse * p.delayed * (p.sum * p.error - 2.0 * p.sway); }},
+    {sim::Kd, [](const Place& p) { return p.gain * p.inverse * p.delayed * (p.error - 2.0 * p.rate * p.sway); }},
+    {sim::Kp_pass, [](const Place& p) { return p.gain * p.inverse * (p.sum * p.platform - p.sway); }},
+    {sim::Kd_pass, [](const Place& p) { return p.gain * p.inverse * (p.platform - p.rate * p.sway); }},
+    {sim::Delay,
+     [](const Place& p) {
+       return -p.gain * p.s * p.inverse * p.delayed *
+              ((p.kp * p.sum + p.kd) * p.error - 2.0 * (p.kp + p.kd * p.rate) * p.sway);
+     }},
+    {Density::start, [](const Place& p) { return p.gain * p.s * p.sway; }},
+    {Density::gain, [](const Place& p) { return p.sway; }},
+};
+
+Complex number(const AlignedVector<double>& values, std::size_t k) {
+  return {values[2 * k], values[2 * k + 1]};
+}
+
+Complex in_lane(const AlignedVector<double>& values, std::size_t k, std::size_t l) {
+  return {values[2 * k * lanes + l], values[(2 * k + 1) * lanes + l]};
+}
+
+void put_lane(AlignedVector<double>& values, std::size_t k, std::size_t l, Complex value) {
+  values[2 * k * lanes + l] = value.real();
+  values[(2 * k + 1) * lanes + l] = value.imag();
+}
+
+}  // namespace
 
 void Density::add_information(const Observation& observation, std::span<const double> x, std::span<double> matrix,
                               Workspace& work, std::optional<double> fixed_noise_deg) const {
+  check(observation, x, matrix.size(), triangle(static_cast<std::size_t>(size())));
   const Kernels& run = kernels(isa_);
   const Chains c = chains(x, fixed_noise_deg);
   std::array<double, lanes> squares;
@@ -24,64 +70,41 @@ void Density::add_information(const Observation& observation, std::span<const do
   work.products.assign(blocks_of_columns * (blocks_of_columns + 1) / 2 * 16 * lanes, 0.0);
   work.noise_column.resize(static_cast<std::size_t>(noise_.edges()));
 
-  const auto number = [](const AlignedVector<double>& values, std::size_t k) {
-    return Complex(values[2 * k], values[2 * k + 1]);
-  };
-  const auto in_lane = [](const AlignedVector<double>& values, std::size_t k, std::size_t l) {
-    return Complex(values[2 * k * lanes + l], values[(2 * k + 1) * lanes + l]);
-  };
-  const auto put_lane = [](AlignedVector<double>& values, std::size_t k, std::size_t l, Complex value) {
-    values[2 * k * lanes + l] = value.real();
-    values[(2 * k + 1) * lanes + l] = value.imag();
-  };
   const AlignedVector<double> silence(static_cast<std::size_t>(blocks_), 0.0);
   // The column of the change of the observed sway whose transform is in work.sway_spectrum.
-  const auto write_column = [&](std::size_t column, auto&& factor_of) {
+  const auto write_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
     to_blocks(work);
     double* out = work.columns.data() + column * column_size;
     run.residual(blocks_, drift_decay_, silence.data(), work.modelled.data(), undamp_.data(), out, squares.data());
     std::array<double, lanes> factor;
     for (std::size_t l = 0; l < lanes; ++l)
-      factor[l] = -factor_of(l) / (c.noise_rad[l] * std::sqrt(static_cast<double>(lanes)));
+      factor[l] = -factors[l] / (c.noise_rad[l] * std::sqrt(static_cast<double>(lanes)));
     for (std::size_t m = 0; m < static_cast<std::size_t>(blocks_); ++m)
       for (std::size_t l = 0; l < lanes; ++l) out[m * lanes + l] *= factor[l];
   };
 
   // Those of the loop, from the state that the way there left; then of what the dead band passes.
   const auto frequencies = static_cast<std::size_t>(frequencies_);
-  const auto loop_column = [&](std::size_t global, auto&& change) {
+  for (const auto& [global, change] : loop_changes) {
     for (std::size_t k = 0; k < frequencies; ++k) {
-      const Complex sum = number(sum_, k), rate = number(rate_, k), s = number(s_, k), v = number(platform_, k);
+      const Complex platform = number(platform_, k);
       for (std::size_t l = 0; l < lanes; ++l) {
-        const Complex sway = in_lane(work.sway, k, l), delayed = in_lane(work.delayed, k, l);
-        const Complex error = v - in_lane(work.bins_spectrum, k, l), inverse = in_lane(work.inverse, k, l);
-        put_lane(work.sway_spectrum, k, l,
-                 change(l, sum, rate, s, v, sway, delayed, error, inverse) * in_lane(work.observe, k, l));
+        const Place place{.s = number(s_, k),
+                          .sum = number(sum_, k),
+                          .rate = number(rate_, k),
+                          .platform = platform,
+                          .error = platform - in_lane(work.bins_spectrum, k, l),
+                          .sway = in_lane(work.sway, k, l),
+                          .delayed = in_lane(work.delayed, k, l),
+                          .inverse = in_lane(work.inverse, k, l),
+                          .kp = c.value[sim::Kp][l],
+                          .kd = c.value[sim::Kd][l],
+                          .gain = c.value[gain][l]};
+        put_lane(work.sway_spectrum, k, l, change(place) * in_lane(work.observe, k, l));
       }
     }
-    write_column(noises + global, [&](std::size_t l) { return c.by_coordinate[global][l]; });
-  };
-  loop_column(sim::Kp,
-              [&](std::size_t l, Complex sum, Complex, Complex, Complex, Complex sway, Complex delayed, Complex error,
-                  Complex inverse) { return c.value[gain][l] * inverse * delayed * (sum * error - 2.0 * sway); });
-  loop_column(sim::Kd,
-              [&](std::size_t l, Complex, Complex rate, Complex, Complex, Complex sway, Complex delayed, Complex error,
-                  Complex inverse) { return c.value[gain][l] * inverse * delayed * (error - 2.0 * rate * sway); });
-  loop_column(sim::Kp_pass, [&](std::size_t l, Complex sum, Complex, Complex, Complex v, Complex sway, Complex, Complex,
-                                Complex inverse) { return c.value[gain][l] * inverse * (sum * v - sway); });
-  loop_column(sim::Kd_pass, [&](std::size_t l, Complex, Complex rate, Complex, Complex v, Complex sway, Complex,
-                                Complex, Complex inverse) { return c.value[gain][l] * inverse * (v - rate * sway); });
-  loop_column(sim::Delay, [&](std::size_t l, Complex sum, Complex rate, Complex s, Complex, Complex sway,
-                              Complex delayed, Complex error, Complex inverse) {
-    const double kp = c.value[sim::Kp][l], kd = c.value[sim::Kd][l];
-    return -c.value[gain][l] * s * inverse * delayed * ((kp * sum + kd) * error - 2.0 * (kp + kd * rate) * sway);
-  });
-  loop_column(start, [&](std::size_t l, Complex, Complex, Complex s, Complex, Complex sway, Complex, Complex, Complex) {
-    return c.value[gain][l] * s * sway;
-  });
-  loop_column(gain, [&](std::size_t, Complex, Complex, Complex, Complex, Complex sway, Complex, Complex, Complex) {
-    return sway;
-  });
+    write_column(noises + global, c.by_coordinate[global]);
+  }
   for (std::size_t k = 0; k < frequencies; ++k) {
     for (std::size_t l = 0; l < lanes; ++l) {
       const Complex active = c.value[sim::Kp][l] * number(sum_, k) + c.value[sim::Kd][l];
@@ -90,23 +113,25 @@ void Density::add_information(const Observation& observation, std::span<const do
                    number(hold_, k) * in_lane(work.observe, k, l));
     }
   }
-  const auto passed_column = [&](std::size_t column, auto&& factor_of) {
+  const auto passed_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
     bins_fft_.forward_lanes(work.by_passed, work.loop_spectrum, work.fft_work, isa_);
     run.product(frequencies_, work.loop_spectrum.data(), work.response.data(), work.sway_spectrum.data());
-    write_column(column, factor_of);
+    write_column(column, factors);
   };
   const auto all_bins = static_cast<std::size_t>(bins_) * lanes;
   std::fill(work.by_passed.begin(), work.by_passed.end(), 0.0);
   std::copy_n(work.by_theta.begin(), all_bins, work.by_passed.begin());
-  passed_column(noises + sim::Theta, [&](std::size_t l) { return c.by_coordinate[sim::Theta][l]; });
+  passed_column(noises + sim::Theta, c.by_coordinate[sim::Theta]);
   for (std::size_t i = 0; i < all_bins; ++i)
     work.by_passed[i] = work.by_low[i] * work.velocity[i] + work.by_high[i] * work.velocity[i + lanes];
-  passed_column(noises + sim::Nv, [&](std::size_t l) { return c.by_nv[l] * c.by_coordinate[sim::Nv][l]; });
+  std::array<double, lanes> of_nv;
+  for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = c.by_nv[l] * c.by_coordinate[sim::Nv][l];
+  passed_column(noises + sim::Nv, of_nv);
   const DeadBandValues values = dead_band_values(c, work);
   for (std::size_t i = 0; i < noises; ++i) {
     noise_.column(static_cast<int>(i), work.noise_column);
     run.dead_band_change(bins_, values, work.noise_column.data(), work.by_passed.data());
-    passed_column(i, [&](std::size_t l) { return c.noise_gain[l]; });
+    passed_column(i, c.noise_gain);
   }
   std::fill(work.loop_spectrum.begin(), work.loop_spectrum.end(), 0.0);
   run.add_products(blocks_, static_cast<int>(blocks_of_columns), work.columns.data(), work.products.data());
@@ -117,12 +142,12 @@ void Density::add_information(const Observation& observation, std::span<const do
       for (std::size_t r = 4 * i; r < std::min(4 * i + 4, count); ++r) {
         for (std::size_t column = 4 * j; column < 4 * j + 4 && column <= r; ++column) {
           const double* p = products + (4 * (r - 4 * i) + (column - 4 * j)) * lanes;
-          matrix[r * (r + 1) / 2 + column] += ((p[0] + p[1]) + (p[2] + p[3])) + ((p[4] + p[5]) + (p[6] + p[7]));
+          matrix[triangle(r) + column] += ((p[0] + p[1]) + (p[2] + p[3])) + ((p[4] + p[5]) + (p[6] + p[7]));
         }
       }
     }
   }
-  const auto diagonal = [&](std::size_t i) -> double& { return matrix[i * (i + 1) / 2 + i]; };
+  const auto diagonal = [&](std::size_t i) -> double& { return matrix[triangle(i) + i]; };
   for (std::size_t l = 0; l < lanes; ++l) {
     const double of_prior = 1.0 / (c.radius[l] * c.radius[l]);
     for (std::size_t i = 0; i < noises; ++i) diagonal(i) += of_prior / lanes;

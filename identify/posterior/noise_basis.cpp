@@ -68,26 +68,28 @@ NoiseBasis::NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, 
   for (int j = 0; j < points_; ++j) turn_.push_back(sincos_of_turn(j, points_));
 }
 
-std::size_t NoiseBasis::spectrum_size() const {
-  return 2 * static_cast<std::size_t>(fft_.bins()) * lanes;
+NoiseBasis::Parts NoiseBasis::parts(double* work) const {
+  std::size_t used = 0;
+  const auto next = [&](int values) {
+    const auto count = static_cast<std::size_t>(values) * lanes;
+    used += count;
+    return std::span(work + (used - count), count);
+  };
+  const std::span<double> coefficients = next(size()), spectrum = next(2 * fft_.bins());
+  const std::span<double> signal = next(fft_.length()), rest = next(2 * fft_.work_length());
+  return {coefficients, spectrum, signal, rest};
 }
 
 std::size_t NoiseBasis::work_size() const {
-  const auto length = static_cast<std::size_t>(fft_.length()) * lanes;
-  return static_cast<std::size_t>(size()) * lanes + spectrum_size() + length +
-         2 * static_cast<std::size_t>(fft_.work_length()) * lanes;
+  return static_cast<std::size_t>(size() + 2 * fft_.bins() + fft_.length() + 2 * fft_.work_length()) * lanes;
 }
 
 // Harmonic k with coefficients a, b has the velocity deviation (b cos - a sin) of 2 pi k t / period, the real part of
 // (b + i a) exp(2 pi i k t / period).
 void NoiseBasis::synthesize(const double* coefficients, double* velocity, double* work, Isa isa) const {
   const std::size_t harmonics = deviations_.size(), apart = lanes;
-  const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
-  double* scaled = work;
-  double* spectrum = scaled + 2 * harmonics * apart;
-  double* signal = spectrum + spectrum_size();
-  double* rest = signal + length * apart;
-  const std::span<double> rest_span(rest, 2 * static_cast<std::size_t>(fft_.work_length()) * apart);
+  const auto phases = static_cast<std::size_t>(phases_);
+  const auto [scaled, spectrum, signal, rest] = parts(work);
   for (std::size_t i = 0; i < harmonics; ++i) {
     const double factor = 0.5 * fft_.length() * deviations_[i];
     for (std::size_t l = 0; l < apart; ++l) {
@@ -95,34 +97,30 @@ void NoiseBasis::synthesize(const double* coefficients, double* velocity, double
       scaled[(2 * i + 1) * apart + l] = factor * coefficients[2 * i * apart + l];
     }
   }
-  std::fill_n(spectrum, spectrum_size(), 0.0);
+  std::ranges::fill(spectrum, 0.0);
+  double* const band = spectrum.data() + 2 * static_cast<std::size_t>(first_) * apart;
   for (std::size_t r = 0; r < phases; ++r) {
-    kernels(isa).turn(static_cast<int>(harmonics), scaled, turns_.data() + 2 * r * harmonics,
-                      spectrum + 2 * static_cast<std::size_t>(first_) * apart);
-    fft_.inverse_lanes({spectrum, spectrum_size()}, {signal, length * apart}, rest_span, isa);
+    kernels(isa).turn(static_cast<int>(harmonics), scaled.data(), turns_.data() + 2 * r * harmonics, band);
+    fft_.inverse_lanes(spectrum, signal, rest, isa);
     for (std::size_t m = 0, edge = r; edge < static_cast<std::size_t>(edges_); ++m, edge += phases)
-      std::copy_n(signal + m * apart, apart, velocity + edge * apart);
+      std::copy_n(signal.data() + m * apart, apart, velocity + edge * apart);
   }
 }
 
 void NoiseBasis::gradient(const double* by_velocity, double* by_coefficient, double* work, Isa isa) const {
   const std::size_t harmonics = deviations_.size(), apart = lanes;
-  const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
-  double* sums = work;
-  double* spectrum = sums + 2 * harmonics * apart;
-  double* signal = spectrum + spectrum_size();
-  double* rest = signal + length * apart;
-  const std::span<double> rest_span(rest, 2 * static_cast<std::size_t>(fft_.work_length()) * apart);
-  std::fill_n(sums, 2 * harmonics * apart, 0.0);
+  const auto phases = static_cast<std::size_t>(phases_);
+  const auto [sums, spectrum, signal, rest] = parts(work);
+  std::ranges::fill(sums, 0.0);
   for (std::size_t r = 0; r < phases; ++r) {
     std::size_t m = 0;
     for (std::size_t edge = r; edge < static_cast<std::size_t>(edges_); ++m, edge += phases)
-      std::copy_n(by_velocity + edge * apart, apart, signal + m * apart);
-    std::fill(signal + m * apart, signal + length * apart, 0.0);
-    fft_.forward_lanes({signal, length * apart}, {spectrum, spectrum_size()}, rest_span, isa);
+      std::copy_n(by_velocity + edge * apart, apart, signal.data() + m * apart);
+    std::ranges::fill(signal.subspan(m * apart), 0.0);
+    fft_.forward_lanes(signal, spectrum, rest, isa);
     // sum of g exp(-i w t): its real part belongs to b, its imaginary part is that of -sum g sin, which belongs to a.
-    kernels(isa).turn_back(static_cast<int>(harmonics), spectrum + 2 * static_cast<std::size_t>(first_) * apart,
-                           turns_.data() + 2 * r * harmonics, sums);
+    kernels(isa).turn_back(static_cast<int>(harmonics), spectrum.data() + 2 * static_cast<std::size_t>(first_) * apart,
+                           turns_.data() + 2 * r * harmonics, sums.data());
   }
   for (std::size_t i = 0; i < harmonics; ++i) {
     for (std::size_t l = 0; l < apart; ++l) {

@@ -38,7 +38,11 @@ class NoiseBasis {
   void column(int coefficient, std::span<double> velocity) const;
 
  private:
-  std::size_t spectrum_size() const;
+  /// Of `work`: scaled coefficients or their sums, then what a transform needs.
+  struct Parts {
+    std::span<double> coefficients, spectrum, signal, rest;
+  };
+  Parts parts(double* work) const;
 
   int edges_, points_, first_;  // of the period's `points_` bins; first_: number of the first harmonic
   double period_s_;

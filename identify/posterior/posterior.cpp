@@ -28,6 +28,20 @@ constexpr int settling_moves = 10;
 constexpr double target_acceptance = 0.8;
 constexpr double stuck_log_noise = 0.04;
 
+void check(const Settings& settings) {
+  const auto at_least = [](const char* setting, int value, int least) {
+    if (value < least)
+      throw Error(std::string("posterior, ") + setting, "is " + std::to_string(value),
+                  "give " + std::to_string(least) + " or more");
+  };
+  at_least("groups", settings.groups, 1);
+  at_least("annealing_moves", settings.annealing_moves, 1);
+  at_least("window_moves", settings.window_moves, window_information);
+  at_least("leaps", settings.leaps, 1);
+  at_least("block", settings.block, 1);
+  at_least("most_draws", settings.most_draws, 4);
+}
+
 double root_mean_square(std::span<const double> values) {
   double sum = 0.0;
   for (const double value : values) sum += value * value;
@@ -89,6 +103,7 @@ class Run {
  public:
   Run(const Density& density, const Observation& observation, const Settings& settings, const OnProgress& progress)
       : density_(density), observation_(observation), settings_(settings), progress_(progress) {
+    check(settings);
     if (root_mean_square(observation.sway) == 0.0)
       throw Error("posterior", "the recording is constant", "give a recording of sway");
     for (int group = 0; group < settings.groups; ++group)

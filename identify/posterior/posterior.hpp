@@ -77,7 +77,8 @@ class Posterior {
 };
 
 /// starts: where the chains begin, one after the other and over again; empty: draws from the middle of the priors.
-/// Depends on the settings alone, not on threads or instruction set. Throws Error if the recording is constant.
+/// Depends on the settings alone, not on threads or instruction set. Throws Error if the recording is
+/// constant, and for settings below 1, three window_moves or four most_draws.
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
                  std::span<const State> starts = {}, const OnProgress& progress = {});
 

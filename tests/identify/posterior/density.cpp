@@ -256,6 +256,25 @@ TEST_CASE("Density: errors") {
   protocol.noise.vestibular.low_hz = 0.5;
   check_error([&] { Density short_one(protocol, {}); }, {"lasts 1.9 s", "2 s at least"});
   protocol = sines_protocol();
+  protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 0.1;
+  check_error([&] { Density one_line(protocol, {}); }, {"vestibular_noise", "single frequency"});
+  for (const Priors& wrong :
+       {Priors{.sensor_noise_deg = 0.0}, Priors{.sensor_noise_factor = 1.0}, Priors{.start_s = -0.1},
+        Priors{.start_s = 1.1}, Priors{.gain = 1.0}, Priors{.gain = std::nan("")}, Priors{.drift_hz = -1.0}})
+    check_error([&] { Density(sines_protocol(), wrong); }, {"priors, ", "give"});
+
+  const Observation observation = density.observe(recorded(sines_protocol(), some_parameters(), 0.02, 0));
+  Density::Workspace work(density);
+  const auto size = static_cast<std::size_t>(density.size());
+  Values x(size * lanes), gradient(size * lanes), few(size), blocks(static_cast<std::size_t>(density.blocks()) * lanes);
+  std::vector<double> potential(lanes);
+  CHECK_THROWS_AS(density.evaluate(observation, few, gradient, potential, work), Error);
+  CHECK_THROWS_AS(density.evaluate(observation, x, few, potential, work), Error);
+  CHECK_THROWS_AS(density.evaluate({}, x, gradient, potential, work), Error);
+  CHECK_THROWS_AS(density.model(observation, x, blocks, few, work), Error);
+  CHECK_THROWS_AS(density.add_information(observation, x, few, work), Error);
+
+  protocol = sines_protocol();
   protocol.experiment.body.mass_kg = -1.0;
   CHECK_THROWS_AS(Density(protocol, {}), Error);
 }

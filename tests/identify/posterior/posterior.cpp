@@ -108,6 +108,18 @@ TEST_CASE("sample: a constant recording is refused") {
               {"recording is constant"});
 }
 
+TEST_CASE("sample: settings that make no draws are refused") {
+  const sim::Protocol protocol = sines_protocol();
+  const Density density(protocol, {});
+  const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+  for (int Settings::*const setting : {&Settings::groups, &Settings::annealing_moves, &Settings::window_moves,
+                                       &Settings::leaps, &Settings::block, &Settings::most_draws}) {
+    Settings settings = quick();
+    settings.*setting = 0;
+    check_error([&] { sample(density, observation, settings); }, {"posterior, ", "is 0", "or more"});
+  }
+}
+
 TEST_CASE("sample: summaries of the draws") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {.start_s = 0.0, .gain = 0.0});
