@@ -22,11 +22,13 @@ struct RandomKernels {
 
 const RandomKernels& random_kernels(Isa isa);
 
-// One function an instruction set, in a translation unit of its own.
-const RandomKernels& reference_random_kernels();
-const RandomKernels& baseline_random_kernels();
-const RandomKernels& avx2_random_kernels();
-const RandomKernels& avx512_random_kernels();
-const RandomKernels& neon_random_kernels();
+/// For table_of.
+struct RandomTables {
+  static const RandomKernels& reference();
+  static const RandomKernels& baseline();
+  static const RandomKernels& avx2();
+  static const RandomKernels& avx512();
+  static const RandomKernels& neon();
+};
 
 }  // namespace decid

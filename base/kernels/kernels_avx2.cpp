@@ -3,7 +3,7 @@
 
 namespace decid {
 
-const RandomKernels& avx2_random_kernels() {
+const RandomKernels& RandomTables::avx2() {
   return random_table<Native>;
 }
 

@@ -3,7 +3,7 @@
 
 namespace decid {
 
-const RandomKernels& avx512_random_kernels() {
+const RandomKernels& RandomTables::avx512() {
   return random_table<Native>;
 }
 

@@ -3,7 +3,7 @@
 
 namespace decid {
 
-const RandomKernels& baseline_random_kernels() {
+const RandomKernels& RandomTables::baseline() {
   return random_table<Native>;
 }
 

@@ -3,7 +3,7 @@
 
 namespace decid {
 
-const RandomKernels& neon_random_kernels() {
+const RandomKernels& RandomTables::neon() {
   return random_table<Native>;
 }
 

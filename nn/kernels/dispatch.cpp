@@ -1,6 +1,7 @@
 // The kernels of an instruction set: see base/isa.hpp for the choice.
 #include <type_traits>
 
+#include "base/kernels/table_of.hpp"
 #include "nn/kernels/isa.hpp"
 
 namespace decid::nn {
@@ -19,21 +20,7 @@ template const Kernels<float>& kernels();
 template const Kernels<double>& kernels();
 
 const Kernels<float>& kernels_of(Isa isa) {
-  switch (isa) {
-#if defined(__x86_64__)
-    case Isa::baseline:
-      return baseline_kernels();
-    case Isa::avx2:
-      return avx2_kernels();
-    case Isa::avx512:
-      return avx512_kernels();
-#elif defined(__aarch64__)
-    case Isa::neon:
-      return neon_kernels();
-#endif
-    default:
-      return reference_kernels<float>();
-  }
+  return table_of<FloatTables>(isa);
 }
 
 }  // namespace decid::nn

@@ -6,13 +6,14 @@
 
 namespace decid::nn {
 
-#if defined(__x86_64__)
-const Kernels<float>& baseline_kernels();
-const Kernels<float>& avx2_kernels();
-const Kernels<float>& avx512_kernels();
-#elif defined(__aarch64__)
-const Kernels<float>& neon_kernels();
-#endif
+/// For table_of.
+struct FloatTables {
+  static const Kernels<float>& reference() { return reference_kernels<float>(); }
+  static const Kernels<float>& baseline();
+  static const Kernels<float>& avx2();
+  static const Kernels<float>& avx512();
+  static const Kernels<float>& neon();
+};
 
 /// The baseline's exact fused multiply-add of 4 lanes, for its test: result = fma(a, b, c) rounded once.
 #if defined(__x86_64__)

@@ -5,7 +5,7 @@
 
 namespace decid::nn {
 
-const Kernels<float>& avx2_kernels() {
+const Kernels<float>& FloatTables::avx2() {
   static constexpr Kernels<float> table = kernel_table<Avx2>("avx2");
   return table;
 }

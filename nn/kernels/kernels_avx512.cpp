@@ -5,7 +5,7 @@
 
 namespace decid::nn {
 
-const Kernels<float>& avx512_kernels() {
+const Kernels<float>& FloatTables::avx512() {
   static constexpr Kernels<float> table = kernel_table<Avx512>("avx512");
   return table;
 }

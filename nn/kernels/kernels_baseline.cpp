@@ -5,7 +5,7 @@
 
 namespace decid::nn {
 
-const Kernels<float>& baseline_kernels() {
+const Kernels<float>& FloatTables::baseline() {
   static constexpr Kernels<float> table = kernel_table<Baseline>("baseline");
   return table;
 }

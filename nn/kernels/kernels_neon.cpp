@@ -5,7 +5,7 @@
 
 namespace decid::nn {
 
-const Kernels<float>& neon_kernels() {
+const Kernels<float>& FloatTables::neon() {
   static constexpr Kernels<float> table = kernel_table<Neon>("neon");
   return table;
 }

@@ -14,11 +14,13 @@ struct SimulatorKernels {
 
 const SimulatorKernels& simulator_kernels(Isa isa);
 
-// One function an instruction set, in a translation unit of its own.
-const SimulatorKernels& reference_simulator_kernels();
-const SimulatorKernels& baseline_simulator_kernels();
-const SimulatorKernels& avx2_simulator_kernels();
-const SimulatorKernels& avx512_simulator_kernels();
-const SimulatorKernels& neon_simulator_kernels();
+/// For table_of.
+struct SimulatorTables {
+  static const SimulatorKernels& reference();
+  static const SimulatorKernels& baseline();
+  static const SimulatorKernels& avx2();
+  static const SimulatorKernels& avx512();
+  static const SimulatorKernels& neon();
+};
 
 }  // namespace decid::sim

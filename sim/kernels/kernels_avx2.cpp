@@ -3,7 +3,7 @@
 
 namespace decid::sim {
 
-const SimulatorKernels& avx2_simulator_kernels() {
+const SimulatorKernels& SimulatorTables::avx2() {
   return kernel_table<Native, 2>;
 }
 

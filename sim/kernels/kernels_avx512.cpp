@@ -3,7 +3,7 @@
 
 namespace decid::sim {
 
-const SimulatorKernels& avx512_simulator_kernels() {
+const SimulatorKernels& SimulatorTables::avx512() {
   return kernel_table<Native, 2>;
 }
 

@@ -3,7 +3,7 @@
 
 namespace decid::sim {
 
-const SimulatorKernels& baseline_simulator_kernels() {
+const SimulatorKernels& SimulatorTables::baseline() {
   return kernel_table<Native, 2>;
 }
 

@@ -3,7 +3,7 @@
 
 namespace decid::sim {
 
-const SimulatorKernels& neon_simulator_kernels() {
+const SimulatorKernels& SimulatorTables::neon() {
   return kernel_table<Native, 2>;
 }
 

@@ -1,6 +1,6 @@
 // Draws the page of decid compare, after common.js and method_table.js.
 (() => {
-const palette = ["#17527f", "#e08a3c", "#b3322c", "#3f8f5b", "#7a5ba6", "#56616d"];
+const palette = ["#17527f", "#e08a3c", "#b3322c", "#3f8f5b", "#7a5ba6", "#8a6d3b"];
 const names = Object.keys(report.methods[0].mse_per_parameter);
 function errorChart(main) {
   const canvas = element("canvas", { role: "img", "aria-label": "Bars: MSE of each parameter by method" });

@@ -32,11 +32,13 @@ struct ImageKernels {
 
 const ImageKernels& image_kernels(Isa isa);
 
-// One function an instruction set, in a translation unit of its own.
-const ImageKernels& reference_image_kernels();
-const ImageKernels& baseline_image_kernels();
-const ImageKernels& avx2_image_kernels();
-const ImageKernels& avx512_image_kernels();
-const ImageKernels& neon_image_kernels();
+/// For table_of.
+struct ImageTables {
+  static const ImageKernels& reference();
+  static const ImageKernels& baseline();
+  static const ImageKernels& avx2();
+  static const ImageKernels& avx512();
+  static const ImageKernels& neon();
+};
 
 }  // namespace decid::dataset

@@ -3,7 +3,7 @@
 
 namespace decid::dataset {
 
-const ImageKernels& avx2_image_kernels() {
+const ImageKernels& ImageTables::avx2() {
   return image_table<Native>;
 }
 

@@ -3,7 +3,7 @@
 
 namespace decid::dataset {
 
-const ImageKernels& avx512_image_kernels() {
+const ImageKernels& ImageTables::avx512() {
   return image_table<Native>;
 }
 

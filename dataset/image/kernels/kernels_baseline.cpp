@@ -3,7 +3,7 @@
 
 namespace decid::dataset {
 
-const ImageKernels& baseline_image_kernels() {
+const ImageKernels& ImageTables::baseline() {
   return image_table<Native>;
 }
 

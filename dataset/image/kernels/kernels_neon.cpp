@@ -3,7 +3,7 @@
 
 namespace decid::dataset {
 
-const ImageKernels& neon_image_kernels() {
+const ImageKernels& ImageTables::neon() {
   return image_table<Native>;
 }
 

@@ -107,11 +107,13 @@ struct Kernels {
 
 const Kernels& kernels(Isa isa);
 
-// One function an instruction set, in a translation unit of its own.
-const Kernels& reference_kernels();
-const Kernels& baseline_kernels();
-const Kernels& avx2_kernels();
-const Kernels& avx512_kernels();
-const Kernels& neon_kernels();
+/// For table_of.
+struct Tables {
+  static const Kernels& reference();
+  static const Kernels& baseline();
+  static const Kernels& avx2();
+  static const Kernels& avx512();
+  static const Kernels& neon();
+};
 
 }  // namespace decid::posterior

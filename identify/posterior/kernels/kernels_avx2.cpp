@@ -3,7 +3,7 @@
 
 namespace decid::posterior {
 
-const Kernels& avx2_kernels() {
+const Kernels& Tables::avx2() {
   return kernel_table<Native>;
 }
 

@@ -3,7 +3,7 @@
 
 namespace decid::posterior {
 
-const Kernels& avx512_kernels() {
+const Kernels& Tables::avx512() {
   return kernel_table<Native>;
 }
 

@@ -3,7 +3,7 @@
 
 namespace decid::posterior {
 
-const Kernels& baseline_kernels() {
+const Kernels& Tables::baseline() {
   return kernel_table<Native>;
 }
 

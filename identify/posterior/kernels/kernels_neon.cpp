@@ -3,7 +3,7 @@
 
 namespace decid::posterior {
 
-const Kernels& neon_kernels() {
+const Kernels& Tables::neon() {
   return kernel_table<Native>;
 }
 

@@ -1,0 +1,29 @@
+// Which of the tables that a component has compiled, one an instruction set, is an instruction set's. Not installed.
+#pragma once
+
+#include "base/isa.hpp"
+
+namespace decid {
+
+/// Tables has a static function reference(), and one for each instruction set of this processor's family, each defined
+/// in a translation unit of its own (kernels_<name>.cpp): baseline(), avx2() and avx512(), or neon().
+template <class Tables>
+const auto& table_of(Isa isa) {
+  switch (isa) {
+#if defined(__x86_64__)
+    case Isa::baseline:
+      return Tables::baseline();
+    case Isa::avx2:
+      return Tables::avx2();
+    case Isa::avx512:
+      return Tables::avx512();
+#elif defined(__aarch64__)
+    case Isa::neon:
+      return Tables::neon();
+#endif
+    default:
+      return Tables::reference();
+  }
+}
+
+}  // namespace decid
