@@ -82,13 +82,21 @@ CalibratedTrial trial_from(const Json& json) {
   return trial;
 }
 
+/// The settings in a file, as they are written today: the protocol says the noise's period.
+Json settings_of(const Json& calibration, const std::string& file) {
+  Json settings = calibration.at("settings");
+  Json& protocol = settings.at("protocol");
+  protocol = parse_json(sim::to_json(sim::protocol_from_json(protocol.dump(), file)), file);
+  return settings;
+}
+
 /// The trials of an earlier call with the same settings.
 std::vector<CalibratedTrial> earlier_trials(const CalibrateOptions& options, const Json& settings) {
   std::vector<CalibratedTrial> trials;
   if (!options.resume || !std::filesystem::exists(options.output)) return trials;
   const Json json = parse_json(read_file(options.output), options.output);
   try {
-    if (json.at("settings") != settings)
+    if (settings_of(json, options.output) != settings)
       throw Error(options.output, "is of other settings", "give those of the call that wrote it, or another name");
     for (const Json& trial : json.at("trials")) trials.push_back(trial_from(trial));
   } catch (const Json::exception&) {
