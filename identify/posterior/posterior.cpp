@@ -136,6 +136,8 @@ class Run {
     Sampler sampler;
     std::array<std::vector<State>, lanes> states;
     std::array<std::vector<double>, lanes> energy;
+    std::array<std::vector<std::vector<double>>, lanes> points;  // draws apart - 1, 2 apart - 1, ... of each chain
+    int apart = 1;
     double acceptance = 0.0;
     int divergences = 0, restarts = 0;
   };
@@ -262,6 +264,23 @@ class Run {
         group.acceptance += sampler.acceptance()[l];
         group.divergences += sampler.diverged()[l] ? 1 : 0;
       }
+      if (static_cast<int>(group.states.front().size()) % group.apart == 0) keep(group);
+    }
+  }
+
+  /// The points where the chains stand. Where those of a chain become too many, every other one goes.
+  void keep(Group& group) const {
+    const std::span<const double> x = group.sampler.coordinates();
+    for (std::size_t l = 0; l < lanes; ++l) {
+      std::vector<double>& point = group.points[l].emplace_back();
+      for (std::size_t i = l; i < x.size(); i += lanes) point.push_back(x[i]);
+    }
+    const int most = std::max(1, Posterior::most_points / (settings_.groups * lanes));
+    if (static_cast<int>(group.points.front().size()) <= most) return;
+    group.apart *= 2;
+    for (auto& points : group.points) {
+      for (std::size_t i = 1; i < points.size(); i += 2) points[i / 2] = std::move(points[i]);
+      points.resize(points.size() / 2);
     }
   }
 
@@ -270,6 +289,7 @@ class Run {
     Posterior& r = result_;
     r.chains_ = settings_.groups * lanes;
     r.states_.clear();
+    r.points_.clear();
     r.divergences_ = 0;
     r.restarts_ = 0;
     r.leaps_ = 0;
@@ -279,6 +299,13 @@ class Run {
       for (const std::vector<State>& chain : group.states)
         r.states_.insert(r.states_.end(), chain.begin(), chain.begin() + draws);
       for (const std::vector<double>& chain : group.energy) energy.emplace_back(chain.begin(), chain.begin() + draws);
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const int before = static_cast<int>(r.states_.size()) + draws * (static_cast<int>(l) - lanes);
+        for (std::size_t i = 0; i < group.points[l].size(); ++i) {
+          const int draw = (static_cast<int>(i) + 1) * group.apart - 1;
+          if (draw < draws) r.points_.push_back({before + draw, group.points[l][i]});
+        }
+      }
       r.divergences_ += group.divergences;
       r.restarts_ += group.restarts;
       r.leaps_ += group.sampler.leaps() * lanes;

@@ -48,6 +48,16 @@ class Posterior {
   int draws_per_chain() const noexcept { return chains_ > 0 ? draws() / chains_ : 0; }
   /// Chain by chain.
   std::span<const State> states() const noexcept { return states_; }
+
+  /// Some of the draws are kept whole, with their vestibular noise: every k-th of each chain, k a power of two, so that
+  /// they are at most this many, or one a chain.
+  static constexpr int most_points = 128;
+  int points() const noexcept { return static_cast<int>(points_.size()); }
+  /// The coordinates of point i, a value a coordinate of the density; chain by chain.
+  std::span<const double> point(int i) const { return points_.at(static_cast<std::size_t>(i)).coordinates; }
+  /// Which of states() it is.
+  int draw_of_point(int i) const { return points_.at(static_cast<std::size_t>(i)).draw; }
+
   static double value(const State& state, int quantity);
 
   double mean(int quantity) const;
@@ -72,7 +82,12 @@ class Posterior {
   int chains_ = 0, divergences_ = 0, restarts_ = 0;
   long long leaps_ = 0;
   double energy_fraction_ = 0.0, acceptance_ = 0.0;
+  struct Point {
+    int draw;
+    std::vector<double> coordinates;
+  };
   std::vector<State> states_;
+  std::vector<Point> points_;
   std::vector<double> rhat_, effective_;
 };
 
