@@ -88,10 +88,6 @@ Complex quotient(Complex a, Complex b) {
   return a * Complex(b.real() / square, -(b.imag() / square));
 }
 
-double normal_density(double x) {
-  return 0.39894228040143268 * decid::exp(-0.5 * x * x);
-}
-
 /// (sin a - a), by its series: |a| stays below 0.1.
 double sine_excess(double a) {
   const double z = a * a;
