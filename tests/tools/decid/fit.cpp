@@ -107,7 +107,7 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(result.out.find("Kp_pass") != std::string::npos);
   const Json json = Json::parse(read_text(folder / "o.json"));
   CHECK(json["recordings"][0].contains("error"));
-  CHECK(json["recordings"][1]["diagnostics"]["draws"] == 128);
+  CHECK(json["recordings"][1]["diagnostics"]["draws"] == 64);
 }
 
 TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_suite("slow")) {
@@ -145,6 +145,12 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   for (Json* json : {&resumed, &whole})
     for (Json& trial : (*json)["trials"]) trial.erase("seconds");
   CHECK(resumed == whole);
+  const auto parted = run_decid(command + " --trials 3 --resume --figure " + folder / "c.svg");
+  CAPTURE(parted.err);
+  CHECK(parted.code == 0);
+  CHECK(Json::parse(parted.out)["parts"]["damping_ratio"].size() == 3);
+  CHECK(read_text(folder / "c.svg").find("theta") != std::string::npos);
+  check_refused(command + " --trials 3 --resume --figure " + folder / "c.json", {"another name"});
   check_refused(command + " --trials 2 --resume --seed 4", {"c.json", "other settings"});
   // One from before the noise had a period of its own is of noise that repeats with the trial.
   std::string before = result.out;
