@@ -298,7 +298,8 @@ TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is s
   protocol.noise.vestibular.low_hz = 0.501;
   protocol.noise.vestibular.high_hz = 0.502;
   // 122 / 242 Hz is above, 121 / 242 Hz below.
-  CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("multiple of 0.004132231405 Hz, 1 / 242 s"), decid::Error);
+  CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("multiple of 0.004132231405 Hz, 1 / 242 s"),
+                       decid::Error);
   CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("protocol default, vestibular_noise"), decid::Error);
   protocol.noise.vestibular.high_hz = 61.0 / 121.0;
   CHECK_NOTHROW(protocol.validate());

@@ -149,28 +149,12 @@ TEST_CASE("the noise's period: twice the trial's length in what people write, th
 TEST_CASE("keys stand in the documented order") {
   const std::string text = to_json(sim::default_protocol());
   std::size_t last = 0;
-  for (const char* key : {"\"name\"",
-                          "\"sequence\"",
-                          "\"feedback\"",
-                          "\"start\"",
-                          "\"state_s\"",
-                          "\"amplitude_deg\"",
-                          "\"offset_s\"",
-                          "\"cycles\"",
-                          "\"lead_in_s\"",
-                          "\"lead_out_s\"",
-                          "\"sample_rate_hz\"",
-                          "\"body\"",
-                          "\"mass_kg\"",
-                          "\"com_height_m\"",
-                          "\"inertia_kgm2\"",
-                          "\"vestibular_noise\"",
-                          "\"scale_deg\"",
-                          "\"low_hz\"",
-                          "\"high_hz\"",
-                          "\"exponent\"",
-                          "\"period_s\"",
-                          "\"sensor_noise_deg\""}) {
+  for (const char* key : {"\"name\"",      "\"sequence\"",        "\"feedback\"",       "\"start\"",
+                          "\"state_s\"",   "\"amplitude_deg\"",   "\"offset_s\"",       "\"cycles\"",
+                          "\"lead_in_s\"", "\"lead_out_s\"",      "\"sample_rate_hz\"", "\"body\"",
+                          "\"mass_kg\"",   "\"com_height_m\"",    "\"inertia_kgm2\"",   "\"vestibular_noise\"",
+                          "\"scale_deg\"", "\"low_hz\"",          "\"high_hz\"",        "\"exponent\"",
+                          "\"period_s\"",  "\"sensor_noise_deg\""}) {
     const std::size_t found = text.find(key);
     INFO(key);
     REQUIRE(found != std::string::npos);
