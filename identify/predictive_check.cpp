@@ -148,7 +148,7 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> sway_rad
     for (const sim::FrfPoint& point : frf_->measure(sway_rad, tilt_rad)) shown.responses.push_back(point.response);
   shown.between_cycles_deg = between_cycles_deg(sway_rad);
   for (std::size_t k = 0; k + block_samples_ <= sway_rad.size(); k += block_samples_)
-    shown.blocks_rad.push_back(mean_of(sway_rad.subspan(k, block_samples_)));
+    shown.blocks_rad.push_back(mean_of(sway_rad.subspan(k, block_samples_)) - mean);
   return shown;
 }
 

@@ -35,7 +35,7 @@ struct PredictiveCheck {
 
   int standing = 0;                    ///< trials in which the body did not fall: those that are compared
   std::vector<CheckedFigure> figures;  ///< empty if they are fewer than 100
-  posterior::Band sway_rad;            ///< of the simulated trials, in blocks; empty likewise
+  posterior::Band sway_rad;            ///< of the simulated trials, each about its mean, in blocks; empty likewise
 
   /// What is odd, in words; empty if nothing is.
   std::string warning() const;

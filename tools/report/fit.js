@@ -47,23 +47,22 @@ function parameterTable(recording) {
     const mean = element("td", { class: "number value" }, `${fixed(parameter.mean, decimals)} \u00b1 ${fixed(parameter.sd, decimals)}`,
       words && element("small", {}, words));
     return element("tr", {},
-      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, parameter.description)),
-      network ? number(fixed(parameter.value, decimals)) : null, mean, element("td", { class: "unit" }, unitOf(parameter) || "\u2013"),
-      number(between(parameter.interval50, decimals)), number(between(parameter.interval90, decimals)),
+      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, [parameter.description, unitOf(parameter)].filter(text => text).join(", "))),
+      network ? number(fixed(parameter.value, decimals)) : null, mean, number(between(parameter.interval50, decimals)), number(between(parameter.interval90, decimals)),
       known ? number(fixed(parameter.true, decimals)) : null,
       number(absent(parameter.normalized) ? "\u2013" : between(parameter.interval90.map(value => value / mgh), 3) + normalizedUnit(parameter)));
   });
   for (const other of recording.others) {
     const decimals = Math.max(0, Math.floor(1.5 - Math.log10(other.sd)));
-    rows.push(element("tr", {}, element("th", { scope: "row" }, other.name), network ? number("") : null,
-      number(`${fixed(other.mean, decimals)} \u00b1 ${fixed(other.sd, decimals)}`), element("td", {}, unitOf(other) || "\u2013"),
+    rows.push(element("tr", {}, element("th", { scope: "row" }, other.name, unitOf(other) && element("span", { class: "description" }, unitOf(other))), network ? number("") : null,
+      number(`${fixed(other.mean, decimals)} \u00b1 ${fixed(other.sd, decimals)}`),
       number(between(other.interval50, decimals)), number(between(other.interval90, decimals)), known ? number("") : null, number("\u2013")));
   }
   return element("div", {}, element("p", { class: "note" }, "Mean of all draws and their standard deviation; the intervals hold 50 and 90 % of the draws. " +
     `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of this body.` +
     (network ? " The chains do not agree, so the answer is the network\u2019s." : "")), element("div", { class: "scroll" }, element("table", {},
     element("thead", {}, element("tr", {}, heading("Parameter", ""), network ? heading("Network") : null, heading("Mean \u00b1 deviation"),
-      heading("Unit", ""), heading("50 % of the draws"), heading("90 % of the draws"), known ? heading("True") : null,
+      heading("50 % of the draws"), heading("90 % of the draws"), known ? heading("True") : null,
       heading("90 %, over m g h"))),
     element("tbody", {}, ...rows))));
 }
@@ -219,13 +218,13 @@ function timelines(recording) {
       [...again, ["The model with the inferred noise: 90 % of the draws", "soft", sway.model_low, sway.model_high],
         ["Its median", "draw", sway.model_middle], ["Recorded", "recorded", sway.recorded]], [],
       "All about their means, each point the mean of " + compact(1000 * sway.step_s) + " ms. The narrow band is the model\u2019s sway with the vestibular noise " +
-      "that was inferred from this recording: it should run within it. The wide band are trials with other noise, as the same controller would sway on another day: the " +
+      "that was inferred from this recording: it should run within it. The wide band is that of trials with other noise, as the same controller would sway on another day: the " +
       "recording should be one of them."),
     timeline("Inferred: the vestibular noise", noise, "Velocity (deg/s)",
       [["90 % of the draws", "soft", noise.noise_low, noise.noise_high], ["Median", "draw", noise.noise_middle]],
       dead ? [[dead, "edge", "Edges of the dead band (mean theta)"], [-dead, "edge"]] : [],
       "Not measured: what the model needs the noise of the sense of balance to have been, as an angular velocity, to sway as recorded. Where the platform\u2019s velocity " +
-      "and the noise together stay within the dead band, the controller perceives nothing and the recording says only that; there the band is wide."),
+      "and the noise together stay within the dead band, the controller perceives nothing and the recording says only that; there the band is wider."),
     timeline("Inferred: the controller\u2019s estimate of the platform\u2019s tilt", tilt, "Tilt (deg)",
       [["90 % of the draws", "soft", tilt.estimate_low, tilt.estimate_high], ["Median", "draw", tilt.estimate_middle], ["The platform\u2019s tilt", "tilt", tilt.platform]], [],
       "Not measured: what passes the dead band, integrated. It is what the model\u2019s controller takes for the platform\u2019s tilt; it falls short of it by what the dead band " +
@@ -371,7 +370,7 @@ const shownDraws = 800;
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posterior of posture control`;
 contents(parameter => `${fixed(parameter.mean, decimalsOf(parameter))} \u00b1 ${fixed(parameter.sd, decimalsOf(parameter))}`,
-  ["R-hat", recording => fixed(recording.diagnostics.rhat, 2)]);
+  ["R\u2011hat", recording => fixed(recording.diagnostics.rhat, 2)]);
 failures("Not fitted");
 report.recordings.forEach(section);
 footer();

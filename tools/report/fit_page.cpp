@@ -178,7 +178,7 @@ Json signals_of(const Identification& recording, const FitFigures& fitted, const
   Chart sway(0.5 * (fitted.block_s - 1.0 / rate_hz), fitted.block_s);
   sway.line("recorded", Thinned{1, mean_of(recorded)}(recorded));
   sway.band("model", inferred.sway_rad, about_mean(inferred.sway_rad));
-  sway.band("again", fitted.check.sway_rad, about_mean(fitted.check.sway_rad));
+  sway.band("again", fitted.check.sway_rad, Thinned{1});
 
   const Thinned edges{static_cast<std::size_t>(std::max(1L, std::lround(shown_step_s / fitted.edge_s)))};
   const double step_s = fitted.edge_s * static_cast<double>(edges.every);
