@@ -54,8 +54,8 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
     CHECK(recording["diagnostics"]["effective_draws"][info.name].get<double>() > 0.0);
     CHECK(near(recording["correlations"][p][p].get<double>(), 1.0, 1e-12));
   }
-  CHECK(recording["diagnostics"]["chains"] == 16);
-  CHECK(recording["diagnostics"]["draws"] == 320);
+  CHECK(recording["diagnostics"]["chains"] == 8);
+  CHECK(recording["diagnostics"]["draws"] == 160);
   CHECK(recording["diagnostics"]["agreed"].is_boolean());
   CHECK(recording["fit"]["seconds"].get<double>() > 0);
   CHECK(recording["fit"]["answer"] == "posterior");
@@ -145,9 +145,9 @@ TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
   CHECK(err.find(", drawing, R-hat ") != std::string::npos);
   const Json recordings = Json::parse(read_text(folder / "o.json"))["recordings"];
   CHECK((recordings.size() >= 1 && recordings.size() < 100));
-  for (std::size_t i = 0; i + 1 < recordings.size(); ++i) CHECK(recordings[i]["diagnostics"]["draws"] == 800);
+  for (std::size_t i = 0; i + 1 < recordings.size(); ++i) CHECK(recordings[i]["diagnostics"]["draws"] == 400);
   // The last one has some draws, or none.
-  CHECK((recordings.back().contains("error") || recordings.back()["diagnostics"]["draws"].get<int>() <= 800));
+  CHECK((recordings.back().contains("error") || recordings.back()["diagnostics"]["draws"].get<int>() <= 400));
   CHECK(read_text(folder / "r.html").find("</html>") != std::string::npos);
 }
 

@@ -33,7 +33,7 @@ inline FitRequest quick_request() {
                       .groups = 1,
                       .annealing_moves = 5,
                       .window_moves = 9,
-                      .leaps = 60,
+                      .most_leaps = 60,
                       .block = 20,
                       .least_draws = 40,
                       .most_draws = 40};
