@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/text.hpp"
+#include "base/version.hpp"
 #include "dataset/recording/protocol_file.hpp"
 #include "identify/fit_recordings.hpp"
 #include "sim/protocol_json.hpp"
@@ -14,6 +15,7 @@
 #include "tools/decid/fit_results.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/recording_flags.hpp"
+#include "tools/report/fit_page.hpp"
 
 namespace decid::tools {
 namespace {
@@ -21,7 +23,7 @@ namespace {
 struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
-  std::string model, protocol, output, draws;
+  std::string model, protocol, output, draws, report;
   std::optional<double> mass_kg, height_m;
   FitRequest request;
 };
@@ -48,7 +50,9 @@ void run_fit(const FitOptions& options) {
   refuse_same_file(options.output, inputs);
   inputs.push_back(options.output);
   refuse_same_file(options.draws, inputs);
-  for (const std::string& path : {options.output, options.draws})
+  inputs.push_back(options.draws);
+  refuse_same_file(options.report, inputs);
+  for (const std::string& path : {options.output, options.draws, options.report})
     if (!path.empty()) PendingFile probe(path);  // reports an unwritable place before the work
 
   const Model model = model_or_built_in(options.model);
@@ -62,7 +66,8 @@ void run_fit(const FitOptions& options) {
     all = fit_recordings(
         &model, protocol, options.recordings.paths(), reading, options.request,
         [&](std::size_t recording, const posterior::Progress& progress) {
-          bar.update(parts * static_cast<long long>(recording) + static_cast<long long>(parts * progress.done));
+          bar.update(parts * static_cast<long long>(recording) + static_cast<long long>(parts * progress.done),
+                     progress.rhat > 0.0 ? format("%s, R-hat %.2f", progress.stage, progress.rhat) : progress.stage);
           return !interrupted();
         });
   }
@@ -70,11 +75,12 @@ void run_fit(const FitOptions& options) {
   const std::string json = fits_json(model_name(options.model), all);
   if (!options.output.empty()) write_file(options.output, json);
   if (!options.draws.empty()) write_draws(options.draws, all);
+  if (!options.report.empty()) write_file(options.report, fit_report_html(version, options.request, all));
   std::cout << (options.common.json ? json : fits_text(all));
-  tell_errors("fit", all.identified.recordings);
   if (interrupted())
     throw std::runtime_error(
         format("stopped at recording %zu of %lld; what was drawn until then was written", all.fits.size(), files));
+  tell_errors("fit", all.identified.recordings);
 }
 
 }  // namespace
@@ -114,8 +120,9 @@ void add_fit(const Command& program) {
   add_seed_option(command, options->request.settings.seed, "Of the chains");
   add_output_option(command, options->output, "JSON file to write");
   command.add_option("--draws", options->draws, "All draws as arrays, for NumPy (.npz)");
+  command.add_option("--report", options->report, "HTML report to write: one page that opens offline");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --draws draws.npz");
+  command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html");
   command.callback([options] {
     options->request.settings.least_draws =
         std::min(options->request.settings.least_draws, options->request.settings.most_draws);
