@@ -49,6 +49,7 @@ class Posterior {
   /// Chain by chain.
   std::span<const State> states() const noexcept { return states_; }
   static double value(const State& state, int quantity);
+  std::vector<double> draws_of(int quantity) const;
 
   double mean(int quantity) const;
   double deviation(int quantity) const;
