@@ -59,14 +59,12 @@ State Density::state(std::span<const double> x) const {
   State state;
   state.parameters = sim::Parameters(ranges.size());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
-    if (i != sim::Nv && i != sim::Theta)
-      state.parameters[i] = ranges[i].low + ranges[i].range() * normal_distribution(x[i]);
+    if (i != sim::Nv && i != sim::Theta) state.parameters[i] = ranges[i].low + ranges[i].range() * x[i];
   }
-  const DeadBandPrior::Point point =
-      dead_band_.at(normal_distribution(x[sim::Nv]), normal_distribution(x[sim::Theta]));
+  const DeadBandPrior::Point point = dead_band_.at(x[sim::Nv], x[sim::Theta]);
   state.parameters[sim::Nv] = point.nv;
   state.parameters[sim::Theta] = point.theta;
-  state.gain = 1.0 + priors_.gain * (2.0 * normal_distribution(x[gain]) - 1.0);
+  state.gain = 1.0 + priors_.gain * (2.0 * x[gain] - 1.0);
   state.error = *priors_.error * decid::exp(decid::log(priors_.error_factor) * x[error]);
   return state;
 }
@@ -74,11 +72,10 @@ State Density::state(std::span<const double> x) const {
 std::array<double, Density::quantities> Density::by_coordinates(std::span<const double> x) const {
   const sim::ParameterTable& ranges = model_.protocol().parameters();
   std::array<double, quantities> by{};
-  for (std::size_t i = 0; i < ranges.size(); ++i) by[i] = ranges[i].range() * posterior::normal_density(x[i]);
-  const double rank = normal_distribution(x[sim::Nv]);
-  by[sim::Nv] = dead_band_.at(rank, 0.5).by_rank * posterior::normal_density(x[sim::Nv]);
+  for (std::size_t i = 0; i < ranges.size(); ++i) by[i] = ranges[i].range();
+  by[sim::Nv] = dead_band_.at(x[sim::Nv], 0.5).by_rank;
   by[sim::Theta] = 0.0;
-  by[gain] = 2.0 * priors_.gain * posterior::normal_density(x[gain]);
+  by[gain] = 2.0 * priors_.gain;
   return by;
 }
 

@@ -7,8 +7,8 @@
 // model explains and what the table's confidence forgets. The prior is uniform in the parameters' ranges where the loop
 // is stable.
 //
-// Coordinates have a standard normal prior each: parameter p = low + range * Phi(x), Nv and theta together as
-// DeadBandPrior has them, what passes in Nv's place; gain as a parameter; log error.
+// Coordinates are uniform from 0 to 1 beforehand: parameters and gain in their ranges, Nv and theta as DeadBandPrior
+// has them, what passes in Nv's place; and one that is normal, of the error's logarithm.
 #pragma once
 
 #include <array>
@@ -51,6 +51,8 @@ class Density {
   /// With the error's median filled in.
   const Priors& priors() const noexcept { return priors_; }
   static constexpr std::size_t size() { return quantities; }
+  /// The first of them, uniform from 0 to 1 beforehand.
+  static constexpr std::size_t uniform() { return error; }
 
   State state(std::span<const double> x) const;
   static double value(const State& state, int quantity);

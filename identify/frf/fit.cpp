@@ -29,7 +29,8 @@ std::vector<double> deviations_of_prior(const Density& density, std::uint64_t se
   std::vector<std::vector<double>> values(Density::quantities);
   std::vector<double> x(Density::size());
   for (std::size_t i = 0; i < prior_draws; ++i) {
-    random.fill_normal(x, i * x.size());
+    for (std::size_t k = 0; k < x.size(); ++k)
+      x[k] = k < Density::uniform() ? random.uniform(i * x.size() + k) : random.normal(i * x.size() + k);
     const State state = density.state(x);
     for (int q = 0; q < Density::quantities && density.is_stable(state); ++q)
       values[static_cast<std::size_t>(q)].push_back(Density::value(state, q));
@@ -134,7 +135,8 @@ void Fit::warn(const Density& density) {
 
 Fit fit(const Density& density, const WalkerSettings& settings) {
   const Walks walks = walk(
-      Density::size(), [&](std::span<const double> x, Local& local) { density.evaluate(x, local); }, settings);
+      Density::size(), Density::uniform(), [&](std::span<const double> x, Local& local) { density.evaluate(x, local); },
+      settings);
   Fit found;
   found.chains_ = settings.chains;
   found.draws_.resize(Density::quantities);

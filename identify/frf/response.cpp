@@ -47,8 +47,8 @@ class Cycle {
     const sim::Stimulus stimulus = sim::make_stimulus(experiment);
     const sim::FrequencyResponse analysis(experiment, 0, each_harmonic);
     std::vector<float> tilt;
-    for (int k = 0; k < experiment.samples(); ++k)
-      tilt.push_back(static_cast<float>(stimulus.tilt_at(k * experiment.steps_per_sample())));
+    const int samples = experiment.samples(), steps = experiment.steps_per_sample();
+    for (int k = 0; k < samples; ++k) tilt.push_back(static_cast<float>(stimulus.tilt_at(k * steps)));
     for (const sim::FrfPoint& point : analysis.measure(tilt, tilt))
       harmonics_.push_back(std::llround(point.frequency_hz * cycle_s_));
 

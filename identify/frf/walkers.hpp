@@ -19,9 +19,9 @@ struct WalkerSettings {
   int stage_moves = 8;      ///< of each walker at every power; it rises so far that half of the population still counts
   int settling_moves = 40;  ///< at the last
   int chains = 16;          ///< that go on
-  int thinning = 5;         ///< moves a draw
-  int block = 100;          ///< draws of each chain after which it is asked whether they are enough
-  int most_draws = 2000;    ///< a chain
+  int thinning = 20;        ///< moves a draw
+  int least_draws = 80;     ///< of each chain; as many again and again while they are not enough
+  int most_draws = 1280;
   double largest_rhat = 1.01;     ///< enough: every coordinate's R-hat is at most this
   double effective_draws = 1000;  ///< and it has so many
 };
@@ -45,8 +45,9 @@ struct Walks {
   long long evaluations = 0;
 };
 
-/// Draws from exp(-misfit) times standard normal densities of `size` coordinates. Depends on the settings alone, not on
+/// Draws from exp(-misfit) times the prior of `size` coordinates: uniform from 0 to 1 of the first `uniform`, standard
+/// normal of the others. Depends on the settings alone, not on
 /// the threads. Throws Error for settings that are too small, and if 1000 draws in a row from the prior are impossible.
-Walks walk(std::size_t size, const Evaluate& evaluate, const WalkerSettings& settings);
+Walks walk(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const WalkerSettings& settings);
 
 }  // namespace decid::frf
