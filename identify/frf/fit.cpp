@@ -113,7 +113,8 @@ void Fit::predict(const Density& density, const std::vector<State>& states) {
 void Fit::warn(const Density& density) {
   if (!agreed()) {
     const auto worst = std::ranges::max_element(rhat_);
-    warnings_.push_back(format("the chains do not agree (R-hat %.2f): draw more with --most-draws", *worst));
+    warnings_.push_back(
+        format("the chains do not agree (R-hat %.3f): the table may fit more than one controller", *worst));
   }
   const double percent = 100.0 * mean(Density::error);
   const Priors& priors = density.priors();
