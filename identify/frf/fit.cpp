@@ -15,7 +15,7 @@ namespace {
 
 using sim::Complex;
 
-constexpr double agreeing_rhat = 1.02, unlikely = 0.01;
+constexpr double agreeing_rhat = 1.05, unlikely = 0.01;
 constexpr std::size_t prior_draws = 4096;
 constexpr std::uint64_t of_prior = std::uint64_t{1} << 32;  // number of the walker whose random numbers these are
 

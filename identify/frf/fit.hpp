@@ -52,7 +52,7 @@ class Fit {
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   double acceptance() const noexcept { return acceptance_; }
   long long evaluations() const noexcept { return evaluations_; }
-  /// Whether the chains say the same: every R-hat is at most 1.02.
+  /// Whether the chains say the same: every R-hat is at most 1.05.
   bool agreed() const;
 
   /// One a row.

@@ -198,8 +198,9 @@ TEST_CASE("the stability is the simulator's") {
     differing += stands != model.is_stable(parameters) ? 1 : 0;
   }
   CHECK(stable > 40);
-  CHECK(stable < 160);
-  CHECK(differing <= 8);  // a slow growth does not leave 5 degrees within the trial, a resonance may
+  CHECK(stable < 195);
+  MESSAGE("differing " << differing);
+  CHECK(differing <= 3);  // a slow growth does not leave 5 degrees within the trial, a resonance may
 }
 
 TEST_CASE("what has no response is an error") {
