@@ -132,6 +132,10 @@ double gauss(double x) {
 }  // namespace
 
 // Rational approximations of erf and erfc by Cody, Mathematics of Computation 23, 1969.
+double normal_density(double x) noexcept {
+  return 0.39894228040143268 * exp(-0.5 * x * x);
+}
+
 double normal_distribution(double x) noexcept {
   constexpr double sqrt_half = 0.70710678118654752, one_over_sqrt_pi = 0.56418958354775629;
   const double y = std::abs(x) * sqrt_half;

@@ -24,6 +24,8 @@ double exp(double x) noexcept;
 
 /// The standard normal distribution function; relative error below 2e-14 for x >= -8 and 3e-13 for x >= -37, 0 below.
 double normal_distribution(double x) noexcept;
+/// Its derivative.
+double normal_density(double x) noexcept;
 
 /// Angle of (x, y) in (-pi, pi]; atan2(0, 0) = 0; error below 3 units in the last place.
 double atan2(double y, double x) noexcept;

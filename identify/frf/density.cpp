@@ -9,7 +9,6 @@
 #include "base/math.hpp"
 #include "base/text.hpp"
 #include "identify/posterior/cholesky.hpp"
-#include "identify/posterior/elementary.hpp"
 
 namespace decid::frf {
 namespace {

@@ -175,7 +175,7 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
 
 double mean_passed(double signal, double deviation, double theta) {
   const double d = std::max(deviation, least_deviation);
-  const auto g = [](double u) { return u * normal_distribution(u) + posterior::normal_density(u); };
+  const auto g = [](double u) { return u * normal_distribution(u) + normal_density(u); };
   return d * (g((signal - theta) / d) - g((-signal - theta) / d));
 }
 

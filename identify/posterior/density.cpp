@@ -188,6 +188,10 @@ Density::Transforms Density::transforms() const {
   return {bins_fft_.length(), blocks_fft_.length(), noise_.transform_length(), noise_.transforms()};
 }
 
+double Density::block_noise_rad(double sensor_noise_deg) const {
+  return sensor_noise_deg * sim::rad_per_deg / std::sqrt(static_cast<double>(block_samples_));
+}
+
 Observation Density::observe(std::span<const float> sway_rad) const {
   if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
     throw Error("recording", "has " + std::to_string(sway_rad.size()) + " samples",
@@ -294,7 +298,7 @@ Density::Chains Density::chains(std::span<const double> x, std::optional<double>
         fixed_noise_deg.value_or(priors_.sensor_noise_deg * decid::exp(spread * coordinate(sensor_noise)));
     c.value[sensor_noise][l] = noise_deg;
     c.by_coordinate[sensor_noise][l] = fixed_noise_deg ? 0.0 : spread;  // of its logarithm
-    c.noise_rad[l] = noise_deg * sim::rad_per_deg / std::sqrt(static_cast<double>(block_samples_));
+    c.noise_rad[l] = block_noise_rad(noise_deg);
     const double nv = c.value[sim::Nv][l], radius = std::sqrt(nv * nv + nv_scale * nv_scale);
     c.radius[l] = radius;
     c.noise_gain[l] = nv / radius;

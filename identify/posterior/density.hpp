@@ -70,8 +70,18 @@ class Density {
     int bins, blocks, noise, noise_count;
   };
   Transforms transforms() const;
+  /// Whether a global is inferred, or known: start and gain may be.
+  bool infers(Global global) const noexcept {
+    return (global != start || priors_.start_s > 0.0) && (global != gain || priors_.gain > 0.0);
+  }
   /// Where the first bin begins, at the protocol's start or just before.
   double first_bin_s() const noexcept { return first_step_ * sim::integration_step_s; }
+  double bin_s() const noexcept { return bin_steps_ * sim::integration_step_s; }
+  double block_s() const { return block_samples_ / protocol_.experiment.sample_rate_hz; }
+  /// The sensor's noise in the mean of a block.
+  double block_noise_rad(double sensor_noise_deg) const;
+  /// Those of the bins within the trial: edge i is at first_bin_s() + i * bin_s().
+  int edges() const { return (protocol_.experiment.steps() - first_step_) / bin_steps_ + 1; }
   Isa isa() const noexcept { return isa_; }
 
   /// sway_rad: the protocol's samples. Throws Error for another number of them.
@@ -105,10 +115,15 @@ class Density {
   /// the high-pass.
   void model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,
              std::span<double> residual_rad, Workspace& work) const;
-  /// Adds to `matrix` (lower triangle, row after row) the information about the coordinates at the chains' points, the
-  /// mean over the chains: J^t J / noise^2 (Gauss-Newton) and that of the prior.
-  void add_information(const Observation& observation, std::span<const double> x, std::span<double> matrix,
-                       Workspace& work, std::optional<double> fixed_noise_deg = {}) const;
+  /// What each chain's controller perceives: the velocity of its vestibular noise at the dead band, rad/s, and its
+  /// estimate of the platform's tilt, which is the integral of what passes the dead band since the start, rad; edges()
+  /// values a chain each.
+  void perceive(std::span<const double> x, std::span<double> noise_rad_s, std::span<double> tilt_rad,
+                Workspace& work) const;
+  /// The information of each chain about its coordinates, at its point: J^t J / noise^2 (Gauss-Newton) and that of the
+  /// prior. A lower triangle, row after row, triangle(size()) values a chain.
+  void information(const Observation& observation, std::span<const double> x, std::span<double> matrices,
+                   Workspace& work, std::optional<double> fixed_noise_deg = {}) const;
 
  private:
   struct Chains;  // what each chain's coordinates mean, chain by chain

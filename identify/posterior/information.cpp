@@ -1,4 +1,4 @@
-// The information about all coordinates at the chains' points: see Density::add_information.
+// The information about all coordinates at the chains' points: see Density::information.
 // Column i of J is the change of the blocks, over their noise, with coordinate i; changes of the loop and of the dead
 // band go through the same transforms as the sway itself.
 #include <algorithm>
@@ -57,9 +57,9 @@ void put_lane(AlignedVector<double>& values, std::size_t k, std::size_t l, Compl
 
 }  // namespace
 
-void Density::add_information(const Observation& observation, std::span<const double> x, std::span<double> matrix,
-                              Workspace& work, std::optional<double> fixed_noise_deg) const {
-  check(observation, x, matrix.size(), triangle(static_cast<std::size_t>(size())));
+void Density::information(const Observation& observation, std::span<const double> x, std::span<double> matrices,
+                          Workspace& work, std::optional<double> fixed_noise_deg) const {
+  check(observation, x, matrices.size(), triangle(static_cast<std::size_t>(size())) * lanes);
   const Kernels& run = kernels(isa_);
   const Chains c = chains(x, fixed_noise_deg);
   std::array<double, lanes> squares;
@@ -77,8 +77,7 @@ void Density::add_information(const Observation& observation, std::span<const do
     double* out = work.columns.data() + column * column_size;
     run.residual(blocks_, drift_decay_, silence.data(), work.modelled.data(), undamp_.data(), out, squares.data());
     std::array<double, lanes> factor;
-    for (std::size_t l = 0; l < lanes; ++l)
-      factor[l] = -factors[l] / (c.noise_rad[l] * std::sqrt(static_cast<double>(lanes)));
+    for (std::size_t l = 0; l < lanes; ++l) factor[l] = -factors[l] / c.noise_rad[l];
     for (std::size_t m = 0; m < static_cast<std::size_t>(blocks_); ++m)
       for (std::size_t l = 0; l < lanes; ++l) out[m * lanes + l] *= factor[l];
   };
@@ -142,21 +141,21 @@ void Density::add_information(const Observation& observation, std::span<const do
       for (std::size_t r = 4 * i; r < std::min(4 * i + 4, count); ++r) {
         for (std::size_t column = 4 * j; column < 4 * j + 4 && column <= r; ++column) {
           const double* p = products + (4 * (r - 4 * i) + (column - 4 * j)) * lanes;
-          matrix[triangle(r) + column] += ((p[0] + p[1]) + (p[2] + p[3])) + ((p[4] + p[5]) + (p[6] + p[7]));
+          std::copy_n(p, lanes, matrices.data() + (triangle(r) + column) * lanes);
         }
       }
     }
   }
-  const auto diagonal = [&](std::size_t i) -> double& { return matrix[triangle(i) + i]; };
   for (std::size_t l = 0; l < lanes; ++l) {
+    const auto diagonal = [&](std::size_t i) -> double& { return matrices[(triangle(i) + i) * lanes + l]; };
     const double of_prior = 1.0 / (c.radius[l] * c.radius[l]);
-    for (std::size_t i = 0; i < noises; ++i) diagonal(i) += of_prior / lanes;
+    for (std::size_t i = 0; i < noises; ++i) diagonal(i) += of_prior;
     const double by_nv = c.by_coordinate[sim::Nv][l] * c.value[sim::Nv][l] * of_prior;
-    diagonal(noises + sim::Nv) += 2.0 * static_cast<double>(noises) * by_nv * by_nv / lanes;
+    diagonal(noises + sim::Nv) += 2.0 * static_cast<double>(noises) * by_nv * by_nv;
     const double by_noise = c.by_coordinate[sensor_noise][l];
-    diagonal(noises + sensor_noise) += 2.0 * blocks_ * by_noise * by_noise / lanes;
+    diagonal(noises + sensor_noise) += 2.0 * blocks_ * by_noise * by_noise;
+    for (std::size_t i = 0; i < globals; ++i) diagonal(noises + i) += 1.0;
   }
-  for (std::size_t i = 0; i < globals; ++i) diagonal(noises + i) += 1.0;
 }
 
 }  // namespace decid::posterior

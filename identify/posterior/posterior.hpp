@@ -5,8 +5,10 @@
 //   if (found.agreed()) use(found.mean(sim::Kp), found.quantile(sim::Kp, 0.05), found.quantile(sim::Kp, 0.95));
 //
 // Chains begin anywhere: the sensor's noise starts high, where the recording says little, and is lowered in stages to
-// what its second differences show (annealing). Then the metric is made from the information at points that the chains
-// visit, in several windows, and the draws begin; they end when the chains agree and are enough.
+// what its second differences show (annealing). Then a chart that straightens the posterior (chart.hpp) and a metric
+// are made from points that the chains visit, in several windows, and the draws begin. If the chains are far apart
+// after some of them, these draws become one more window, and another round begins. It ends when the chains agree and
+// the draws are enough.
 #pragma once
 
 #include <functional>
@@ -20,12 +22,14 @@ namespace decid::posterior {
 
 struct Settings {
   std::uint64_t seed = 1;
-  int groups = 2;            ///< of `lanes` chains each, which run on threads of their own
-  int annealing_moves = 10;  ///< transitions at each level of the sensor's noise, of 20 leaps
-  int window_moves = 30;     ///< in each of three windows of warming up, of 64 leaps; a multiple of 3
-  int leaps = 200;           ///< of a transition
+  int groups = 1;            ///< of `lanes` chains each, which run on threads of their own
+  int annealing_moves = 10;  ///< transitions at each level of the sensor's noise
+  int window_moves = 18;     ///< in each window of warming up
+  int most_leaps = 200;      ///< of a transition: as many as the widest direction needs, to that many
   int block = 25;            ///< transitions of each chain after which it is asked whether they are enough
-  int least_draws = 50;      ///< a chain
+  int rounds = 3;            ///< at most
+  int trial_draws = 50;      ///< of a chain, after which a round that is not the last may begin anew
+  int least_draws = 50;      ///< of a chain
   int most_draws = 200;
   double largest_rhat = 1.05;    ///< enough: every quantity's R-hat is at most this
   double effective_draws = 200;  ///< and it has so many
@@ -48,6 +52,16 @@ class Posterior {
   int draws_per_chain() const noexcept { return chains_ > 0 ? draws() / chains_ : 0; }
   /// Chain by chain.
   std::span<const State> states() const noexcept { return states_; }
+
+  /// Some of the draws are kept whole, with their vestibular noise: every k-th of each chain, k a power of two, so that
+  /// they are at most this many, or one a chain.
+  static constexpr int most_points = 128;
+  int points() const noexcept { return static_cast<int>(points_.size()); }
+  /// The coordinates of point i, a value a coordinate of the density; chain by chain.
+  std::span<const double> point(int i) const { return points_.at(static_cast<std::size_t>(i)).coordinates; }
+  /// Which of states() it is.
+  int draw_of_point(int i) const { return points_.at(static_cast<std::size_t>(i)).draw; }
+
   static double value(const State& state, int quantity);
   std::vector<double> draws_of(int quantity) const;
 
@@ -62,7 +76,7 @@ class Posterior {
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   double energy_fraction() const noexcept { return energy_fraction_; }
   int divergences() const noexcept { return divergences_; }
-  int restarts() const noexcept { return restarts_; }  ///< of chains that were stuck while warming up
+  int restarts() const noexcept { return restarts_; }  ///< of chains that were stuck in a window
   long long leaps() const noexcept { return leaps_; }  ///< of all chains
   double acceptance() const noexcept { return acceptance_; }
   /// Whether the chains say the same: every R-hat is at most 1.2.
@@ -73,13 +87,19 @@ class Posterior {
   int chains_ = 0, divergences_ = 0, restarts_ = 0;
   long long leaps_ = 0;
   double energy_fraction_ = 0.0, acceptance_ = 0.0;
+  struct Point {
+    int draw;
+    std::vector<double> coordinates;
+  };
   std::vector<State> states_;
+  std::vector<Point> points_;
   std::vector<double> rhat_, effective_;
 };
 
 /// starts: where the chains begin, one after the other and over again; empty: draws from the middle of the priors.
 /// Depends on the settings alone, not on threads or instruction set. Throws Error if the recording is
-/// constant, and for settings below 1, three window_moves or four most_draws.
+/// constant, and for settings below 1, six window_moves or
+/// trial_draws, or four most_draws.
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
                  std::span<const State> starts = {}, const OnProgress& progress = {});
 

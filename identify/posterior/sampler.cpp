@@ -21,14 +21,15 @@ Sampler::Sampler(const Density& density, const Observation& observation, std::ui
       work_(density),
       random_(seed, Stream::posterior, group),
       size_(static_cast<std::size_t>(density.size())) {
-  for (auto* values : {&x_, &start_, &momentum_, &gradient_, &force_, &direction_}) values->assign(size_ * lanes, 0.0);
+  for (auto* values : {&x_, &start_, &y_, &momentum_, &gradient_, &force_, &direction_})
+    values->assign(size_ * lanes, 0.0);
   metric_.assign(triangle(size_), 0.0);
   for (std::size_t i = 0; i < size_; ++i) metric_[triangle(i) + i] = 1.0;
   begin_adapting(0.1);
 }
 
-void Sampler::add_information(std::span<double> matrix) {
-  density_.add_information(observation_, x_, matrix, work_, fixed_noise_deg_);
+void Sampler::information(std::span<double> matrices) {
+  density_.information(observation_, x_, matrices, work_, fixed_noise_deg_);
 }
 
 bool Sampler::set_metric(std::span<const double> information) {
@@ -70,8 +71,54 @@ double Sampler::middle_step() const {
   return sorted[lanes / 2];
 }
 
+// The covariance that the metric stands for is T^t T, T its inverse factor; that of the globals is of T's last rows,
+// which are the inverse factor of the globals alone. So points y = T^-t x are round where the metric is right.
+double Sampler::widest(std::span<const std::array<double, Density::globals>> points) const {
+  constexpr std::size_t count = Density::globals;
+  using Vector = std::array<double, count>;
+  const std::size_t first = size_ - count;
+  const auto lower = [&](std::size_t row, std::size_t column) {
+    return metric_[triangle(first + row) + first + column];
+  };
+  std::array<Vector, count> covariance{};
+  Vector mean{};
+  for (const Vector& point : points)
+    for (std::size_t i = 0; i < count; ++i) mean[i] += point[i] / static_cast<double>(points.size());
+  for (const Vector& point : points) {
+    Vector y;
+    for (std::size_t i = count; i-- > 0;) {  // T^t y = x, from the last row
+      double value = point[i] - mean[i];
+      for (std::size_t k = i + 1; k < count; ++k) value = std::fma(-lower(k, i), y[k], value);
+      y[i] = value / lower(i, i);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = 0; j < count; ++j)
+        covariance[i][j] = std::fma(y[i], y[j] / static_cast<double>(points.size()), covariance[i][j]);
+  }
+  Vector direction;
+  direction.fill(1.0);
+  double variance = 0.0;
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    Vector next{};
+    double square = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t j = 0; j < count; ++j) next[i] = std::fma(covariance[i][j], direction[j], next[i]);
+      square = std::fma(next[i], next[i], square);
+    }
+    variance = std::sqrt(square);
+    if (!(variance > 0.0)) return 0.0;
+    for (std::size_t i = 0; i < count; ++i) direction[i] = next[i] / variance;
+  }
+  return std::sqrt(variance);
+}
+
+// At y_, coordinates of the chart; x_ follows.
 void Sampler::evaluate() {
+  Lanes log_volume;
+  chart_.to_density(y_, x_, log_volume, chart_work_, density_.isa());
   density_.evaluate(observation_, x_, gradient_, potential_, work_, fixed_noise_deg_);
+  chart_.pull_back(y_, gradient_, chart_work_, density_.isa());
+  for (std::size_t l = 0; l < lanes; ++l) potential_[l] -= log_volume[l];
   kernels(density_.isa()).lower_times(static_cast<int>(size_), metric_.data(), gradient_.data(), force_.data());
   ++leaps_;
 }
@@ -88,8 +135,9 @@ void Sampler::move(int leaps) {
     choice[l] = random_.uniform(drawn_ + lanes + l);
   }
   drawn_ += 2 * lanes;
-  evaluate();
   start_ = x_;
+  chart_.from_density(x_, y_, chart_work_, density_.isa());
+  evaluate();
   const Lanes before = potential_;
   Lanes squares;
   run.squares(static_cast<int>(size_), momentum_.data(), squares.data());
@@ -99,7 +147,7 @@ void Sampler::move(int leaps) {
   run.subtract_times(size, half_step.data(), force_.data(), momentum_.data());
   for (int leap = 0; leap < leaps; ++leap) {
     run.upper_times(size, metric_.data(), momentum_.data(), direction_.data());
-    run.add_times(size, step.data(), direction_.data(), x_.data());
+    run.add_times(size, step.data(), direction_.data(), y_.data());
     evaluate();
     run.subtract_times(size, (leap + 1 < leaps ? step : half_step).data(), force_.data(), momentum_.data());
   }

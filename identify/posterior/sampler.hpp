@@ -1,5 +1,6 @@
 // Hamiltonian Monte Carlo on a Density: `lanes` chains that leap side by side, with one metric for all and a step of
-// their own each. Neal, Handbook of Markov Chain Monte Carlo, 2011, chapter 5.
+// their own each: one that is still on its way needs smaller ones. Neal, Handbook of Markov Chain Monte Carlo, 2011,
+// chapter 5.
 #pragma once
 
 #include <array>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "base/random.hpp"
+#include "identify/posterior/chart.hpp"
 #include "identify/posterior/density.hpp"
 
 namespace decid::posterior {
@@ -28,10 +30,15 @@ class Sampler {
   /// For a start that is annealed: the sensor's noise is this; empty: it is a coordinate like the others.
   void fix_noise(std::optional<double> noise_deg) noexcept { fixed_noise_deg_ = noise_deg; }
 
-  /// Adds the information at the chains' points, the mean over the chains, to a lower triangle of density.size() rows.
-  void add_information(std::span<double> matrix);
+  /// The information of each chain at its point: see Density::information.
+  void information(std::span<double> matrices);
+  /// Leaps are in its coordinates from here on, and the metric is of these.
+  void set_chart(Chart chart) { chart_ = std::move(chart); }
   /// The metric becomes this: the inverse of a covariance. False, and nothing changes, if it is not positive definite.
   bool set_metric(std::span<const double> information);
+  /// Deviation of the globals in the widest direction, in units of the metric; from points of them, `globals` values
+  /// each.
+  double widest(std::span<const std::array<double, Density::globals>> points) const;
 
   /// One transition of each chain: `leaps` steps of leapfrog, of a length within a fifth of the chain's own, then
   /// accepted or not.
@@ -61,7 +68,9 @@ class Sampler {
   std::uint64_t drawn_ = 0;  // random numbers used
   std::size_t size_;
   std::optional<double> fixed_noise_deg_;
-  AlignedVector<double> x_, start_, momentum_, gradient_, force_, direction_;
+  AlignedVector<double> x_, start_, y_, momentum_, gradient_, force_, direction_;
+  Chart chart_;
+  Chart::Workspace chart_work_;
   std::vector<double> metric_;  // the inverse of its Cholesky factor
   Lanes potential_{}, energy_{}, acceptance_{}, step_{}, mean_log_step_{}, missing_{};
   std::array<bool, lanes> diverged_{};

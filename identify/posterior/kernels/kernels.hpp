@@ -95,6 +95,20 @@ struct Kernels {
   void (*lower_times)(int size, const double* lower, const double* in, double* out);
   /// out = T^t in.
   void (*upper_times)(int size, const double* lower, const double* in, double* out);
+  /// out += matrix in, rows one after the other.
+  void (*add_matrix_times)(int rows, int columns, const double* matrix, const double* in, double* out);
+  /// Of each chain: a symmetric matrix, its rows to the diagonal one after the other, becomes its Cholesky factor; a
+  /// chain whose matrix is not positive definite gets NaN.
+  void (*factorize)(int size, double* matrix);
+  /// Of each chain: x becomes the solution of lower^t x = x.
+  void (*solve_transposed)(int size, const double* lower, double* x);
+  /// out += matrix in, of each chain: a symmetric matrix, its rows to the diagonal one after the other.
+  void (*symmetric_times)(int size, const double* matrix, const double* in, double* out);
+  /// root: 4 q becomes q; cube: q^3; values *= q^4; product: of all q, a value a chain.
+  void (*stretch)(int count, double* root, double* cube, double* values, double* product);
+  /// The gradient by the stretched values becomes that by `values`; by_root: by 4 q, less that of 4 log q.
+  void (*stretch_gradient)(int count, const double* root, const double* cube, const double* values, double* gradient,
+                           double* by_root);
   /// values += factor * by, and values -= factor * by; the factors: a value a chain.
   void (*add_times)(int size, const double* factor, const double* by, double* values);
   void (*subtract_times)(int size, const double* factor, const double* by, double* values);

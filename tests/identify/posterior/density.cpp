@@ -2,6 +2,7 @@
 // information against products of differences, the same bits for every instruction set.
 #include "identify/posterior/density.hpp"
 
+#include <algorithm>
 #include <array>
 #include <complex>
 #include <limits>
@@ -130,6 +131,52 @@ TEST_CASE("Density: the modelled sway is the simulator's, with its noise") {
   const double rms_deg = std::sqrt(error / density.blocks()) / sim::rad_per_deg;
   CHECK(std::sqrt(power / density.blocks()) / sim::rad_per_deg > 0.1);
   CHECK(rms_deg < 1e-3);  // bins of 50 ms, 5 Hz; a sensor of 0.02 degrees leaves 6e-3 in a block of 100 ms
+}
+
+TEST_CASE("Density: what is perceived is the noise, and what of it and the platform passes the dead band") {
+  const sim::Protocol protocol = sines_protocol();
+  const Density density(protocol, {});
+  const Values x = random_points(density, 5);
+  const auto size = static_cast<std::size_t>(density.edges()) * lanes;
+  CHECK(density.edges() == 401);
+  CHECK(near(density.bin_s(), 0.05, 1e-15));
+  CHECK(near(density.block_s(), 0.1, 1e-15));
+  Values noise(size), tilt(size), none(size - 1);
+  Density::Workspace work(density);
+  density.perceive(x, noise, tilt, work);
+  CHECK_THROWS_AS(density.perceive(x, noise, none, work), Error);
+  CHECK_THROWS_AS(density.perceive(x, none, tilt, work), Error);
+  CHECK_THROWS_AS(density.perceive(none, noise, tilt, work), Error);
+
+  const NoiseBasis basis(protocol, 50, protocol.experiment.steps() / 50 + 8, 5.0);
+  REQUIRE(basis.size() == density.noise_size());
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  std::vector<double> column(static_cast<std::size_t>(basis.edges()));
+  for (std::size_t l = 0; l < lanes; l += 5) {
+    const sim::Parameters parameters = density.state(x, static_cast<int>(l)).parameters;
+    const double nv = parameters[sim::Nv], theta = parameters[sim::Theta];
+    std::vector<double> expected(column.size(), 0.0);
+    for (int i = 0; i < basis.size(); ++i) {
+      basis.column(i, column);
+      const double factor = nv / std::sqrt(nv * nv + 0.05 * 0.05) * x[static_cast<std::size_t>(i) * lanes + l];
+      for (std::size_t edge = 0; edge < column.size(); ++edge) expected[edge] += factor * column[edge];
+    }
+    // Step by step, as the simulator integrates; bins take the tilt's velocity for straight lines.
+    double estimate = 0.0, largest = 0.0, worst = 0.0;
+    for (std::size_t edge = 0; edge < static_cast<std::size_t>(density.edges()); ++edge) {
+      CHECK(within(noise[edge * lanes + l], expected[edge], 1e-12));
+      worst = std::max(worst, std::abs(tilt[edge * lanes + l] - estimate));
+      largest = std::max(largest, std::abs(estimate));
+      for (int j = 0; j < 50 && edge + 1 < static_cast<std::size_t>(density.edges()); ++j) {
+        const double between = (j + 0.5) / 50.0;
+        const double velocity = stimulus.rate_at(static_cast<int>(edge) * 50 + j) + (1.0 - between) * expected[edge] +
+                                between * expected[edge + 1];
+        estimate += sim::integration_step_s * (velocity - std::clamp(velocity, -theta, theta));
+      }
+    }
+    CHECK(largest > 1e-3);
+    CHECK(worst < 1e-3 * largest);
+  }
 }
 
 TEST_CASE("Density: the information is that of the model's derivatives and of the prior") {

@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "base/sha256.hpp"
 #include "tests/helpers.hpp"
@@ -100,6 +101,28 @@ TEST_CASE("sample: progress runs to its end, and stopping keeps what was drawn")
   const Posterior none = sample(density, observation, quick(), {}, [](const Progress&) { return false; });
   CHECK(none.draws() == 0);
   CHECK_FALSE(none.agreed());
+}
+
+TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
+  const sim::Protocol protocol = sines_protocol();
+  const Density density(protocol, {});
+  Settings settings = quick();
+  settings.leaps = 4;
+  // Eight chains: 16 points each. 20 draws are too many, so every second one is kept; stopped after 10, all are.
+  for (const auto& [stop, kept, apart] : {std::tuple{false, 10, 2}, std::tuple{true, 10, 1}}) {
+    const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings,
+                                   {}, [stop = stop](const Progress& here) { return !stop || here.rhat == 0.0; });
+    REQUIRE(found.points() == kept * found.chains());
+    CHECK(found.points() <= Posterior::most_points);
+    for (int i = 0; i < found.points(); ++i) {
+      CHECK(found.draw_of_point(i) == i / kept * found.draws_per_chain() + (i % kept + 1) * apart - 1);
+      REQUIRE(found.point(i).size() == static_cast<std::size_t>(density.size()));
+      std::vector<double> x(found.point(i).size() * lanes, 0.0);
+      for (std::size_t j = 0; j < found.point(i).size(); ++j) x[j * lanes + 3] = found.point(i)[j];
+      const State& state = found.states()[static_cast<std::size_t>(found.draw_of_point(i))];
+      CHECK(density.state(x, 3).parameters == state.parameters);
+    }
+  }
 }
 
 TEST_CASE("sample: a constant recording is refused") {

@@ -1,0 +1,84 @@
+// Signals that nobody recorded: see inferred.hpp.
+#include "identify/posterior/inferred.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/math.hpp"
+#include "base/text.hpp"
+
+namespace decid::posterior {
+namespace {
+
+/// Some of the values of each chain, lanes side by side, as values of one draw after the other.
+void append(std::span<const double> side_by_side, int chains, std::vector<double>& draws) {
+  for (std::size_t chain = 0; chain < static_cast<std::size_t>(chains); ++chain)
+    for (std::size_t i = chain; i < side_by_side.size(); i += lanes) draws.push_back(side_by_side[i]);
+}
+
+/// log p of each block's residual, which is white.
+void append_likelihood(std::span<const double> residual_rad, double deviation_rad, std::vector<double>& draws) {
+  const double constant = -0.5 * decid::log(2.0 * sim::pi) - decid::log(deviation_rad / sim::rad_per_deg);
+  for (const double residual : residual_rad) {
+    const double z = residual / deviation_rad;
+    draws.push_back(constant - 0.5 * z * z);
+  }
+}
+
+}  // namespace
+
+Band band_of(std::span<const double> values, int times) {
+  const auto count = static_cast<std::size_t>(std::max(times, 0));
+  if (count == 0 || values.empty() || values.size() % count != 0)
+    throw Error("band of draws", format("%zu values at %d times", values.size(), times), "give each time as many");
+  Band band;
+  std::vector<double> here(values.size() / count);
+  const auto quantile = [&](double share) {
+    const double place = share * static_cast<double>(here.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    const std::size_t above = std::min(below + 1, here.size() - 1);
+    return here[below] + (place - static_cast<double>(below)) * (here[above] - here[below]);
+  };
+  for (std::size_t time = 0; time < count; ++time) {
+    for (std::size_t draw = 0; draw < here.size(); ++draw) here[draw] = values[draw * count + time];
+    std::ranges::sort(here);
+    band.low.push_back(quantile(0.05));
+    band.middle.push_back(quantile(0.5));
+    band.high.push_back(quantile(0.95));
+  }
+  return band;
+}
+
+Inferred infer(const Density& density, const Observation& observation, const Posterior& found) {
+  const auto size = static_cast<std::size_t>(density.size()) * lanes;
+  const auto blocks = static_cast<std::size_t>(density.blocks()), edges = static_cast<std::size_t>(density.edges());
+  std::vector<double> x(size), sway(blocks * lanes), residual(blocks * lanes), noise(edges * lanes), tilt(noise.size());
+  std::vector<double> all_sway, all_residual, all_noise, all_tilt, likelihood;
+  Density::Workspace work(density);
+  for (int first = 0; first < found.points(); first += lanes) {
+    const int here = std::min(lanes, found.points() - first);
+    for (int chain = 0; chain < lanes; ++chain) {  // places that are left over repeat the last point
+      const std::span<const double> point = found.point(first + std::min(chain, here - 1));
+      if (point.size() * lanes != size)
+        throw Error("posterior", format("has points of %zu coordinates", point.size()),
+                    format("give one of this density, which has %d", density.size()));
+      for (std::size_t i = 0; i < point.size(); ++i) x[i * lanes + static_cast<std::size_t>(chain)] = point[i];
+    }
+    density.model(observation, x, sway, residual, work);
+    density.perceive(x, noise, tilt, work);
+    append(sway, here, all_sway);
+    append(noise, here, all_noise);
+    append(tilt, here, all_tilt);
+    all_residual.clear();
+    append(residual, here, all_residual);
+    for (int chain = 0; chain < here; ++chain)
+      append_likelihood(std::span(all_residual).subspan(static_cast<std::size_t>(chain) * blocks, blocks),
+                        density.block_noise_rad(density.state(x, chain).sensor_noise_deg), likelihood);
+  }
+  const LeaveOneOut left_out = leave_one_out(likelihood, density.blocks());
+  return {band_of(all_sway, density.blocks()), band_of(all_noise, density.edges()), band_of(all_tilt, density.edges()),
+          left_out};
+}
+
+}  // namespace decid::posterior
