@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/json_object.hpp"
+#include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "dataset/sets/dataset.hpp"
@@ -41,7 +42,9 @@ Json settings_json(const CalibrateOptions& options, const sim::Protocol& protoco
           {"prior_start_s", options.priors.start_s},
           {"prior_gain", options.priors.gain},
           {"groups", options.settings.groups},
-          {"leaps", options.settings.leaps},
+          {"most_leaps", options.settings.most_leaps},
+          {"rounds", options.settings.rounds},
+          {"trial_draws", options.settings.trial_draws},
           {"least_draws", options.settings.least_draws},
           {"most_draws", options.settings.most_draws}};
 }
@@ -150,6 +153,19 @@ class Trials {
   std::uint64_t seed_, next_;
 };
 
+CalibratedTrial calibrate_trial(const posterior::Density& density, const Trials::Trial& trial,
+                                posterior::Settings settings) {
+  const auto begin = std::chrono::steady_clock::now();
+  settings.seed = trial.attempt;
+  const posterior::Posterior found = posterior::sample(density, density.observe(trial.sway_rad), settings, {},
+                                                       [](const posterior::Progress&) { return !interrupted(); });
+  if (interrupted()) return {};
+  CalibratedTrial result = calibrate(trial.truth, found);
+  result.attempt = trial.attempt;
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return result;
+}
+
 void run_calibrate(const CalibrateOptions& options) {
   catch_interrupt();
   std::vector<std::string> inputs;
@@ -180,16 +196,17 @@ void run_calibrate(const CalibrateOptions& options) {
     ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
     bar.go_on_from(static_cast<long long>(trials.size()));
     while (static_cast<int>(trials.size()) < options.trials && !interrupted()) {
-      const Trials::Trial trial = source.next();
-      const auto begin = std::chrono::steady_clock::now();
-      posterior::Settings of_trial = options.settings;
-      of_trial.seed = trial.attempt;
-      const posterior::Posterior found = posterior::sample(density, density.observe(trial.sway_rad), of_trial, {},
-                                                           [](const posterior::Progress&) { return !interrupted(); });
+      // A trial a thread; what comes out does not depend on how many.
+      std::vector<Trials::Trial> batch;
+      for (int i = 0; i < thread_count() && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
+        batch.push_back(source.next());
+      std::vector<CalibratedTrial> done(batch.size());
+      parallel_for(static_cast<int>(batch.size()), [&](int i) {
+        done[static_cast<std::size_t>(i)] =
+            calibrate_trial(density, batch[static_cast<std::size_t>(i)], options.settings);
+      });
       if (interrupted()) break;
-      trials.push_back(calibrate(trial.truth, found));
-      trials.back().attempt = trial.attempt;
-      trials.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      trials.insert(trials.end(), done.begin(), done.end());
       if (!options.output.empty()) write_file(options.output, document());
       bar.update(static_cast<long long>(trials.size()));
     }
@@ -221,7 +238,7 @@ void add_calibrate(const Command& program) {
   command.add_option("--prior-gain", options->priors.gain, "As for fit; 0: known").show_default().range(0.0, 0.5);
   command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
   command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
-  add_output_option(command, options->output, "JSON file to write, anew after every trial");
+  add_output_option(command, options->output, "JSON file to write, anew after every few trials");
   command.add_flag("--resume", options->resume, "Go on with the trials that the file has");
   add_common_options(command, options->common, true);
   command.footer("Example: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json");

@@ -61,10 +61,10 @@ void bench_gradient(benchmark::State& state, Isa isa) {
 void bench_information(benchmark::State& state, Isa isa) {
   Recorded recorded(isa);
   const auto size = static_cast<std::size_t>(recorded.density.size());
-  std::vector<double> matrix(posterior::triangle(size));
+  std::vector<double> matrices(posterior::triangle(size) * lanes);
   FmaPeak peak(name(isa));
   const double seconds = best_seconds(
-      state, peak, [&] { recorded.density.add_information(recorded.observation, recorded.x, matrix, recorded.work); });
+      state, peak, [&] { recorded.density.information(recorded.observation, recorded.x, matrices, recorded.work); });
   state.counters["ms"] = seconds * 1e3;
   const Density::Transforms lengths = recorded.density.transforms();
   const double columns = static_cast<double>(size);

@@ -187,8 +187,8 @@ TEST_CASE("Density: the information is that of the model's derivatives and of th
   Density::Workspace work(density);
   const auto size = static_cast<std::size_t>(density.size()),
              length = static_cast<std::size_t>(density.blocks()) * lanes;
-  std::vector<double> information(triangle(size), 0.0);
-  density.add_information(observation, x, information, work);
+  std::vector<double> information(triangle(size) * lanes);
+  density.information(observation, x, information, work);
   const int noises = density.noise_size();
   const std::vector<int> some{0,          1,          11,         noises - 1, noises,     noises + 1, noises + 2,
                               noises + 3, noises + 4, noises + 5, noises + 6, noises + 8, noises + 9};
@@ -204,7 +204,6 @@ TEST_CASE("Density: the information is that of the model's derivatives and of th
   }
   for (std::size_t a = 0; a < some.size(); ++a) {
     for (std::size_t b = 0; b < a; ++b) {
-      double expected = 0.0, scale = 0.0;
       for (std::size_t l = 0; l < lanes; ++l) {
         const double noise =
             density.state(x, static_cast<int>(l)).sensor_noise_deg * sim::rad_per_deg / std::sqrt(10.0);
@@ -214,15 +213,43 @@ TEST_CASE("Density: the information is that of the model's derivatives and of th
           of_a += columns[a][m * lanes + l] * columns[a][m * lanes + l];
           of_b += columns[b][m * lanes + l] * columns[b][m * lanes + l];
         }
-        expected += product / (noise * noise) / lanes;
-        scale += std::sqrt(of_a * of_b) / (noise * noise) / lanes;
+        const std::size_t entry = triangle(static_cast<std::size_t>(some[a])) + static_cast<std::size_t>(some[b]);
+        const double scale = std::sqrt(of_a * of_b) / (noise * noise);
+        CHECK(within(information[entry * lanes + l], product / (noise * noise), 4e-4 * scale));  // kinks within a step
       }
-      const double found = information[triangle(static_cast<std::size_t>(some[a])) + static_cast<std::size_t>(some[b])];
-      CHECK(within(found, expected, 1e-4 * scale));  // kinks within a step
     }
   }
-  std::vector<double> factor = information;
+  std::vector<double> factor;
+  for (std::size_t i = 0; i < triangle(size); ++i) factor.push_back(information[i * lanes + 1]);
+  const std::vector<double> matrix = factor;
   CHECK(factorize(size, factor));
+
+  // The same, and what follows from it, chain by chain in lanes.
+  const Kernels& run = kernels(density.isa());
+  AlignedVector<double> lane_factors(information.begin(), information.end());
+  run.factorize(density.size(), lane_factors.data());
+  double worst = 0.0;
+  for (std::size_t i = 0; i < triangle(size); ++i)
+    worst = std::max(worst, std::abs(lane_factors[i * lanes + 1] - factor[i]) / std::abs(factor[triangle(size) - 1]));
+  CHECK(worst < 1e-8);
+  Values ones(size * lanes, 1.0), solution(size * lanes, 1.0), product(size * lanes, 0.0);
+  run.solve_transposed(density.size(), lane_factors.data(), solution.data());
+  for (std::size_t column = 0; column < size; ++column) {
+    double sum = 0.0;
+    for (std::size_t row = column; row < size; ++row)
+      sum += lane_factors[(triangle(row) + column) * lanes + 1] * at(solution, static_cast<int>(row), 1);
+    REQUIRE(near(sum, 1.0, 1e-8));
+  }
+  run.symmetric_times(density.size(), information.data(), ones.data(), product.data());
+  for (std::size_t row = 0; row < size; ++row) {
+    double sum = 0.0, scale = 0.0;
+    for (std::size_t column = 0; column < size; ++column) {
+      const double value = matrix[triangle(std::max(row, column)) + std::min(row, column)];
+      sum += value;
+      scale += std::abs(value);
+    }
+    REQUIRE(within(at(product, static_cast<int>(row), 1), sum, 1e-12 * scale));
+  }
 }
 
 TEST_CASE("Density: the same bits for every instruction set, and beside any other chains") {
@@ -231,18 +258,18 @@ TEST_CASE("Density: the same bits for every instruction set, and beside any othe
   const std::vector<float> sway = recorded(protocol, some_parameters(), 0.02, 0);
   Values x = random_points(density, 1);
   const Evaluated first = evaluate(density, density.observe(sway), x);
-  std::vector<double> information(triangle(static_cast<std::size_t>(density.size())), 0.0);
+  std::vector<double> information(triangle(static_cast<std::size_t>(density.size())) * lanes);
   Density::Workspace first_work(density);
-  density.add_information(density.observe(sway), x, information, first_work);
+  density.information(density.observe(sway), x, information, first_work);
   for (const Isa isa : available_isas()) {
     const Density other(protocol, {}, isa);
     const Evaluated again = evaluate(other, other.observe(sway), x);
     CHECK(again.potential == first.potential);
     CHECK(again.gradient == first.gradient);
-    std::vector<double> matrix(information.size(), 0.0);
+    std::vector<double> matrices(information.size());
     Density::Workspace work(other);
-    other.add_information(other.observe(sway), x, matrix, work);
-    CHECK(matrix == information);
+    other.information(other.observe(sway), x, matrices, work);
+    CHECK(matrices == information);
   }
   for (int i = 0; i < density.size(); ++i)
     for (std::size_t l = 1; l < lanes; ++l) at(x, i, l) = 0.0;
@@ -319,7 +346,7 @@ TEST_CASE("Density: errors") {
   CHECK_THROWS_AS(density.evaluate(observation, x, few, potential, work), Error);
   CHECK_THROWS_AS(density.evaluate({}, x, gradient, potential, work), Error);
   CHECK_THROWS_AS(density.model(observation, x, blocks, few, work), Error);
-  CHECK_THROWS_AS(density.add_information(observation, x, few, work), Error);
+  CHECK_THROWS_AS(density.information(observation, x, few, work), Error);
 
   protocol = sines_protocol();
   protocol.experiment.body.mass_kg = -1.0;

@@ -1,7 +1,9 @@
 // The sampler on densities whose moments are known.
 #include "identify/posterior/sampler.hpp"
 
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "identify/posterior/cholesky.hpp"
 #include "tests/helpers.hpp"
@@ -83,7 +85,36 @@ TEST_CASE_FIXTURE(Prior, "Sampler: a metric that is not positive definite is ref
   Sampler sampler(density, observation, 3, 0);
   const auto size = static_cast<std::size_t>(density.size());
   CHECK_FALSE(sampler.set_metric(std::vector<double>(triangle(size), 0.0)));
-  std::vector<double> information(triangle(size), 0.0);
-  sampler.add_information(information);
+  std::vector<double> matrices(triangle(size) * lanes), information(triangle(size));
+  sampler.information(matrices);
+  for (std::size_t i = 0; i < information.size(); ++i) information[i] = matrices[i * lanes];
   CHECK(sampler.set_metric(information));
+}
+
+// Points whose deviation is 1 in units of the metric, but for one direction, where it is 5.
+TEST_CASE_FIXTURE(Prior, "Sampler: the widest direction is found in units of the metric") {
+  Sampler sampler(density, observation, 3, 0);
+  const auto size = static_cast<std::size_t>(density.size()), noises = static_cast<std::size_t>(density.noise_size());
+  std::vector<double> metric(triangle(size), 0.0);
+  for (std::size_t i = 0; i < size; ++i) metric[triangle(i) + i] = i < noises ? 7.0 : 4.0;
+  metric[triangle(noises + 2) + noises + 1] = 1.0;
+  REQUIRE(sampler.set_metric(metric));
+  std::vector<std::array<double, Density::globals>> points;
+  const double root = std::sqrt(0.5);
+  for (std::size_t i = 0; i < Density::globals; ++i) {
+    for (const double sign : {-1.0, 1.0}) {
+      // Eigenvectors of the metric's block: (1, 1) and (1, -1) over root 2 with values 5 and 3, unit vectors with 4.
+      auto& point = points.emplace_back();
+      point.fill(0.0);
+      const double length = sign * std::sqrt(static_cast<double>(Density::globals)) * (i == 1 ? 5.0 : 1.0);
+      if (i == 1 || i == 2) {
+        point[1] = length * root / std::sqrt(i == 1 ? 5.0 : 3.0);
+        point[2] = (i == 1 ? 1.0 : -1.0) * point[1];
+      } else {
+        point[i] = length / 2.0;
+      }
+    }
+  }
+  CHECK(near(sampler.widest(points), 5.0, 1e-9));
+  CHECK(sampler.widest(std::vector(4, points[0])) == 0.0);
 }
