@@ -25,19 +25,20 @@ constexpr double most_distance = 1.95;
 
 struct Calibration {
   std::array<std::vector<double>, frf::Density::quantities> ranks;
-  std::vector<double> rhat, p_values;
+  std::vector<double> rhat, p_values, errors;
 };
 
 Calibration calibrate(double deviation) {
   const sim::Protocol protocol = sim::short_protocol();
   const frf::Density made(protocol, empty_table(short_frequencies_hz, deviation), {});
   frf::WalkerSettings settings;
-  settings.effective_draws = 400;
-  settings.largest_rhat = 1.02;
+  settings.effective_draws = 200;  // ranks are known to 0.035 or better, an eighth of their own spread
+  settings.largest_rhat = 1.05;
   Calibration all;
   for (auto& ranks : all.ranks) ranks.resize(tables);
   all.rhat.resize(tables);
   all.p_values.resize(tables);
+  all.errors.resize(tables);
   parallel_for(tables, [&](int i) {
     const auto number = static_cast<std::size_t>(i);
     const Random random(31, Stream::base_parameters, number);
@@ -54,6 +55,7 @@ Calibration calibrate(double deviation) {
     }
     all.rhat[number] = *std::ranges::max_element(found.rhat());
     all.p_values[number] = found.misfit().p_value;
+    all.errors[number] = truth.error;
   });
   return all;
 }
@@ -83,8 +85,8 @@ void check(const Calibration& found) {
     CHECK(off < most_distance);
     CHECK(covered > 0.9 - 3.1 * std::sqrt(0.09 / tables));
   }
-  const auto disagreeing = std::ranges::count_if(found.rhat, [](double value) { return value > 1.05; });
-  MESSAGE(disagreeing << " of " << tables << " with an R-hat above 1.05, largest "
+  const auto disagreeing = std::ranges::count_if(found.rhat, [](double value) { return value > 1.1; });
+  MESSAGE(disagreeing << " of " << tables << " with an R-hat above 1.1, largest "
                       << *std::ranges::max_element(found.rhat));
   CHECK(disagreeing <= tables / 50);
 }
@@ -94,8 +96,17 @@ void check(const Calibration& found) {
 TEST_CASE("ranks of known values among the draws are uniform, with confidence" * doctest::test_suite("slow")) {
   const Calibration found = calibrate(0.03);
   check(found);
-  const auto alarms = std::ranges::count_if(found.p_values, [](double p) { return p < 0.01; });
-  MESSAGE(alarms << " of " << tables << " tables of the model are said not to be");
+  // Warned of are those that err beyond their confidence; of the others, a few in a hundred at most.
+  int small = 0, alarms = 0, false_alarms = 0;
+  for (std::size_t i = 0; i < found.errors.size(); ++i) {
+    const bool is_small = found.errors[i] < 0.01, warned = found.p_values[i] < 0.01;
+    small += is_small ? 1 : 0;
+    alarms += warned ? 1 : 0;
+    false_alarms += is_small && warned ? 1 : 0;
+  }
+  MESSAGE("warned of " << alarms << " of " << tables << " tables, of " << false_alarms << " of " << small
+                       << " that err by less than 1 % beyond their confidence");
+  CHECK(false_alarms <= small / 25);
 }
 
 TEST_CASE("ranks of known values among the draws are uniform, without confidence" * doctest::test_suite("slow")) {
