@@ -22,6 +22,13 @@ double power_of(double base, double exponent) {
 
 constexpr double slack = 1e-9;  // of a harmonic's number
 
+/// Of a harmonic's cosine and of its sine at Nv = 1, rad.
+double angle_deviation(const VestibularNoise& noise, double frequency_hz, double period_s) {
+  const double scale = noise.scale_deg * rad_per_deg;
+  const double density = scale * scale / power_of(frequency_hz, noise.exponent);
+  return std::sqrt(density / period_s);
+}
+
 }  // namespace
 
 NoiseBand noise_band(const Protocol& protocol) {
@@ -34,6 +41,19 @@ NoiseBand noise_band(const Protocol& protocol) {
               "no harmonic of the noise's period lies between low_hz and high_hz",
               "widen the band to hold a multiple of " + setting_text(1.0 / period_s) + " Hz, 1 / " +
                   setting_text(period_s) + " s");
+}
+
+double noise_velocity_deviation(const Protocol& protocol) {
+  const NoiseBand band = noise_band(protocol);
+  const double period_s = protocol.noise_period_samples() / protocol.experiment.sample_rate_hz;
+  double variance = 0.0;
+  for (int k = band.first; k <= band.last; ++k) {
+    const double frequency_hz = k / period_s;
+    const double deviation =
+        2.0 * pi * frequency_hz * angle_deviation(protocol.noise.vestibular, frequency_hz, period_s);
+    variance += deviation * deviation;
+  }
+  return std::sqrt(variance);
 }
 
 int VestibularNoiseMaker::transform_length(int period, int last) {
@@ -55,9 +75,7 @@ VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
   if (noise.scale_deg == 0.0) return;
   for (int k = first_; k <= last; ++k) {
     const double frequency_hz = k / period_s;
-    const double scale = noise.scale_deg * rad_per_deg;
-    const double density = scale * scale / power_of(frequency_hz, noise.exponent);
-    const double deviation = std::sqrt(density / period_s);
+    const double deviation = angle_deviation(noise, frequency_hz, period_s);
     const double phase = pi * frequency_hz / protocol.experiment.sample_rate_hz;  // at most 0.1 pi
     const double sinc = sin_small(phase) / phase;
     harmonics_.push_back({deviation, deviation * (2.0 * pi * frequency_hz) / (sinc * sinc)});

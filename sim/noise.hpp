@@ -18,6 +18,9 @@ struct NoiseBand {
 /// Throws Error if there is none, unless the noise is silent (scale_deg 0): first > last then.
 NoiseBand noise_band(const Protocol& protocol);
 
+/// Standard deviation of the vestibular noise's velocity at Nv = 1, rad/s. Throws Error as noise_band does.
+double noise_velocity_deviation(const Protocol& protocol);
+
 /// Makes realisations of the vestibular noise of a protocol: independent Gaussian harmonics of its period T,
 /// nu(t) = sum over k of a_k cos(2 pi k t / T) + b_k sin(2 pi k t / T), where a_k and b_k have the variance PSD(k/T)/T
 /// for low <= k/T <= high and are zero elsewhere. As the band is narrow, `phases` short inverse FFTs make it, each of

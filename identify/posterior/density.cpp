@@ -11,6 +11,7 @@
 #include "base/random.hpp"
 #include "base/text.hpp"
 #include "identify/posterior/chains.hpp"
+#include "identify/posterior/elementary.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid::posterior {
@@ -80,12 +81,6 @@ Complex step_turn(double damping, long long k, long long steps) {
   const auto [sin, cos] = sincos_of_turn(k, steps);
   const double size = decid::exp(damping * sim::integration_step_s);
   return {size * cos, size * sin};
-}
-
-/// a / b. The operator's bits are those of the compiler's library, which fuses where it likes.
-Complex quotient(Complex a, Complex b) {
-  const double square = b.real() * b.real() + b.imag() * b.imag();
-  return a * Complex(b.real() / square, -(b.imag() / square));
 }
 
 /// (sin a - a), by its series: |a| stays below 0.1.

@@ -11,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "identify/posterior/chain_group.hpp"
 #include "identify/posterior/diagnostics.hpp"
+#include "identify/posterior/draws.hpp"
 
 namespace decid::posterior {
 namespace {
@@ -49,36 +50,27 @@ double Posterior::value(const State& state, int quantity) {
   }
 }
 
+std::vector<double> Posterior::draws_of(int quantity) const {
+  std::vector<double> draws;
+  for (const State& state : states_) draws.push_back(value(state, quantity));
+  return draws;
+}
+
 double Posterior::mean(int quantity) const {
-  double sum = 0.0;
-  for (const State& state : states_) sum += value(state, quantity);
-  return sum / static_cast<double>(states_.size());
+  return posterior::mean(draws_of(quantity));
 }
 
 double Posterior::deviation(int quantity) const {
-  const double middle = mean(quantity);
-  double sum = 0.0;
-  for (const State& state : states_) sum += (value(state, quantity) - middle) * (value(state, quantity) - middle);
-  return std::sqrt(sum / static_cast<double>(states_.size()));
+  return posterior::deviation(draws_of(quantity));
 }
 
 double Posterior::quantile(int quantity, double share) const {
-  std::vector<double> values;
-  for (const State& state : states_) values.push_back(value(state, quantity));
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const std::size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+  return posterior::quantile(draws_of(quantity), share);
 }
 
 double Posterior::correlation(int a, int b) const {
-  const double deviations = deviation(a) * deviation(b);
-  if (deviations == 0.0) return a == b ? 1.0 : 0.0;
-  const double mean_a = mean(a), mean_b = mean(b);
-  double sum = 0.0;
-  for (const State& state : states_) sum += (value(state, a) - mean_a) * (value(state, b) - mean_b);
-  return sum / static_cast<double>(states_.size()) / deviations;
+  const double found = posterior::correlation(draws_of(a), draws_of(b));
+  return a == b && found == 0.0 ? 1.0 : found;
 }
 
 bool Posterior::agreed() const {

@@ -63,6 +63,7 @@ class Posterior {
   int draw_of_point(int i) const { return points_.at(static_cast<std::size_t>(i)).draw; }
 
   static double value(const State& state, int quantity);
+  std::vector<double> draws_of(int quantity) const;
 
   double mean(int quantity) const;
   double deviation(int quantity) const;

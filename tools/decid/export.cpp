@@ -227,7 +227,7 @@ void add_export_sway(const Command& parent) {
   auto options = std::make_shared<SwayOptions>();
   const Command command = parent.add_subcommand(
       "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
-  add_recording_flags(command, options->recordings, "--begin,--start");
+  add_recording_flags(command, options->recordings, "--begin,--start").required();
   command.add_option("--model", options->model, "Model file; default: the built-in model");
   add_output_option(command, options->output, "File to write").required();
   add_common_options(command, options->common, false);

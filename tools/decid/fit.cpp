@@ -1,4 +1,5 @@
-// decid fit: recordings in, the posterior of their controllers out.
+// decid fit: recordings or a published frequency response in, the posterior of their controllers out.
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "sim/protocol_json.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/fit_frf.hpp"
 #include "tools/decid/fit_results.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/recording_flags.hpp"
@@ -23,21 +25,70 @@ namespace {
 struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
-  std::string model, protocol, output, draws, report;
-  std::optional<double> mass_kg, height_m;
+  std::string model, protocol, output, draws, table, report;
+  std::optional<double> mass_kg, height_m, amplitude_deg, prior_error;
   FitRequest request;
 };
 
+/// Options of recordings alone, and those of a frequency response alone.
+constexpr const char* of_recordings[] = {"recordings", "--column",      "--unit",        "--rate",       "--fill-gaps",
+                                         "--begin",    "--tilt-column", "--tilt-unit",   "--invert",     "--detrend",
+                                         "--model",    "--prior-start", "--prior-noise", "--most-draws", "--report"};
+constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
+
+/// Throws Error for options that do not go with what is to be fitted.
+void check_kind(const FitOptions& options, const Command& command) {
+  const bool is_table = !options.table.empty();
+  if (!is_table && options.recordings.files.empty())
+    throw Error("fit", "neither a recording nor a frequency response is named",
+                "name CSV or MAT-files, or a table with --frf");
+  const auto refuse = [&](const char* option) {
+    if (command.count(option) == 0) return;
+    if (is_table && std::string(option) == "recordings")
+      throw Error("--frf", "does not go with recordings", "fit them in a call of their own");
+    throw Error(option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
+  };
+  if (is_table) std::ranges::for_each(of_recordings, refuse);
+  if (!is_table) std::ranges::for_each(of_tables, refuse);
+}
+
+/// Throws Error if an output would replace an input or another output, or cannot be written.
+void check_outputs(const FitOptions& options, std::vector<std::string> inputs) {
+  refuse_same_file(options.output, inputs);
+  inputs.push_back(options.output);
+  refuse_same_file(options.draws, inputs);
+  inputs.push_back(options.draws);
+  refuse_same_file(options.report, inputs);
+  for (const std::string& path : {options.output, options.draws, options.report})
+    if (!path.empty()) PendingFile probe(path);  // reports an unwritable place before the work
+}
+
 /// The protocol that was asked for, with the subject's body if one was described.
-sim::Protocol protocol_of(const FitOptions& options, const std::optional<sim::Protocol>& given, const Model& model) {
-  sim::Protocol protocol = given.value_or(model.protocol);
+sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   if (options.mass_kg.has_value() != options.height_m.has_value())
     throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
   if (options.mass_kg)
     protocol.experiment.body =
         sim::body_of(sim::segments_of({.mass_kg = *options.mass_kg, .height_m = *options.height_m}));
+  if (options.amplitude_deg) protocol.sequence().amplitude_deg = *options.amplitude_deg;
   protocol.validate();
   return protocol;
+}
+
+void run_table(const FitOptions& options) {
+  std::vector<std::string> inputs{options.table};
+  const sim::Protocol named = dataset::load_protocol(options.protocol.empty() ? "default" : options.protocol, &inputs);
+  check_outputs(options, inputs);
+  FrfFit asked{.table = options.table,
+               .output = options.output,
+               .draws = options.draws,
+               .protocol = protocol_of(options, named),
+               .truth = {},
+               .priors = {.gain = options.request.priors.gain, .error = options.prior_error},
+               .walkers = {.seed = options.request.settings.seed},
+               .json = options.common.json};
+  asked.truth = options.recordings.known(asked.protocol.parameters());
+  run_frf_fit(asked);
 }
 
 void run_fit(const FitOptions& options) {
@@ -47,16 +98,9 @@ void run_fit(const FitOptions& options) {
   inputs.push_back(options.model);
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
-  refuse_same_file(options.output, inputs);
-  inputs.push_back(options.output);
-  refuse_same_file(options.draws, inputs);
-  inputs.push_back(options.draws);
-  refuse_same_file(options.report, inputs);
-  for (const std::string& path : {options.output, options.draws, options.report})
-    if (!path.empty()) PendingFile probe(path);  // reports an unwritable place before the work
-
+  check_outputs(options, inputs);
   const Model model = model_or_built_in(options.model);
-  const sim::Protocol protocol = protocol_of(options, given, model);
+  const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
   reading.truth = options.recordings.known(protocol.parameters());
   const auto files = static_cast<long long>(options.recordings.files.size());
   constexpr long long parts = 100;  // of a recording, for the bar
@@ -91,6 +135,13 @@ void add_fit(const Command& program) {
       "fit", "Sample what recordings say: the posterior of the parameters, slower than identify");
   add_recording_flags(command, options->recordings, "--begin,--start");
   add_truth_option(command, options->recordings);
+  command.add_option("--frf", options->table,
+                     "In place of recordings, a frequency response: a table of frequency_hz, gain, phase_deg and, if "
+                     "known, sd, ci95, radius95 or coherence and cycles");
+  command
+      .add_option("--amplitude", options->amplitude_deg,
+                  "With --frf: peak to peak of the tilt in degrees; default: the protocol's")
+      .range(1e-3, 20.0);
   command
       .add_option("--mass", options->mass_kg, "The subject's mass in kg, with --height; default: the protocol's body")
       .range(1.0, 500.0);
@@ -114,6 +165,11 @@ void add_fit(const Command& program) {
                   "The sensor's noise in degrees, to a factor of 20")
       .show_default()
       .range(1e-6, 10.0);
+  command
+      .add_option("--prior-error", options->prior_error,
+                  "With --frf: the table's errors beyond its confidence over the response, to a factor of 3; default: "
+                  "0.01, or 0.05 without confidence")
+      .range(0.0, 1.0);
   command.add_option("--most-draws", options->request.settings.most_draws, "Of each chain; fewer if they are enough")
       .show_default()
       .range(8, 1'000'000);
@@ -123,11 +179,13 @@ void add_fit(const Command& program) {
   command.add_option("--report", options->report, "HTML report to write: one page that opens offline");
   add_common_options(command, options->common, true);
   command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html");
-  command.callback([options] {
+  command.callback([options, command] {
+    check_kind(*options, command);
     options->request.settings.least_draws =
         std::min(options->request.settings.least_draws, options->request.settings.most_draws);
     apply(options->common);
-    run_fit(*options);
+    if (options->table.empty()) return run_fit(*options);
+    run_table(*options);
   });
 }
 

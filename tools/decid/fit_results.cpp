@@ -7,6 +7,7 @@
 #include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "dataset/npz/arrays.hpp"
+#include "tools/decid/posterior_results.hpp"
 #include "tools/decid/results.hpp"
 #include "tools/report/parameters_json.hpp"
 
@@ -15,18 +16,6 @@ namespace {
 
 using posterior::Density;
 using posterior::Posterior;
-
-Json interval(const Posterior& found, int quantity, double share, double divisor = 1.0) {
-  const double tail = 0.5 * (1.0 - share);
-  return {found.quantile(quantity, tail) / divisor, found.quantile(quantity, 1.0 - tail) / divisor};
-}
-
-Json quantity_json(const Posterior& found, int quantity) {
-  return {{"value", found.mean(quantity)},
-          {"sd", found.deviation(quantity)},
-          {"interval50", interval(found, quantity, 0.5)},
-          {"interval90", interval(found, quantity, 0.9)}};
-}
 
 Json diagnostics_json(const Posterior& found, const sim::ParameterTable& table) {
   std::vector<std::string> names = table.names();
@@ -46,16 +35,6 @@ Json diagnostics_json(const Posterior& found, const sim::ParameterTable& table) 
           {"restarts", found.restarts()},
           {"acceptance", found.acceptance()},
           {"gradients", found.leaps()}};
-}
-
-Json correlations_json(const Posterior& found, std::size_t parameters) {
-  Json rows = Json::array();
-  for (std::size_t a = 0; a < parameters; ++a) {
-    Json& row = rows.emplace_back(Json::array());
-    for (std::size_t b = 0; b < parameters; ++b)
-      row.push_back(found.correlation(static_cast<int>(a), static_cast<int>(b)));
-  }
-  return rows;
 }
 
 Json check_json(const PredictiveCheck& check) {
@@ -93,15 +72,8 @@ std::string check_text(const PredictiveCheck& check) {
 void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol) {
   const Posterior& found = fitted.posterior;
   const sim::ParameterTable& table = protocol.parameters();
-  for (std::size_t p = 0; p < table.size(); ++p) {
-    Json& parameter = recording["parameters"][p];
-    const int quantity = static_cast<int>(p);
-    parameter["sd"] = found.deviation(quantity);
-    parameter["interval50"] = interval(found, quantity, 0.5);
-    parameter["interval90"] = interval(found, quantity, 0.9);
-    parameter["normalized_interval90"] =
-        table[p].per_mgh ? interval(found, quantity, 0.9, protocol.experiment.body.mgh()) : Json(nullptr);
-  }
+  for (std::size_t p = 0; p < table.size(); ++p)
+    add_draws(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
   recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
   recording["start_s"] = quantity_json(found, Density::start);
@@ -142,18 +114,8 @@ std::string fits_text(const FittedRecordings& all) {
                    fitted.answer == FitFigures::Answer::network ? "network" : "mean", "sd", "90 % of the draws", "unit",
                    "/ (m g h)", id.truth ? "         true" : "", "range");
     const sim::ParameterTable& table = protocol.parameters();
-    for (std::size_t p = 0; p < table.size(); ++p) {
-      const sim::ParameterInfo& info = table[p];
-      const int quantity = static_cast<int>(p);
-      const std::string between =
-          format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
-      text += format("  %-8s %12.5g %10.3g %24s %-10s ", info.name.c_str(), id.estimate.parameters[p],
-                     found.deviation(quantity), between.c_str(), info.shown_unit().c_str());
-      text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / protocol.experiment.body.mgh())
-                           : std::string(10, ' ');
-      if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
-      text += format("  %g to %g\n", info.low, info.high);
-    }
+    for (std::size_t p = 0; p < table.size(); ++p)
+      text += parameter_line(found, p, table[p], id.estimate.parameters[p], protocol.experiment.body.mgh(), id.truth);
     const auto line = [&](const char* what, int quantity, const char* unit) {
       if (found.deviation(quantity) > 0.0)
         text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);

@@ -49,7 +49,7 @@ void run_identify(const IdentifyOptions& options) {
 void add_identify(const Command& program) {
   auto options = std::make_shared<IdentifyOptions>();
   const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
-  add_recording_flags(command, options->recordings, "--begin,--start");
+  add_recording_flags(command, options->recordings, "--begin,--start").required();
   add_truth_option(command, options->recordings);
   command.add_option("--model", options->model, "Model file; default: the built-in model");
   add_output_option(command, options->output, "JSON file to write");

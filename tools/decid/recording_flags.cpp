@@ -44,8 +44,9 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
   return table.from_text(truth, "--truth");
 }
 
-void add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin) {
-  command.add_option("recordings", flags.files, "CSV or MAT-files: a column of sway, usually one of time").required();
+Option add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin) {
+  const Option recordings =
+      command.add_option("recordings", flags.files, "CSV or MAT-files: a column of sway, usually one of time");
   command.add_option("--column", flags.column, "Sway column, by name or number from 1; default: found by name");
   command.add_option("--unit", flags.unit, "deg or rad; default: from the column's name, else degrees")
       .one_of({"deg", "rad"});
@@ -68,6 +69,7 @@ void add_recording_flags(const Command& command, RecordingFlags& flags, const st
       .add_option("--detrend", flags.detrend,
                   "offset: subtract the mean of the whole cycles; linear: a drift too; default: none")
       .one_of({"none", "offset", "linear"});
+  return recordings;
 }
 
 void add_truth_option(const Command& command, RecordingFlags& flags) {

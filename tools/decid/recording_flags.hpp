@@ -24,8 +24,9 @@ struct RecordingFlags {
   /// Those of --truth, if it was given. Throws Error for others than the table's.
   std::optional<sim::Parameters> known(const sim::ParameterTable& table) const;
 };
-/// `begin`: the names of the option that says where the protocol starts; messages call it --begin.
-void add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);
+/// `begin`: the names of the option that says where the protocol starts; messages call it --begin. Returns the
+/// recordings themselves, which need not be given.
+Option add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);
 /// --truth, of the commands that show estimates.
 void add_truth_option(const Command& command, RecordingFlags& flags);
 

@@ -1,0 +1,148 @@
+// decid fit --frf, as scripts call it.
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "sim/body_model.hpp"
+#include "tests/near.hpp"
+#include "tests/tools/decid/run.hpp"
+
+using decid::test::check_refused;
+using decid::test::Folder;
+using decid::test::near;
+using decid::test::read_text;
+using decid::test::run_decid;
+using decid::test::write_text;
+using Json = nlohmann::json;
+
+namespace {
+
+const std::string example = std::string(DECID_SOURCE_DIR) + "/examples/frf.csv";
+
+Json fitted(const std::string& options) {
+  const auto result = run_decid("fit --frf " + options + " --json");
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  return Json::parse(result.out);
+}
+
+void check_table_refused(const std::string& text, std::initializer_list<std::string> fragments,
+                         const std::string& options = "") {
+  const Folder folder;
+  write_text(folder / "t.csv", text);
+  check_refused("fit --frf " + folder / "t.csv" + " -o " + folder / "o.json" + " " + options, fragments);
+  CHECK(folder.files() == 1);
+}
+
+}  // namespace
+
+TEST_CASE("fit --frf says what fit says, and what the table tells") {
+  const Folder folder;
+  const std::string command =
+      "fit --frf " + example + " --protocol short --json -o " + folder / "o.json" + " --draws " + folder / "d.npz";
+  const auto result = run_decid(command);
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  CHECK(result.out == read_text(folder / "o.json"));
+  const Json json = Json::parse(result.out);
+  const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
+  REQUIRE(json["parameters"].size() == table.size());
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const Json& parameter = json["parameters"][p];
+    CHECK(parameter["name"] == table[p].name);
+    CHECK(parameter["sd"].get<double>() > 0.0);
+    CHECK(parameter["prior_sd"].get<double>() > 0.0);
+    CHECK(parameter["told"].get<double>() >= 0.0);
+    CHECK(parameter["normalized_interval90"].is_null() != table[p].per_mgh);
+    CHECK(parameter["interval90"][0].get<double>() >= table[p].low);
+    CHECK(parameter["interval90"][1].get<double>() <= table[p].high);
+    CHECK(json["diagnostics"]["rhat"][table[p].name].get<double>() < 1.02);
+    CHECK(near(json["correlations"][p][p].get<double>(), 1.0, 1e-12));
+  }
+  CHECK(json["diagnostics"]["agreed"] == true);
+  CHECK(json["confidence"] == "sd");
+  CHECK(json["misfit"]["degrees_of_freedom"] == 22);
+  CHECK(json["misfit"]["p_value"].get<double>() > 0.01);
+  CHECK(json["warnings"].empty());
+  CHECK(json["fit"]["answer"] == "posterior");
+  for (const char* key : {"frequency_hz", "gain", "phase_deg", "sd", "model_gain", "model_gain_interval90",
+                          "model_phase_deg", "model_phase_interval90", "distance"})
+    CHECK(json["frf"][key].size() == 11);
+  for (std::size_t i = 0; i < 11; ++i) {
+    const Json& frf = json["frf"];
+    CHECK(frf["model_phase_interval90"][i][0].get<double>() < frf["model_phase_deg"][i].get<double>());
+    CHECK(frf["model_phase_interval90"][i][1].get<double>() > frf["model_phase_deg"][i].get<double>());
+    CHECK(std::abs(frf["model_phase_deg"][i].get<double>() - frf["phase_deg"][i].get<double>()) < 30.0);
+  }
+  for (const char* array : {"parameters.npy", "gain.npy", "error.npy", "chain.npy"})
+    CHECK(read_text(folder / "d.npz").find(array) != std::string::npos);
+
+  Json other = fitted(example + " --protocol short --threads 1"), first = json;
+  for (Json* each : {&first, &other}) (*each)["fit"].erase("seconds");
+  CHECK(first == other);
+}
+
+TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
+  const std::string usual = example + " --protocol short";
+  const Json first = fitted(usual);
+  const auto value = [](const Json& json, std::size_t p) { return json["parameters"][p]["value"].get<double>(); };
+  const Json light = fitted(usual + " --mass 60 --height 1.6");
+  CHECK(value(light, decid::sim::Kp) < value(first, decid::sim::Kp));
+  // Of a smaller tilt less passes, unless more noise or a smaller threshold lets it.
+  const Json small = fitted(usual + " --amplitude 0.5");
+  CHECK(value(small, decid::sim::Theta) < value(first, decid::sim::Theta));
+  const Json sure = fitted(usual + " --prior-gain 0 --prior-error 0");
+  CHECK(sure["gain"]["sd"] == 0.0);
+  CHECK(sure["error"]["sd"] == 0.0);
+  const auto text =
+      run_decid("fit --frf " + usual + " --truth Kp=900,Kd=260,Kp_pass=150,Kd_pass=120,Nv=.2,theta=.002,delay=.12");
+  CHECK(text.code == 0);
+  for (const char* words :
+       {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "told", "90 % of the draws", "R-hat"})
+    CHECK(text.out.find(words) != std::string::npos);
+}
+
+TEST_CASE("fit --frf warns of what the model does not explain") {
+  const Folder folder;
+  write_text(folder / "t.csv",
+             "frequency_hz,gain,phase_deg,sd\n0.05,4,90,0.1\n0.3,0.2,-60,0.01\n1.1,3,100,0.1\n2.2,1,-150,0.1\n");
+  const auto text = run_decid("fit --frf " + folder / "t.csv" + " --protocol short");
+  CHECK(text.code == 0);
+  CHECK(text.out.find("warning: the model does not explain the table") != std::string::npos);
+  write_text(folder / "u.csv", "frequency_hz,gain,phase_deg\n0.05,4,90\n0.3,0.2,-60\n1.1,3,100\n2.2,1,-150\n");
+  const Json json = fitted(folder / "u.csv" + " --protocol short");
+  CHECK(json["confidence"].is_null());
+  CHECK(json["misfit"]["p_value"].is_null());
+  CHECK(json["frf"]["sd"][0].is_null());
+  REQUIRE(json["warnings"].size() == 1);
+  CHECK(json["warnings"][0].get<std::string>().find("unexplained") != std::string::npos);
+}
+
+TEST_CASE("fit --frf refuses what it cannot use, in one line") {
+  check_table_refused("gain,phase_deg\n0.9,20\n1.8,-60\n0.8,-150\n", {"t.csv", "no column called frequency_hz"});
+  check_table_refused("frequency,gain\n0.05,0.9\n0.4,1.8\n1.1,0.8\n", {"no column called phase"});
+  check_table_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "not above 0"});
+  check_table_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n", {"line 3", "sort"});
+  check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.05,1.8,-60\n1.1,0.8,-150\n", {"line 3", "twice"});
+  check_table_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"radians?", "phase_rad"});
+  check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", {"2 rows"});
+  check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n25,0.8,-150\n",
+                      {"nothing at 25 Hz", "--protocol"});
+  const std::string good = "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";
+  check_table_refused(good, {"no confidence", "error above 0"}, "--prior-error 0");
+  check_table_refused(good, {"--unit", "not for --frf"}, "--unit deg");
+  check_table_refused(good, {"--model", "not for --frf"}, "--model m.safetensors");
+  check_table_refused(good, {"--most-draws", "not for --frf"}, "--most-draws 100");
+  check_table_refused(good, {"--frf", "recordings"}, "r.csv");
+  check_table_refused(good, {"--mass, --height"}, "--mass 70");
+  check_table_refused(good, {"another stimulus"},
+                      "--amplitude 1 --protocol " + std::string(DECID_SOURCE_DIR) + "/examples/sines.json");
+  check_refused("fit", {"neither a recording nor a frequency response"});
+  check_refused("fit r.csv --amplitude 1", {"--amplitude", "--frf alone"});
+  check_refused("fit r.csv --prior-error 0.1", {"--prior-error", "--frf alone"});
+  check_refused("fit --frf /no/such/table.csv", {"/no/such/table.csv"});
+  const Folder folder;
+  write_text(folder / "t.csv", good);
+  check_refused("fit --frf " + folder / "t.csv" + " -o " + folder / "t.csv", {"t.csv"});
+  CHECK(read_text(folder / "t.csv") == good);
+}

@@ -1,0 +1,64 @@
+// What posteriors of recordings and of published frequency responses are reported with. Found: a type with mean(),
+// deviation(), quantile() and correlation() of its quantities, by number; the parameters come first.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "base/json_object.hpp"
+#include "base/text.hpp"
+#include "sim/parameters.hpp"
+
+namespace decid::tools {
+
+/// The limits that hold this share of the draws, over a divisor.
+template <class Found>
+Json interval(const Found& found, int quantity, double share, double divisor = 1.0) {
+  const double tail = 0.5 * (1.0 - share);
+  return {found.quantile(quantity, tail) / divisor, found.quantile(quantity, 1.0 - tail) / divisor};
+}
+
+template <class Found>
+Json quantity_json(const Found& found, int quantity) {
+  return {{"value", found.mean(quantity)},
+          {"sd", found.deviation(quantity)},
+          {"interval50", interval(found, quantity, 0.5)},
+          {"interval90", interval(found, quantity, 0.9)}};
+}
+
+/// Adds to a parameter's object what the draws say of it.
+template <class Found>
+void add_draws(Json& parameter, const Found& found, std::size_t p, const sim::ParameterInfo& info, double mgh) {
+  const int quantity = static_cast<int>(p);
+  parameter["sd"] = found.deviation(quantity);
+  parameter["interval50"] = interval(found, quantity, 0.5);
+  parameter["interval90"] = interval(found, quantity, 0.9);
+  parameter["normalized_interval90"] = info.per_mgh ? interval(found, quantity, 0.9, mgh) : Json(nullptr);
+}
+
+/// Row by row, of the parameters.
+template <class Found>
+Json correlations_json(const Found& found, std::size_t parameters) {
+  Json rows = Json::array();
+  for (std::size_t a = 0; a < parameters; ++a) {
+    Json& row = rows.emplace_back(Json::array());
+    for (std::size_t b = 0; b < parameters; ++b)
+      row.push_back(found.correlation(static_cast<int>(a), static_cast<int>(b)));
+  }
+  return rows;
+}
+
+/// A table's line of one parameter, up to its range; `value` stands for it, `note` before the range.
+template <class Found>
+std::string parameter_line(const Found& found, std::size_t p, const sim::ParameterInfo& info, double value, double mgh,
+                           const std::optional<sim::Parameters>& truth, const std::string& note = {}) {
+  const int quantity = static_cast<int>(p);
+  const std::string between = format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
+  std::string text = format("  %-8s %12.5g %10.3g %24s %-10s ", info.name.c_str(), value, found.deviation(quantity),
+                            between.c_str(), info.shown_unit().c_str());
+  text += info.per_mgh ? format("%10.4f", value / mgh) : std::string(10, ' ');
+  if (truth) text += format(" %12.5g", (*truth)[p]);
+  return text + note + format("  %g to %g\n", info.low, info.high);
+}
+
+}  // namespace decid::tools
