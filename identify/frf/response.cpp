@@ -24,11 +24,10 @@ constexpr int velocity_levels = 64;     // straight lines between them
 constexpr double level_in_use = 1e-9;   // of the cycle's intervals
 constexpr double each_harmonic = 1e12;  // bands a decade: no two harmonics in one
 constexpr double least_deviation = 1e-12;
-constexpr long long turn_parts = 1LL << 50;
 
 /// exp(-2 pi i t)
 Complex turned_back(double turns) {
-  const auto [sin, cos] = sincos_of_turn(std::llround(turns * static_cast<double>(turn_parts)), turn_parts);
+  const auto [sin, cos] = sincos_of_turns(turns);
   return {cos, -sin};
 }
 

@@ -33,6 +33,7 @@ struct CompareOptions {
   int trials = 100, starts = 2;
   std::uint64_t seed = 2026;
   long long simulations = iterative::Settings{}.simulations;
+  posterior::Settings posterior;
 };
 
 /// The trials: the first of a data set, or fresh ones of the model's experiment.
@@ -120,23 +121,34 @@ ComparisonFigures compare(const CompareOptions& options) {
   {
     const posterior::Density density(data.protocol, {.start_s = 0.0, .gain = 0.0});
     const Stopwatch time;
-    std::vector<sim::Parameters> means;
+    const auto parameters = data.protocol.parameters().size();
+    std::vector<sim::Parameters> means(static_cast<std::size_t>(trials), sim::Parameters(parameters)),
+        deviations = means;
+    std::vector<double> leaps(means.size());
+    for (int first = 0; first < trials; first += thread_count()) {
+      stop_if_asked(first);
+      const int count = std::min(thread_count(), trials - first);
+      parallel_for(count, [&](int place) {
+        const int i = first + place;
+        const auto at = static_cast<std::size_t>(i);
+        const posterior::Posterior found =
+            posterior::sample(density, density.observe(data.trial(i)), options.posterior, {},
+                              [](const posterior::Progress&) { return !interrupted(); });
+        if (found.draws() == 0) return;
+        for (std::size_t p = 0; p < parameters; ++p) {
+          means[at][p] = found.mean(static_cast<int>(p));
+          deviations[at][p] = found.deviation(static_cast<int>(p));
+        }
+        leaps[at] = static_cast<double>(found.leaps());
+      });
+      stop_if_asked(first);
+      bar.update(first + count);
+    }
     double gradients = 0, ratio2 = 0;
     for (int i = 0; i < trials; ++i) {
-      stop_if_asked(i);
-      const posterior::Posterior found =
-          posterior::sample(density, density.observe(data.trial(i)), {.seed = options.seed}, {},
-                            [](const posterior::Progress&) { return !interrupted(); });
-      if (found.draws() == 0) stop_if_asked(i);
-      sim::Parameters mean(data.protocol.parameters().size()), deviation = mean;
-      for (std::size_t p = 0; p < mean.size(); ++p) {
-        mean[p] = found.mean(static_cast<int>(p));
-        deviation[p] = found.deviation(static_cast<int>(p));
-      }
-      means.push_back(mean);
-      ratio2 += squared_ratio(i, mean, deviation);
-      gradients += static_cast<double>(found.leaps());
-      bar.update(i + 1);
+      const auto at = static_cast<std::size_t>(i);
+      ratio2 += squared_ratio(i, means[at], deviations[at]);
+      gradients += leaps[at];
     }
     add("posterior", "Mean of draws from the posterior (decid fit); simulations are its gradients", means, gradients,
         time.seconds());
@@ -217,11 +229,16 @@ void add_compare(const Command& program) {
   command.add_option("--simulations", options->simulations, "Trials to simulate for each fit, at most")
       .show_default()
       .range(1LL, 1'000'000'000LL);
+  command.add_option("--most-draws", options->posterior.most_draws, "Of each chain of a posterior; fewer if enough")
+      .show_default()
+      .range(8, 1'000'000);
   add_output_option(command, options->output, "JSON file to write");
   command.add_option("--report", options->report, "Page to write: the table and a chart (.html)");
   add_common_options(command, options->common, true);
   command.footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");
   command.callback([options] {
+    options->posterior.seed = options->seed;
+    options->posterior.least_draws = std::min(options->posterior.least_draws, options->posterior.most_draws);
     apply(options->common);
     run_compare(*options);
   });

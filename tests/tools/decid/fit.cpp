@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 
 namespace {
 
-constexpr const char* small = " --starts 1 --simulations 6500 --seed 3";
+constexpr const char* small = " --starts 1 --simulations 6500 --most-draws 8 --seed 3";
 
 }  // namespace
 
