@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
 #include "base/text.hpp"
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/table.hpp"
+#include "identify/posterior/elementary.hpp"
 #include "sim/experiment.hpp"
 
 namespace decid::frf {
@@ -19,7 +19,6 @@ namespace {
 constexpr std::size_t most_harmonics = 1000, most_table_rows = 1000;
 constexpr double per_interval = 1.959963984540054;  // of a normal distribution, half its 95 % interval over its sd
 constexpr double per_circle = 2.447746830680816;    // sqrt(-2 log 0.05): of two, the radius that holds 95 %
-constexpr long long turn_parts = 1LL << 50;
 
 /// A column, and its numbers.
 struct Column {
@@ -129,9 +128,7 @@ Column read_phases(Reader& reader) {
 
 sim::Complex response_of(double gain, double phase_deg) {
   const double turns = phase_deg / 360.0;
-  const double part = turns - std::floor(turns);
-  const auto [sin, cos] = sincos_of_turn(std::llround(part * static_cast<double>(turn_parts)), turn_parts);
-  return {gain * cos, gain * sin};
+  return gain * posterior::turned(turns - std::floor(turns));
 }
 
 void read_harmonics(Reader& reader, Table& table) {

@@ -11,8 +11,6 @@
 namespace decid::tools {
 namespace {
 
-using frf::Density;
-
 /// A gain and a phase, the phase within 180 degrees of another.
 struct Polar {
   double gain, phase_deg;
@@ -123,8 +121,8 @@ std::string frf_fit_json(const FrfReport& report) {
                    {{"chi_square", found.misfit().chi_square},
                     {"degrees_of_freedom", found.misfit().degrees_of_freedom},
                     {"p_value", number_or_null(found.misfit().p_value)}}},
-                  {"gain", quantity_json(found, Density::gain)},
-                  {"error", quantity_json(found, Density::error)},
+                  {"gain", quantity_json(found, frf::Density::gain)},
+                  {"error", quantity_json(found, frf::Density::error)},
                   {"correlations", correlations_json(found, ranges.size())},
                   {"frf", table_json(report)},
                   {"diagnostics", diagnostics_json(found, ranges)},
@@ -146,13 +144,13 @@ std::string frf_fit_text(const FrfReport& report) {
     text += parameter_line(found, p, ranges[p], mean[p], protocol.experiment.body.mgh(), report.truth,
                            format(" %6.2f", found.told(static_cast<int>(p))));
   text += "  told: share of what was open beforehand that the table settles; at 0 the draws are the prior's\n";
-  if (found.deviation(Density::gain) > 0.0)
-    text += format("  the table's over the true gain %.3g +- %.2g\n", found.mean(Density::gain),
-                   found.deviation(Density::gain));
-  if (found.deviation(Density::error) > 0.0)
+  if (found.deviation(frf::Density::gain) > 0.0)
+    text += format("  the table's over the true gain %.3g +- %.2g\n", found.mean(frf::Density::gain),
+                   found.deviation(frf::Density::gain));
+  if (found.deviation(frf::Density::error) > 0.0)
     text += format("  errors%s %.2g +- %.1g %% of the response\n",
-                   table.has_confidence() ? " beyond the table's confidence" : "", 100.0 * found.mean(Density::error),
-                   100.0 * found.deviation(Density::error));
+                   table.has_confidence() ? " beyond the table's confidence" : "",
+                   100.0 * found.mean(frf::Density::error), 100.0 * found.deviation(frf::Density::error));
   text += format("  %8s %9s %9s %20s %9s %9s %20s %9s\n", "Hz", "gain", "model", "90 % of the draws", "phase", "model",
                  "90 % of the draws", "distance");
   const std::vector<Shown> rows = shown_rows(report);
@@ -180,8 +178,8 @@ void write_frf_draws(const std::filesystem::path& path, const FrfReport& report)
     chain.push_back(static_cast<double>(static_cast<int>(draw) / found.draws_per_chain()));
   }
   const std::vector<dataset::NamedArray> arrays{{"parameters", {draws, parameters}, matrix},
-                                                {"gain", {draws}, found.draws_of(Density::gain)},
-                                                {"error", {draws}, found.draws_of(Density::error)},
+                                                {"gain", {draws}, found.draws_of(frf::Density::gain)},
+                                                {"error", {draws}, found.draws_of(frf::Density::error)},
                                                 {"chain", {draws}, chain}};
   dataset::write_arrays(path, arrays);
 }
