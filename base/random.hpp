@@ -25,6 +25,7 @@ enum class Stream : std::uint32_t {
   fit_noise = 9,         ///< item: realisation of the vestibular noise that a fit simulates
   posterior = 10,        ///< item: group of chains; its starts, momenta and choices
   walkers = 11,          ///< item: walker; its start, jumps and choices
+  predictive = 12,       ///< item: trial simulated from a posterior's draws (its sensor noise: with bit 63 set)
 };
 
 /// One block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 
 namespace decid {
 namespace {
@@ -57,6 +59,9 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
       const double error = (trial.mean[p] - trial.truth[p]) / deviation[p], spread = trial.deviation[p] / deviation[p];
       of.mse += error * error / count;
       of.promised += spread * spread / count;
+      const double miss = !trial.network ? std::numeric_limits<double>::quiet_NaN()
+                                         : ((*trial.network)[p] - trial.truth[p]) / deviation[p];
+      of.network_mse += miss * miss / count;
       const double off_centre = std::abs(trial.below[p] - 0.5);
       of.covered50 += off_centre <= 0.25 ? 1.0 / count : 0.0;
       of.covered90 += off_centre <= 0.45 ? 1.0 / count : 0.0;
@@ -66,6 +71,7 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
     const auto parameters = static_cast<double>(deviation.size());
     result.all.mse += of.mse / parameters;
     result.all.promised += of.promised / parameters;
+    result.all.network_mse += of.network_mse / parameters;
     result.all.covered50 += of.covered50 / parameters;
     result.all.covered90 += of.covered90 / parameters;
     result.all.distance = std::max(result.all.distance, of.distance);
@@ -77,6 +83,30 @@ Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, con
   std::vector<CalibratedTrial> agreeing;
   std::ranges::copy_if(trials, std::back_inserter(agreeing), &CalibratedTrial::agreed);
   return calibration_of(agreeing, deviation);
+}
+
+std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation,
+                                            const std::function<double(const sim::Parameters& truth)>& key) {
+  constexpr std::size_t parts = 3;
+  if (trials.size() < parts)
+    throw Error("calibration", format("has %zu trials", trials.size()), "give three at least for three parts");
+  std::vector<const CalibratedTrial*> sorted;
+  for (const CalibratedTrial& trial : trials) sorted.push_back(&trial);
+  std::ranges::stable_sort(sorted, {}, [&](const CalibratedTrial* trial) { return key(trial->truth); });
+  std::vector<CalibrationPart> result;
+  for (std::size_t part = 0; part < parts; ++part) {
+    std::vector<CalibratedTrial> members;
+    for (std::size_t i = part * sorted.size() / parts; i < (part + 1) * sorted.size() / parts; ++i)
+      members.push_back(*sorted[i]);
+    result.push_back({key(members.front().truth), key(members.back().truth), calibration_of(members, deviation)});
+  }
+  return result;
+}
+
+double damping_ratio(const sim::Parameters& parameters, const sim::Body& body) {
+  const double stiffness = parameters[sim::Kp] + parameters[sim::Kp_pass] - body.mgh();
+  const double damping = parameters[sim::Kd] + parameters[sim::Kd_pass] - parameters[sim::Kp] * parameters[sim::Delay];
+  return damping / (2.0 * std::sqrt(body.inertia_kgm2 * stiffness));
 }
 
 }  // namespace decid

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,8 +17,9 @@ namespace decid {
 struct CalibratedTrial {
   std::uint64_t attempt = 0;  ///< of the base trials of a seed (dataset::base_trial)
   sim::Parameters truth, mean, deviation;
-  std::vector<double> below;  ///< the share of the draws below the truth
-  double rhat = 0.0;          ///< the largest
+  std::optional<sim::Parameters> network;  ///< its answer, to stand beside
+  std::vector<double> below;               ///< the share of the draws below the truth
+  double rhat = 0.0;                       ///< the largest
   double effective_draws = 0.0;
   bool agreed = false;
   double seconds = 0.0;
@@ -29,6 +32,7 @@ CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posteri
 struct ParameterCalibration {
   double mse = 0.0;                         ///< of the mean, over `deviation` squared
   double promised = 0.0;                    ///< mean variance of the draws, over the same
+  double network_mse = 0.0;                 ///< NaN unless all trials have a network's answer
   double covered50 = 0.0, covered90 = 0.0;  ///< share of the truths in the central intervals
   /// The largest distance of the shares `below` from uniform (Kolmogorov and Smirnov). Beyond 1.36 / sqrt(trials),
   /// which is also the half width of a band about the distribution, with probability 0.05 if the posteriors are right.
@@ -46,5 +50,18 @@ struct Calibration {
 Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
 /// Of those whose chains agree alone.
 Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
+
+/// Trials whose key lies between two values.
+struct CalibrationPart {
+  double low = 0.0, high = 0.0;
+  Calibration figures;
+};
+/// The trials in three parts of equal size by a key. Throws Error for fewer than three trials.
+std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation,
+                                            const std::function<double(const sim::Parameters& truth)>& key);
+
+/// Of the body and its controller without noise and dead band, the delay taken for a lag: (Kd + Kd_pass - Kp delay) /
+/// (2 sqrt(J (Kp + Kp_pass - m g h))). Low: the sway rings, and many parameters explain it nearly as well.
+double damping_ratio(const sim::Parameters& parameters, const sim::Body& body);
 
 }  // namespace decid

@@ -44,9 +44,14 @@ void warn_of_noise(const posterior::Observation& observation, const Posterior& f
 class Fitter {
  public:
   Fitter(const Model* model, const sim::Protocol& protocol, const FitRequest& request)
-      : explainer_{sim::Simulator(protocol)}, request_(request), density_(protocol, request.priors) {
+      : explainer_{sim::Simulator(protocol)},
+        request_(request),
+        density_(protocol, request.priors),
+        checker_(explainer_.simulator(), density_.block_s()) {
     if (model != nullptr && model->protocol.experiment == protocol.experiment) network_.emplace(*model);
   }
+
+  std::span<const float> tilt_rad() const { return explainer_.tilt_rad(); }
 
   FitFigures fit(Identification& id, const posterior::OnProgress& progress) {
     FitFigures figures;
@@ -68,9 +73,17 @@ class Fitter {
       id.estimate.parameters = network_->estimate({trial}).front().parameters;
     }
     id.explanation = explainer_.explain({id.estimate.parameters, trial});
+    figures.check = checker_.check(found.states(), trial, request_.settings.seed);
+    if (const std::string odd = figures.check.warning(); !odd.empty())
+      id.explanation.warnings.insert(id.explanation.warnings.begin(), odd);
     warn_unless_following(id.explanation);
     if (!found.agreed()) warn_of_disagreement(table, figures.answer, found, id.explanation.warnings);
     warn_of_noise(observation, found, id.explanation.warnings);
+    figures.inferred = posterior::infer(density, observation, found);
+    figures.samples_noise_deg = observation.noise_deg;
+    figures.block_s = density.block_s();
+    figures.edge_s = density.bin_s();
+    figures.first_edge_s = density.first_bin_s();
     figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return figures;
   }
@@ -89,6 +102,7 @@ class Fitter {
   Explainer explainer_;
   FitRequest request_;
   Density density_;
+  PredictiveChecker checker_;
   std::optional<Density> known_start_;
   std::optional<Identifier> network_;
 };
@@ -105,6 +119,7 @@ FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protoco
   Fitter fitter(model, protocol, request);
   FittedRecordings all;
   all.identified.protocol = protocol;
+  all.identified.tilt_rad.assign(fitter.tilt_rad().begin(), fitter.tilt_rad().end());
   bool stopped = false;
   for (Identification& read : read_recordings(protocol, files, options)) {
     if (stopped) break;

@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "identify/posterior/posterior.hpp"
+#include "identify/posterior/inferred.hpp"
+#include "identify/predictive_check.hpp"
 #include "identify/recordings.hpp"
 
 namespace decid {
@@ -23,6 +24,12 @@ struct FitFigures {
   enum class Answer { posterior, network };
   Answer answer = Answer::posterior;
   posterior::Posterior posterior;
+  posterior::Inferred inferred;
+  PredictiveCheck check;
+  double samples_noise_deg = 0.0;  ///< the sensor's noise by the samples' second differences
+  double block_s = 0.0;            ///< of what is inferred and checked; the first block begins with the trial
+  double edge_s = 0.0;             ///< from one edge of inferred signals to the next
+  double first_edge_s = 0.0;
   double seconds = 0.0;
 };
 const char* name(FitFigures::Answer answer);
@@ -37,9 +44,10 @@ struct FittedRecordings {
 /// Where the work stands: the recording, counted from 0, and its sampling. Returns false to stop.
 using FitProgress = std::function<bool(std::size_t recording, const posterior::Progress& progress)>;
 
-/// Reads each recording and samples its posterior in `protocol`. If chains do not agree, a warning says so, and the
-/// estimate is the network's where `model`, which may be null, knows the protocol's experiment. A run that is stopped
-/// keeps what was drawn until then, and begins no other recording. Throws Error if the protocol cannot be fitted.
+/// Reads each recording, samples its posterior in `protocol` and checks whether its draws predict the recording; if
+/// they do not, the explanation's first warning says so. If chains do not agree, a warning says so, and the estimate is
+/// the network's where `model`, which may be null, knows the protocol's experiment. A run that is stopped keeps what
+/// was drawn until then, and begins no other recording. Throws Error if the protocol cannot be fitted.
 FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
                                 const FitRequest& request, const FitProgress& progress = {});

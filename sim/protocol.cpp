@@ -13,6 +13,7 @@ namespace decid::sim {
 
 namespace {
 
+constexpr int default_period_trials = 2;
 constexpr double longest_period_trials = 100.0;
 
 void validate_noise(const Checker& check, const Protocol& protocol) {
@@ -35,7 +36,7 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
     if (!(period_s >= duration_s * (1.0 - 1e-9) && period_s <= longest_period_trials * duration_s)) {
       check.fail("vestibular_noise period_s", "is " + given_text(period_s),
                  "give the trial's " + setting_text(duration_s) + " s or more, up to " +
-                     setting_text(longest_period_trials * duration_s) + " s; or 0, the trial's length");
+                     setting_text(longest_period_trials * duration_s) + " s; or leave it out");
     }
     if (!(std::abs(samples - std::floor(samples + 0.5)) <= 1e-6)) {
       check.fail("vestibular_noise period_s", "is " + given_text(period_s) + " s, not a whole number of samples",
@@ -71,7 +72,13 @@ void Protocol::refuse_implausible() const {
 
 int Protocol::noise_period_samples() const {
   const double period_s = noise.vestibular.period_s;
-  return period_s == 0.0 ? samples() : static_cast<int>(std::floor(period_s * experiment.sample_rate_hz + 0.5));
+  return period_s == 0.0 ? default_period_trials * samples()
+                         : static_cast<int>(std::floor(period_s * experiment.sample_rate_hz + 0.5));
+}
+
+double Protocol::noise_period_s() const {
+  const double period_s = noise.vestibular.period_s;
+  return period_s == 0.0 ? noise_period_samples() / experiment.sample_rate_hz : period_s;
 }
 
 Sequence& Protocol::sequence() {

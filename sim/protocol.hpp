@@ -15,9 +15,9 @@ struct VestibularNoise {
   double low_hz = 1.0 / 121.0;
   double high_hz = 1.0;
   double exponent = 1.0;
-  /// The trial's length, which is 0 too, or more. No body's noise repeats. What a trial shows of a period is that the
-  /// noise's end goes over into its start: with twice the trial's length the correlation of the velocity between the
-  /// two is below 0.3 % of its variance, for 121 s and 1 Hz.
+  /// The trial's length or more; 0: twice the trial's length. No body's noise repeats. A trial shows a period T by what
+  /// its two ends share: the autocovariance at T minus a lag. With twice the trial's length no lag has more than 0.5%
+  /// of the velocity's variance of it, for 121 s and 1 Hz; with the trial's length the last has all.
   double period_s = 0.0;
 };
 
@@ -52,8 +52,9 @@ struct Protocol {
   const ParameterTable& parameters() const { return experiment.parameters(); }
   int samples() const { return experiment.samples(); }
   double duration_s() const { return experiment.duration_s(); }
-  /// The vestibular noise's period in samples, as it is or as 0 has it.
+  /// The vestibular noise's period in samples, as it is given or as 0 has it.
   int noise_period_samples() const;
+  double noise_period_s() const;
 };
 
 /// 121 s: 242 states of 0.25 s, twice.

@@ -43,13 +43,22 @@ void read_body(const Json& json, const std::string& where, Body& body) {
   object.finish();
 }
 
-void read_vestibular_noise(const Json& json, const std::string& where, VestibularNoise& noise) {
+/// `repeats_with_trial`: whether the period is the trial's length; as it is if the object does not say.
+void read_vestibular_noise(const Json& json, const std::string& where, VestibularNoise& noise,
+                           bool& repeats_with_trial) {
   JsonObject object(json, where, "vestibular_noise");
   object.read("scale_deg", noise.scale_deg);
   object.read("low_hz", noise.low_hz);
   object.read("high_hz", noise.high_hz);
   object.read("exponent", noise.exponent);
-  object.read("period_s", noise.period_s);
+  if (const Json* period = object.find("period_s")) {
+    repeats_with_trial = *period == "trial";
+    if (period->is_number()) {
+      noise.period_s = period->get<double>();
+    } else if (!repeats_with_trial) {
+      object.wrong_type("period_s", "a number or \"trial\"");
+    }
+  }
   object.finish();
 }
 
@@ -76,8 +85,8 @@ std::string to_json(const Protocol& protocol) {
   json["vestibular_noise"] = {{"scale_deg", noise.scale_deg},
                               {"low_hz", noise.low_hz},
                               {"high_hz", noise.high_hz},
-                              {"exponent", noise.exponent}};
-  if (noise.period_s != 0.0) json["vestibular_noise"]["period_s"] = noise.period_s;
+                              {"exponent", noise.exponent},
+                              {"period_s", protocol.noise_period_s()}};
   json["sensor_noise_deg"] = sensor_noise_json(protocol.noise.sensor);
   return print_json(json);
 }
@@ -87,6 +96,7 @@ namespace {
 Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   const std::string& where = source.where;
   const Json json = parse_json(text, where);
+  const bool is_written_by_people = static_cast<bool>(source.read_tilt);
   Protocol protocol = default_protocol();
   JsonObject object(json, where);
   protocol.name = source.name;
@@ -94,13 +104,18 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   object.read("sample_rate_hz", protocol.experiment.sample_rate_hz);
   read_stimulus(object, source, protocol.experiment.sample_rate_hz, protocol.experiment.stimulus);
   if (const Json* part = object.find("body")) read_body(*part, where, protocol.experiment.body);
+  // Data sets and models that do not say a period are from before there was another.
+  bool repeats_with_trial = !is_written_by_people;
   if (const Json* part = object.find("vestibular_noise"))
-    read_vestibular_noise(*part, where, protocol.noise.vestibular);
+    read_vestibular_noise(*part, where, protocol.noise.vestibular, repeats_with_trial);
   if (const Json* part = object.find("sensor_noise_deg")) read_sensor_noise(object, *part, protocol.noise.sensor);
   object.finish();
   try {
+    protocol.experiment.validate(protocol.name);
+    if (repeats_with_trial)
+      protocol.noise.vestibular.period_s = protocol.samples() / protocol.experiment.sample_rate_hz;
     protocol.validate();
-    if (source.read_tilt) protocol.refuse_implausible();
+    if (is_written_by_people) protocol.refuse_implausible();
   } catch (const Error& error) {
     // validate() knows the setting, not the file.
     throw Error(where, error.where() + ": " + error.problem(), error.remedy());

@@ -7,8 +7,9 @@
 //   "sines": {"components": [{"frequency_hz", "amplitude_deg", "phase_deg"}, ..], "cycle_s"}
 //   "raised_cosines": {"moves": [{"shape": "pulse" | "step", "start_s", "duration_s", "amplitude_deg"}, ..], "cycle_s"}
 // The body may be {"subject": {"mass_kg", "height_m"}} instead: Winter's segments (sim/segments.hpp).
-// Anything left out takes the default protocol's value, but offset_s beside feedback or start, which is 0 then; an
-// unknown key, or one that stands twice, is an error. Every setting: docs/protocols.md.
+// "period_s" may be "trial", the trial's length. Anything left out takes the default protocol's value, but offset_s
+// beside feedback or start, which is 0 then; an unknown key, or one that stands twice, is an error. Every setting:
+// docs/protocols.md.
 #pragma once
 
 #include <functional>
@@ -21,11 +22,12 @@
 namespace decid::sim {
 
 /// Complete JSON text: keys in the order above, doubles that read back to the same bits. Self-contained: it has a
-/// measured tilt with all its samples, a subject as the body that it makes.
+/// measured tilt with all its samples, a subject as the body that it makes, the noise's period in seconds.
 std::string to_json(const Protocol& protocol);
 
 /// `where` names the source in errors. Throws Error for bad JSON, unknown keys, wrong types, and values that
 /// Protocol::validate refuses, and for a measured tilt in a file: what data sets and models carry needs no other file.
+/// Those that say no period of the vestibular noise were made when it was the trial's length, which it is then.
 Protocol protocol_from_json(const std::string& text, const std::string& where);
 
 /// A file of measured tilt, as a protocol's "measured" names it.
@@ -46,8 +48,9 @@ struct ProtocolText {
   std::string name = "default";  ///< of a protocol without one
   ReadTilt read_tilt = {};       ///< empty: it may not name any file
 };
-/// protocol_from_json for what people write: it reads files of measured tilt, and refuses what is no experiment
-/// (Protocol::refuse_implausible).
+/// protocol_from_json for what people write: it reads files of measured tilt, refuses what is no experiment
+/// (Protocol::refuse_implausible), and a noise without a period has twice the trial's length, as the default has.
+/// Without read_tilt it is protocol_from_json.
 Protocol protocol_from_text(const std::string& text, const ProtocolText& source);
 
 }  // namespace decid::sim

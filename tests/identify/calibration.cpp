@@ -60,3 +60,42 @@ TEST_CASE("calibration_of: those that agree alone, and none") {
   CHECK(calibration_of_agreeing(trials, {2.0, 4.0}).trials == 30);
   check_error([] { calibration_of({}, {1.0}); }, {"calibration", "no trials"});
 }
+
+TEST_CASE("calibration_by: three parts of equal size, in the key's order; a network's errors stand beside") {
+  std::vector<CalibratedTrial> trials = trials_of(1.0, 31);
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    trials[i].truth[1] = static_cast<double>((i * 7) % 31);
+    trials[i].network = decid::sim::Parameters{trials[i].truth[0] + 4.0, trials[i].truth[1]};
+  }
+  const auto parts = calibration_by(trials, {2.0, 4.0}, [](const decid::sim::Parameters& truth) { return truth[1]; });
+  REQUIRE(parts.size() == 3);
+  CHECK(parts[0].low == 0.0);
+  CHECK(parts[0].high == 9.0);
+  CHECK(parts[1].low == 10.0);
+  CHECK(parts[2].high == 30.0);
+  CHECK(parts[2].figures.trials == 11);
+  for (const CalibrationPart& part : parts) {
+    CHECK(near(part.figures.parameters[0].network_mse, 4.0, 1e-12));
+    CHECK(near(part.figures.all.network_mse, 2.0, 1e-12));
+  }
+  trials[3].network = {};
+  CHECK(std::isnan(calibration_of(trials, {2.0, 4.0}).all.network_mse));
+  check_error(
+      [&] {
+        calibration_by(std::span(trials).first(2), {2.0, 4.0}, [](const auto&) { return 0.0; });
+      },
+      {"has 2 trials"});
+}
+
+// J = 100, 400 N m/rad beyond gravity: critical damping is 2 sqrt(100 * 400) = 400.
+TEST_CASE("damping_ratio: of a body whose values are round") {
+  decid::sim::Body body;
+  body.inertia_kgm2 = 100.0;
+  decid::sim::Parameters parameters = decid::sim::single_pendulum().parameters.middle();
+  parameters[decid::sim::Kp] = 1000.0;
+  parameters[decid::sim::Kp_pass] = 400.0 + body.mgh() - 1000.0;
+  parameters[decid::sim::Kd] = 250.0;
+  parameters[decid::sim::Kd_pass] = 50.0;
+  parameters[decid::sim::Delay] = 0.1;
+  CHECK(near(damping_ratio(parameters, body), 0.5, 1e-12));
+}

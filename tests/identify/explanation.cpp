@@ -108,11 +108,15 @@ TEST_CASE("explain: what a recording has besides the noise-free trial is its res
 }
 
 TEST_CASE("explain: noise of the controller's own is no misfit, another sway is one") {
-  for (const std::uint64_t item : {0U, 1U, 2U, 3U, 4U, 5U}) {
+  // Beyond the range of four trials, widened by itself, some fall by chance: with other protocols, controllers and
+  // periods of the noise 0 to 51 of 400 did, after what the four were.
+  int warned = 0;
+  for (std::uint64_t item = 0; item < 30; ++item) {
     const Explanation own = recording(trial(controller(0.3), item), controller(0.3));
     CHECK(own.variance_accounted_for < 1.0);
-    CHECK_FALSE(warns(own, "explains"));
+    warned += warns(own, "explains");
   }
+  CHECK(warned <= 3);
   std::vector<double> reversed = trial(controller(0.3), 0);
   for (double& value : reversed) value = -value;
   const Explanation misfit = recording(reversed, controller(0.3));

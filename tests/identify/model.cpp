@@ -54,6 +54,19 @@ TEST_CASE("a model survives its file to the bit") {
   CHECK(to_bytes(copy) == bytes);
 }
 
+TEST_CASE("a model from before the noise had a period of its own keeps the trial's length") {
+  const auto period_s = [](const Json& protocol) {
+    nn::TensorFile file = nn::from_safetensors(to_bytes(example()), "m");
+    file.metadata["protocol"] = protocol.dump();
+    return model_from_bytes(nn::to_safetensors(file), "m").protocol.noise_period_s();
+  };
+  Json protocol = Json::parse(sim::to_json(example().protocol));
+  CHECK(protocol["vestibular_noise"]["period_s"] == 127.4);
+  CHECK(period_s(protocol) == 127.4);
+  protocol["vestibular_noise"].erase("period_s");
+  CHECK(period_s(protocol) == 63.7);
+}
+
 TEST_CASE("a scaling of another number of targets than parameters is refused") {
   const std::string bytes = to_bytes(example());
   for (const char* list : {"mean", "deviation"}) {

@@ -17,6 +17,12 @@ using decid::test::near;
 
 namespace {
 
+// With noise whose harmonics are the trial's.
+Protocol repeating(Protocol protocol = {}) {
+  protocol.noise.vestibular.period_s = protocol.duration_s();
+  return protocol;
+}
+
 // Periodogram of the angle, averaged over realisations: rad^2/Hz at k / T, one-sided.
 std::vector<double> average_periodogram(const Protocol& protocol, double nv, int realisations) {
   const VestibularNoiseMaker maker(protocol);
@@ -71,22 +77,21 @@ void check_spectrum(const Protocol& protocol, double nv, int first, int last) {
 }  // namespace
 
 TEST_CASE("VestibularNoiseMaker: the default spectrum") {
-  const Protocol protocol;
-  check_spectrum(protocol, 1.0, 1, 121);  // 1/121 Hz .. 1 Hz
+  check_spectrum(repeating(), 1.0, 1, 121);  // 1/121 Hz .. 1 Hz
 }
 
 TEST_CASE("VestibularNoiseMaker: other bands, scales and exponents") {
   Protocol protocol = short_protocol();  // 63.7 s
   protocol.noise.vestibular = {.scale_deg = 0.5, .low_hz = 0.1, .high_hz = 10.0, .exponent = 1.0};
-  check_spectrum(protocol, 0.3, 7, 637);
+  check_spectrum(repeating(protocol), 0.3, 7, 637);
   protocol.noise.vestibular = {.scale_deg = 0.1, .low_hz = 0.01, .high_hz = 2.0, .exponent = 2.0};
-  check_spectrum(protocol, 1.0, 1, 127);
+  check_spectrum(repeating(protocol), 1.0, 1, 127);
   protocol.noise.vestibular.exponent = 0.0;
-  check_spectrum(protocol, 2.0, 1, 127);
+  check_spectrum(repeating(protocol), 2.0, 1, 127);
 }
 
 TEST_CASE("VestibularNoiseMaker: the variance is the spectrum's integral") {
-  const Protocol protocol;
+  const Protocol protocol = repeating();
   const VestibularNoiseMaker maker(protocol);
   std::vector<double> angle(12'101);
   double variance = 0.0, mean = 0.0;
@@ -111,7 +116,7 @@ TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative o
     Protocol protocol;
     protocol.experiment.sample_rate_hz = rate_hz;
     protocol.noise.vestibular.high_hz = rate_hz / 10.0;
-    const VestibularNoiseMaker maker(protocol);
+    const VestibularNoiseMaker maker(repeating(protocol));
     const auto samples = static_cast<std::size_t>(protocol.samples());
     const Random random(2, Stream::vestibular_noise, 4);
     std::vector<double> angle(samples + 1), rate(samples + 1);
@@ -148,7 +153,7 @@ TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative o
 TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
   Protocol protocol;
   protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 40.0 / 121.0;
-  const VestibularNoiseMaker maker(protocol);
+  const VestibularNoiseMaker maker(repeating(protocol));
   const Random random(2, Stream::child_noise, 6);
   std::vector<double> angle(12'101);
   maker.angle(1.0, random, angle);
@@ -163,9 +168,8 @@ TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
 }
 
 // What is asked of a period longer than the trial: noise of the same power, whose end does not go over into its start.
-TEST_CASE("VestibularNoiseMaker: a period of two trials is not seen in one") {
-  Protocol protocol;
-  protocol.noise.vestibular.period_s = 242.0;
+TEST_CASE("VestibularNoiseMaker: the default's period of two trials is not seen in one") {
+  const Protocol protocol;
   const VestibularNoiseMaker maker(protocol);
   const NoiseBand band = noise_band(protocol);
   CHECK(band.first == 2);
@@ -200,6 +204,35 @@ TEST_CASE("VestibularNoiseMaker: a period of two trials is not seen in one") {
   CHECK(near(power, before, 0.06));
 }
 
+// Gaussian noise is known by its autocovariance. A trial sees lags up to its own length, and a period T adds what noise
+// that never repeats has at T minus the lag.
+TEST_CASE("the noise's velocity in a trial is that of noise which never repeats, to half a percent of its variance") {
+  // Of the velocity, whose density rises as f, between low and high; and of harmonics that stand for it.
+  const double low = 1.0 / 121.0, high = 1.0, variance = (high * high - low * low) / 2.0;
+  const auto endless = [&](double lag_s) {
+    if (lag_s == 0.0) return 1.0;
+    const double w = 2.0 * pi * lag_s;
+    const auto integral = [&](double f) { return f * std::sin(w * f) / w + std::cos(w * f) / (w * w); };
+    return (integral(high) - integral(low)) / variance;
+  };
+  const auto worst = [&](const Protocol& protocol) {
+    const NoiseBand band = noise_band(protocol);
+    const double period_s = protocol.noise_period_s();
+    double largest = 0.0;
+    for (int i = 0; i <= 1210; ++i) {
+      double sum = 0.0;
+      for (int k = band.first; k <= band.last; ++k) sum += k * std::cos(2.0 * pi * k * (0.1 * i) / period_s);
+      largest = std::max(largest, std::abs(sum / (period_s * period_s) / variance - endless(0.1 * i)));
+    }
+    return largest;
+  };
+  Protocol protocol;
+  CHECK(worst(protocol) < 0.005);
+  CHECK(worst(repeating()) > 0.99);
+  protocol.noise.vestibular.period_s = 150.0;
+  CHECK(worst(protocol) > 0.01);
+}
+
 TEST_CASE("VestibularNoiseMaker: Nv scales, and is exactly zero at zero") {
   const VestibularNoiseMaker maker{Protocol{}};
   const Random random(2, Stream::vestibular_noise, 4);
@@ -218,10 +251,10 @@ TEST_CASE("VestibularNoiseMaker: Nv scales, and is exactly zero at zero") {
 
 TEST_CASE("VestibularNoiseMaker: trials side by side have the bits that each has alone") {
   constexpr auto lanes = static_cast<std::size_t>(fft_lanes);
-  // One transform of all samples (a band too wide to be split), 25 of 484, and the short protocol's.
-  Protocol wide;
+  // One transform of all samples (a band too wide to be split), 25 of 484, 44 of 550, and the short protocol's.
+  Protocol wide = repeating();
   wide.noise.vestibular.high_hz = 10.0;
-  for (const Protocol& protocol : {Protocol{}, wide, short_protocol()}) {
+  for (const Protocol& protocol : {Protocol{}, repeating(), wide, short_protocol()}) {
     const VestibularNoiseMaker maker(protocol);
     const auto values = static_cast<std::size_t>(protocol.samples()) + 1;
     const std::vector<double> nv{0.2, 0.0, 1.0, 0.5, 0.7};

@@ -297,20 +297,36 @@ TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is s
   Protocol protocol;
   protocol.noise.vestibular.low_hz = 0.501;
   protocol.noise.vestibular.high_hz = 0.502;
-  // 61 / 121 Hz is above, 60 / 121 Hz below.
-  CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("multiple of 0.00826446281 Hz, 1 / 121 s"), decid::Error);
+  // 122 / 242 Hz is above, 121 / 242 Hz below.
+  CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("multiple of 0.004132231405 Hz, 1 / 242 s"),
+                       decid::Error);
   CHECK_THROWS_WITH_AS(protocol.validate(), doctest::Contains("protocol default, vestibular_noise"), decid::Error);
   protocol.noise.vestibular.high_hz = 61.0 / 121.0;
   CHECK_NOTHROW(protocol.validate());
-  CHECK(noise_band(protocol).first == 61);
-  CHECK(noise_band(protocol).last == 61);
+  CHECK(noise_band(protocol).first == 122);
+  CHECK(noise_band(protocol).last == 122);
   protocol.noise.vestibular.high_hz = 0.502;
   protocol.noise.vestibular.scale_deg = 0.0;
   CHECK_NOTHROW(protocol.validate());
   CHECK_NOTHROW(VestibularNoiseMaker{protocol});
-  const NoiseBand band = noise_band(Protocol{});
-  CHECK(band.first == 1);
-  CHECK(band.last == 121);
+  protocol = {};
+  CHECK(noise_band(protocol).first == 2);
+  CHECK(noise_band(protocol).last == 242);
+  protocol.noise.vestibular.period_s = 121.0;
+  CHECK(noise_band(protocol).first == 1);
+  CHECK(noise_band(protocol).last == 121);
+}
+
+TEST_CASE("Protocol: the noise's period is twice the trial's length, whatever that is, unless it is given") {
+  Protocol protocol;
+  CHECK(protocol.noise_period_samples() == 24'200);
+  CHECK(protocol.noise_period_s() == 242.0);
+  protocol.sequence().cycles = 3;
+  CHECK(protocol.noise_period_s() == 363.0);
+  CHECK(short_protocol().noise_period_s() == 127.4);
+  protocol.noise.vestibular.period_s = 200.03;
+  CHECK(protocol.noise_period_samples() == 20'003);
+  CHECK(protocol.noise_period_s() == 200.03);
 }
 
 TEST_CASE("Protocol::validate: trials of all lengths that can be transformed, and of no others") {

@@ -35,7 +35,7 @@ void check_round_trip(const sim::Protocol& a) {
   check_same_bits(b.experiment.body.inertia_kgm2, a.experiment.body.inertia_kgm2);
   check_same_bits(b.noise.vestibular.scale_deg, a.noise.vestibular.scale_deg);
   check_same_bits(b.noise.vestibular.low_hz, a.noise.vestibular.low_hz);
-  check_same_bits(b.noise.vestibular.period_s, a.noise.vestibular.period_s);
+  check_same_bits(b.noise.vestibular.period_s, a.noise_period_s());
   check_same_bits(b.noise.vestibular.high_hz, a.noise.vestibular.high_hz);
   check_same_bits(b.noise.vestibular.exponent, a.noise.vestibular.exponent);
   check_same_bits(b.noise.sensor.low_deg, a.noise.sensor.low_deg);
@@ -45,6 +45,12 @@ void check_round_trip(const sim::Protocol& a) {
 
 auto parsing(const std::string& text) {
   return [text] { sim::protocol_from_json(text, "my.json"); };
+}
+
+// As a file that somebody wrote is read, but for measured tilts.
+sim::Protocol from_people(const std::string& text) {
+  const sim::ReadTilt none = [](const sim::TiltFileReference&, double) { return std::vector<double>(); };
+  return sim::protocol_from_text(text, {.where = "mine.json", .read_tilt = none});
 }
 
 }  // namespace
@@ -98,7 +104,7 @@ TEST_CASE("every kind of stimulus comes back to the bit") {
 
 TEST_CASE("what a protocol leaves out is the default's") {
   const sim::Protocol base = sim::default_protocol();
-  const sim::Protocol empty = sim::protocol_from_json("{}", "empty");
+  const sim::Protocol empty = from_people("{}");
   CHECK(to_json(empty) == to_json(base));
   const sim::Protocol some =
       sim::protocol_from_json(R"({"name": "mine", "sequence": {"amplitude_deg": 2}, "sensor_noise_deg": 0.5})", "some");
@@ -113,30 +119,42 @@ TEST_CASE("what a protocol leaves out is the default's") {
   CHECK(range.noise.sensor.high_deg == 0.1);
 }
 
+TEST_CASE("the noise's period: twice the trial's length in what people write, the trial's in what older files carry") {
+  const auto check = [](const std::string& text, double written_s, double carried_s) {
+    CAPTURE(text);
+    CHECK(from_people(text).noise_period_s() == written_s);
+    CHECK(sim::protocol_from_json(text, "a model").noise_period_s() == carried_s);
+  };
+  check("{}", 242.0, 121.0);
+  check(R"({"sequence": {"cycles": 3}})", 363.0, 181.5);
+  check(R"({"vestibular_noise": {"scale_deg": 0.1}})", 242.0, 121.0);
+  check(to_json(sim::short_protocol()), 127.4, 127.4);
+  for (const char* number : {"121", "150", "242", "1000"}) {
+    const double period_s = std::stod(number);
+    check(std::string(R"({"vestibular_noise": {"period_s": )") + number + "}}", period_s, period_s);
+  }
+  check(R"({"vestibular_noise": {"period_s": "trial"}})", 121.0, 121.0);
+  check(R"({"sequence": {"cycles": 3}, "vestibular_noise": {"period_s": "trial"}})", 181.5, 181.5);
+  check(R"({"vestibular_noise": {"period_s": 0}})", 242.0, 242.0);
+  for (const char* wrong : {"\"trials\"", "null", "[121]"}) {
+    check_error(parsing(std::string(R"({"vestibular_noise": {"period_s": )") + wrong + "}}"),
+                {"my.json", "'vestibular_noise.period_s' is ", "a number or \"trial\""});
+  }
+  check_error(parsing(R"({"vestibular_noise": {"period_s": 120}})"),
+              {"my.json", "period_s: is 120", "the trial's 121 s or more", "leave it out"});
+  // A defect of the experiment comes before a period that it decides.
+  check_error(parsing(R"({"sample_rate_hz": 0})"), {"my.json", "sample_rate_hz: is 0"});
+}
+
 TEST_CASE("keys stand in the documented order") {
   const std::string text = to_json(sim::default_protocol());
   std::size_t last = 0;
-  for (const char* key : {"\"name\"",
-                          "\"sequence\"",
-                          "\"feedback\"",
-                          "\"start\"",
-                          "\"state_s\"",
-                          "\"amplitude_deg\"",
-                          "\"offset_s\"",
-                          "\"cycles\"",
-                          "\"lead_in_s\"",
-                          "\"lead_out_s\"",
-                          "\"sample_rate_hz\"",
-                          "\"body\"",
-                          "\"mass_kg\"",
-                          "\"com_height_m\"",
-                          "\"inertia_kgm2\"",
-                          "\"vestibular_noise\"",
-                          "\"scale_deg\"",
-                          "\"low_hz\"",
-                          "\"high_hz\"",
-                          "\"exponent\"",
-                          "\"sensor_noise_deg\""}) {
+  for (const char* key : {"\"name\"",      "\"sequence\"",        "\"feedback\"",       "\"start\"",
+                          "\"state_s\"",   "\"amplitude_deg\"",   "\"offset_s\"",       "\"cycles\"",
+                          "\"lead_in_s\"", "\"lead_out_s\"",      "\"sample_rate_hz\"", "\"body\"",
+                          "\"mass_kg\"",   "\"com_height_m\"",    "\"inertia_kgm2\"",   "\"vestibular_noise\"",
+                          "\"scale_deg\"", "\"low_hz\"",          "\"high_hz\"",        "\"exponent\"",
+                          "\"period_s\"",  "\"sensor_noise_deg\""}) {
     const std::size_t found = text.find(key);
     INFO(key);
     REQUIRE(found != std::string::npos);

@@ -1,9 +1,11 @@
 // decid calibrate: posteriors of trials with known parameters, and whether they keep what they promise.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -13,11 +15,13 @@
 #include "base/version.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "identify/calibration.hpp"
+#include "identify/identify.hpp"
 #include "sim/noise.hpp"
 #include "sim/protocol_json.hpp"
 #include "sim/simulate.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/report/calibration_figure.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
@@ -29,7 +33,7 @@ struct CalibrateOptions {
   int trials = 300;
   std::uint64_t seed = 2026;
   bool resume = false;
-  std::string output;
+  std::string output, figure;
   posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   posterior::Settings settings;
 };
@@ -65,6 +69,7 @@ Json trial_json(const CalibratedTrial& trial) {
           {"mean", values_json(trial.mean)},
           {"sd", values_json(trial.deviation)},
           {"below", trial.below},
+          {"network", trial.network ? values_json(*trial.network) : Json(nullptr)},
           {"rhat", number_or_null(trial.rhat)},
           {"effective_draws", trial.effective_draws},
           {"agreed", trial.agreed},
@@ -78,11 +83,20 @@ CalibratedTrial trial_from(const Json& json) {
   trial.mean = values_from(json.at("mean"));
   trial.deviation = values_from(json.at("sd"));
   trial.below = json.at("below").get<std::vector<double>>();
+  if (json.contains("network") && !json.at("network").is_null()) trial.network = values_from(json.at("network"));
   trial.rhat = json.at("rhat").is_null() ? 1e300 : json.at("rhat").get<double>();
   trial.effective_draws = json.at("effective_draws").get<double>();
   trial.agreed = json.at("agreed").get<bool>();
   trial.seconds = json.at("seconds").get<double>();
   return trial;
+}
+
+/// The settings in a file, as they are written today: the protocol says the noise's period.
+Json settings_of(const Json& calibration, const std::string& file) {
+  Json settings = calibration.at("settings");
+  Json& protocol = settings.at("protocol");
+  protocol = parse_json(sim::to_json(sim::protocol_from_json(protocol.dump(), file)), file);
+  return settings;
 }
 
 /// The trials of an earlier call with the same settings.
@@ -91,7 +105,7 @@ std::vector<CalibratedTrial> earlier_trials(const CalibrateOptions& options, con
   if (!options.resume || !std::filesystem::exists(options.output)) return trials;
   const Json json = parse_json(read_file(options.output), options.output);
   try {
-    if (json.at("settings") != settings)
+    if (settings_of(json, options.output) != settings)
       throw Error(options.output, "is of other settings", "give those of the call that wrote it, or another name");
     for (const Json& trial : json.at("trials")) trials.push_back(trial_from(trial));
   } catch (const Json::exception&) {
@@ -104,6 +118,7 @@ Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
   const auto one = [](const ParameterCalibration& of) {
     return Json{{"mse", of.mse},
                 {"promised", of.promised},
+                {"network_mse", number_or_null(of.network_mse)},
                 {"covered50", of.covered50},
                 {"covered90", of.covered90},
                 {"distance", of.distance}};
@@ -113,16 +128,75 @@ Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
   return json;
 }
 
+std::string network_text(const ParameterCalibration& of) {
+  return std::isnan(of.network_mse) ? "-" : format("%.4f", of.network_mse);
+}
+
+/// The keys by which trials are parted: what makes a recording easy or hard.
+struct Key {
+  const char *name, *title;
+  std::function<double(const sim::Parameters& truth)> of;
+};
+std::vector<Key> keys(const sim::Protocol& protocol) {
+  return {{"theta", "theta (rad/s)", [](const sim::Parameters& truth) { return truth[sim::Theta]; }},
+          {"damping_ratio", "damping ratio",
+           [body = protocol.experiment.body](const sim::Parameters& truth) { return damping_ratio(truth, body); }}};
+}
+
+Json parts_json(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
+                const sim::Parameters& deviation) {
+  Json json = Json::object();
+  if (trials.size() < 3) return json;
+  for (const Key& key : keys(protocol)) {
+    for (const CalibrationPart& part : calibration_by(trials, deviation, key.of))
+      json[key.name].push_back(
+          {{"low", part.low}, {"high", part.high}, {"figures", figures_json(protocol.parameters(), part.figures)}});
+  }
+  return json;
+}
+
+std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
+                       const sim::Parameters& deviation) {
+  std::string text;
+  if (trials.size() < 3) return text;
+  for (const Key& key : keys(protocol)) {
+    text += format("\n| %s | trials | MSE | promised | network | in 90 %% |\n|---|---|---|---|---|---|\n", key.title);
+    for (const CalibrationPart& part : calibration_by(trials, deviation, key.of)) {
+      const ParameterCalibration& all = part.figures.all;
+      text += format("| %.3g to %.3g | %d | %.4f | %.4f | %s | %.3f |\n", part.low, part.high, part.figures.trials,
+                     all.mse, all.promised, network_text(all).c_str(), all.covered90);
+    }
+  }
+  return text;
+}
+
 std::string figures_text(const sim::ParameterTable& table, const Calibration& found) {
-  std::string text = "| | MSE | promised | in 50 % | in 90 % | distance |\n|---|---|---|---|---|---|\n";
+  std::string text = "| | MSE | promised | network | in 50 % | in 90 % | distance |\n|---|---|---|---|---|---|---|\n";
   const auto line = [&](const std::string& name, const ParameterCalibration& of) {
-    text += format("| %s | %.4f | %.4f | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.promised, of.covered50,
-                   of.covered90, of.distance);
+    text += format("| %s | %.4f | %.4f | %s | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.promised,
+                   network_text(of).c_str(), of.covered50, of.covered90, of.distance);
   };
   for (std::size_t p = 0; p < table.size(); ++p) line(table[p].name, found.parameters[p]);
   line("all", found.all);
   return text;
 }
+
+/// The built-in network's answers, where it knows the experiment.
+class Network {
+ public:
+  explicit Network(const sim::Protocol& protocol) : model_(built_in_model()) {
+    if (model_.protocol.experiment == protocol.experiment) identifier_.emplace(model_);
+  }
+  std::optional<sim::Parameters> operator()(const std::vector<float>& sway_rad) {
+    if (!identifier_) return {};
+    std::vector<dataset::Trial> trials{dataset::trial_of(sway_rad)};
+    return identifier_->estimate(std::move(trials)).front().parameters;
+  }
+
+ private:
+  Model model_;
+  std::optional<Identifier> identifier_;
+};
 
 /// Valid trials of the seed from this attempt on.
 class Trials {
@@ -135,6 +209,8 @@ class Trials {
     sim::Parameters truth;
     std::vector<float> sway_rad;
   };
+  /// Goes on from this attempt.
+  void seek(std::uint64_t attempt) { next_ = attempt; }
   Trial next() {
     const sim::Protocol& protocol = simulator_.protocol();
     std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
@@ -171,13 +247,22 @@ void run_calibrate(const CalibrateOptions& options) {
   std::vector<std::string> inputs;
   const sim::Protocol protocol = options.protocol.load(&inputs);
   refuse_same_file(options.output, inputs);
-  if (!options.output.empty()) PendingFile probe(options.output);
+  inputs.push_back(options.output);
+  refuse_same_file(options.figure, inputs);
+  for (const std::string& path : {options.output, options.figure})
+    if (!path.empty()) PendingFile probe(path);
   if (options.resume && options.output.empty())
     throw Error("--resume", "needs --output", "name the file to go on with");
   const Json settings = settings_json(options, protocol);
   std::vector<CalibratedTrial> trials = earlier_trials(options, settings);
   const posterior::Density density(protocol, options.priors);
-  Trials source(protocol, options.seed, trials.empty() ? 0 : trials.back().attempt + 1);
+  Trials source(protocol, options.seed, 0);
+  Network network(protocol);
+  for (CalibratedTrial& trial : trials) {
+    source.seek(trial.attempt);
+    const Trials::Trial again = source.next();
+    if (!trial.network) trial.network = network(again.sway_rad);
+  }
   const sim::ParameterTable& table = protocol.parameters();
   // Of uniform draws: errors do not depend on which trials were valid.
   sim::Parameters deviation(table.size());
@@ -188,6 +273,7 @@ void run_calibrate(const CalibrateOptions& options) {
     for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
     Json json{{"settings", settings}, {"calibration", figures_json(table, calibration_of(trials, deviation))}};
     const bool some = std::ranges::any_of(trials, &CalibratedTrial::agreed);
+    json["parts"] = parts_json(trials, protocol, deviation);
     json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, deviation)) : Json(nullptr);
     json["trials"] = std::move(all);
     return json.dump(1) + "\n";
@@ -206,6 +292,7 @@ void run_calibrate(const CalibrateOptions& options) {
             calibrate_trial(density, batch[static_cast<std::size_t>(i)], options.settings);
       });
       if (interrupted()) break;
+      for (std::size_t i = 0; i < batch.size(); ++i) done[i].network = network(batch[i].sway_rad);
       trials.insert(trials.end(), done.begin(), done.end());
       if (!options.output.empty()) write_file(options.output, document());
       bar.update(static_cast<long long>(trials.size()));
@@ -218,8 +305,9 @@ void run_calibrate(const CalibrateOptions& options) {
   } else {
     std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95 %%)\n\n",
                         found.trials, found.agreed, found.band)
-              << figures_text(table, found);
+              << figures_text(table, found) << parts_text(trials, protocol, deviation);
   }
+  if (!options.figure.empty()) write_file(options.figure, calibration_figure(table, trials, found.band));
   if (interrupted())
     throw std::runtime_error(format("stopped after %zu of %d trials%s", trials.size(), options.trials,
                                     options.output.empty() ? "" : "; --resume goes on"));
@@ -239,6 +327,7 @@ void add_calibrate(const Command& program) {
   command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
   command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
   add_output_option(command, options->output, "JSON file to write, anew after every few trials");
+  command.add_option("--figure", options->figure, "SVG to write: where the truths lie among the draws");
   command.add_flag("--resume", options->resume, "Go on with the trials that the file has");
   add_common_options(command, options->common, true);
   command.footer("Example: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json");

@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/text.hpp"
+#include "base/version.hpp"
 #include "dataset/recording/protocol_file.hpp"
 #include "identify/fit_recordings.hpp"
 #include "sim/protocol_json.hpp"
@@ -16,6 +17,7 @@
 #include "tools/decid/fit_results.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/recording_flags.hpp"
+#include "tools/report/fit_page.hpp"
 
 namespace decid::tools {
 namespace {
@@ -23,15 +25,15 @@ namespace {
 struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
-  std::string model, protocol, output, draws, table;
+  std::string model, protocol, output, draws, table, report;
   std::optional<double> mass_kg, height_m, amplitude_deg, prior_error;
   FitRequest request;
 };
 
 /// Options of recordings alone, and those of a frequency response alone.
-constexpr const char* of_recordings[] = {"recordings", "--column",      "--unit",        "--rate",      "--fill-gaps",
-                                         "--begin",    "--tilt-column", "--tilt-unit",   "--invert",    "--detrend",
-                                         "--model",    "--prior-start", "--prior-noise", "--most-draws"};
+constexpr const char* of_recordings[] = {"recordings", "--column",      "--unit",        "--rate",       "--fill-gaps",
+                                         "--begin",    "--tilt-column", "--tilt-unit",   "--invert",     "--detrend",
+                                         "--model",    "--prior-start", "--prior-noise", "--most-draws", "--report"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not go with what is to be fitted.
@@ -55,7 +57,9 @@ void check_outputs(const FitOptions& options, std::vector<std::string> inputs) {
   refuse_same_file(options.output, inputs);
   inputs.push_back(options.output);
   refuse_same_file(options.draws, inputs);
-  for (const std::string& path : {options.output, options.draws})
+  inputs.push_back(options.draws);
+  refuse_same_file(options.report, inputs);
+  for (const std::string& path : {options.output, options.draws, options.report})
     if (!path.empty()) PendingFile probe(path);  // reports an unwritable place before the work
 }
 
@@ -106,7 +110,8 @@ void run_fit(const FitOptions& options) {
     all = fit_recordings(
         &model, protocol, options.recordings.paths(), reading, options.request,
         [&](std::size_t recording, const posterior::Progress& progress) {
-          bar.update(parts * static_cast<long long>(recording) + static_cast<long long>(parts * progress.done));
+          bar.update(parts * static_cast<long long>(recording) + static_cast<long long>(parts * progress.done),
+                     progress.rhat > 0.0 ? format("%s, R-hat %.2f", progress.stage, progress.rhat) : progress.stage);
           return !interrupted();
         });
   }
@@ -114,11 +119,12 @@ void run_fit(const FitOptions& options) {
   const std::string json = fits_json(model_name(options.model), all);
   if (!options.output.empty()) write_file(options.output, json);
   if (!options.draws.empty()) write_draws(options.draws, all);
+  if (!options.report.empty()) write_file(options.report, fit_report_html(version, options.request, all));
   std::cout << (options.common.json ? json : fits_text(all));
-  tell_errors("fit", all.identified.recordings);
   if (interrupted())
     throw std::runtime_error(
         format("stopped at recording %zu of %lld; what was drawn until then was written", all.fits.size(), files));
+  tell_errors("fit", all.identified.recordings);
 }
 
 }  // namespace
@@ -170,8 +176,9 @@ void add_fit(const Command& program) {
   add_seed_option(command, options->request.settings.seed, "Of the chains");
   add_output_option(command, options->output, "JSON file to write");
   command.add_option("--draws", options->draws, "All draws as arrays, for NumPy (.npz)");
+  command.add_option("--report", options->report, "HTML report to write: one page that opens offline");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --draws draws.npz");
+  command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html");
   command.callback([options, command] {
     check_kind(*options, command);
     options->request.settings.least_draws =

@@ -37,16 +37,51 @@ Json diagnostics_json(const Posterior& found, const sim::ParameterTable& table) 
           {"gradients", found.leaps()}};
 }
 
+Json check_json(const PredictiveCheck& check) {
+  Json figures = Json::array();
+  for (const CheckedFigure& figure : check.figures)
+    figures.push_back({{"name", figure.name},
+                       {"unit", figure.in_degrees ? "deg" : "1"},
+                       {"recorded", number_or_null(figure.recorded)},
+                       {"simulated", number_or_null(figure.middle)},
+                       {"simulated_interval90", {number_or_null(figure.low), number_or_null(figure.high)}},
+                       {"p", figure.p}});
+  return {{"trials", PredictiveCheck::trials}, {"standing", check.standing}, {"figures", std::move(figures)}};
+}
+
+Json left_out_json(const FitFigures& fitted) {
+  const posterior::LeaveOneOut& left_out = fitted.inferred.left_out;
+  return {{"value", left_out.log_density},
+          {"standard_error", left_out.standard_error},
+          {"effective_parameters", left_out.effective_parameters},
+          {"blocks", fitted.inferred.sway_rad.low.size()},
+          {"block_s", fitted.block_s},
+          {"largest_shape", left_out.largest_shape},
+          {"unreliable_blocks", left_out.unreliable}};
+}
+
+/// The p-values in one line.
+std::string check_text(const PredictiveCheck& check) {
+  if (check.figures.empty()) return {};
+  std::string text;
+  for (const CheckedFigure& figure : check.figures)
+    text += format("%s%s %.2g", text.empty() ? "" : ", ", figure.name.c_str(), figure.p);
+  return "  simulated anew, two-sided p: " + text + "\n";
+}
+
 void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol) {
   const Posterior& found = fitted.posterior;
   const sim::ParameterTable& table = protocol.parameters();
   for (std::size_t p = 0; p < table.size(); ++p)
     add_draws(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
+  recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
   recording["start_s"] = quantity_json(found, Density::start);
   recording["gain"] = quantity_json(found, Density::gain);
   recording["correlations"] = correlations_json(found, table.size());
   recording["diagnostics"] = diagnostics_json(found, table);
+  recording["predictive_check"] = check_json(fitted.check);
+  recording["log_predictive_density"] = left_out_json(fitted);
   recording["fit"]["answer"] = name(fitted.answer);
   recording["fit"]["seconds"] = fitted.seconds;
 }
@@ -92,6 +127,7 @@ std::string fits_text(const FittedRecordings& all) {
     const auto fewest = std::ranges::min_element(found.effective_draws());
     text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less, %d divergences; %.1f s\n",
                    found.chains(), found.draws(), *fewest, *worst, found.divergences(), fitted.seconds);
+    text += check_text(fitted.check);
     for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
   }
   return text;

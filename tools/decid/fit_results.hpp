@@ -9,7 +9,8 @@
 namespace decid::tools {
 
 /// What identify prints; each parameter also has "sd", "interval50", "interval90" and, over m g h,
-/// "normalized_interval90", each recording "sensor_noise_deg", "start_s", "gain", "correlations" and "diagnostics".
+/// "normalized_interval90", each recording "sensor_noise_deg", "start_s", "gain", "correlations", "diagnostics",
+/// "predictive_check" and "log_predictive_density".
 std::string fits_json(const std::string& model, const FittedRecordings& all);
 std::string fits_text(const FittedRecordings& all);
 

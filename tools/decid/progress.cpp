@@ -60,7 +60,7 @@ void ProgressBar::go_on_from(long long done) {
   start_ = std::chrono::steady_clock::now();
 }
 
-void ProgressBar::update(long long done) {
+void ProgressBar::update(long long done, const std::string& note) {
   const auto now = std::chrono::steady_clock::now();
   if (quiet_ || now < next_) return;
   next_ = now + std::chrono::milliseconds(terminal_ ? 200 : 10000);
@@ -71,6 +71,7 @@ void ProgressBar::update(long long done) {
     text += "[" + std::string(filled, '#') + std::string(width - filled, '.') + "] ";
   }
   text += figures(done);
+  if (!note.empty()) text += ", " + note;
   if (!terminal_) {
     std::fprintf(stderr, "%s\n", text.c_str());
     return;

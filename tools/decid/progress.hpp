@@ -17,7 +17,8 @@ class ProgressBar {
 
   /// `done` are there already: rate and time left are counted from now.
   void go_on_from(long long done);
-  void update(long long done);
+  /// note: how the work stands besides.
+  void update(long long done, const std::string& note = {});
   /// A line of its own, kept on the screen.
   void line(const std::string& text);
 

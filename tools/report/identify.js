@@ -1,24 +1,6 @@
-// Draws the report of decid identify, after common.js.
+// Draws the report of decid identify, after common.js and recordings.js.
 (() => {
 const colours = { sway: "#17527f", fitted: "#d1541f", tilt: "#6f7780" };
-
-// ---- text ----------------------------------------------------------------------------------------------------------
-
-const normalizedUnit = parameter => parameter.unit.includes(" s/") ? " s" : "";
-
-// The same value in the unit a reader may think in.
-function inOtherWords(parameter) {
-  if (absent(parameter.value)) return null;
-  if (parameter.unit === "rad/s") return fixed(parameter.value * 180 / Math.PI, 3) + " deg/s";
-  return parameter.unit === "s" ? fixed(1000 * parameter.value, 0) + " ms" : null;
-}
-
-function warningBox(warnings) {
-  if (warnings.length === 0) return null;
-  return element("div", { class: "warning", role: "note", "aria-label": "Warnings" },
-    element("strong", {}, warnings.length === 1 ? "Warning" : "Warnings"),
-    element("ul", {}, ...warnings.map(text => element("li", {}, text))));
-}
 
 // ---- tables --------------------------------------------------------------------------------------------------------
 
@@ -68,25 +50,6 @@ function parameterTable(recording) {
       "The range is that of the data the model was trained on" +
       (known ? "; the upright red line is the true value." : ".")),
     element("thead", {}, head), element("tbody", {}, ...rows)));
-}
-
-function contents() {
-  const recordings = report.recordings;
-  if (recordings.length < 2) return;
-  const rows = recordings.map((recording, index) => element("tr", {},
-    element("th", { scope: "row", class: "file" }, element("a", { href: `#recording-${index + 1}` }, recording.file),
-      recording.warnings.length === 0 ? null
-        : element("span", { class: "description" }, `${recording.warnings.length} warning` + (recording.warnings.length === 1 ? "" : "s"))),
-    ...recording.parameters.map(parameter => element("td", { class: "number" }, fixed(parameter.value, decimalsOf(parameter)))),
-    element("td", { class: "number" }, percent(recording.variance_accounted_for))));
-  const nav = document.getElementById("contents");
-  nav.append(element("h2", {}, `${recordings.length} recordings`), element("div", { class: "scroll" }, element("table", {},
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Recording"),
-      ...recordings[0].parameters.map(parameter => element("th", { scope: "col", class: "number" }, parameter.name,
-        element("span", { class: "description" }, unitOf(parameter)))),
-      element("th", { scope: "col", class: "number" }, "Variance accounted for"))),
-    element("tbody", {}, ...rows))));
-  nav.hidden = false;
 }
 
 // ---- sway ----------------------------------------------------------------------------------------------------------
@@ -291,15 +254,6 @@ function imageFigure(image) {
 
 // ---- the page ------------------------------------------------------------------------------------------------------
 
-const describeTilt = tilt => absent(tilt) ? "" : ` By the tilt measured (\u201c${tilt.column}\u201d) the protocol starts ` +
-  `${fixed(tilt.delay_s, 3)} s after the recording (correlation ${fixed(tilt.correlation, 3)}, gain ${fixed(tilt.gain, 3)}).`;
-
-function failures() {
-  if (report.failed.length === 0) return;
-  document.getElementById("main").append(element("div", { class: "warning", role: "note", "aria-label": "Not identified" },
-    element("strong", {}, "Not identified"), element("ul", {}, ...report.failed.map(text => element("li", {}, text)))));
-}
-
 function section(recording, index) {
   const id = `recording-${index + 1}`;
   const made = element("section", { id, "aria-labelledby": `${id}-title` },
@@ -351,8 +305,9 @@ function footer() {
 }
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posture control report`;
-contents();
-failures();
+contents(parameter => fixed(parameter.value, decimalsOf(parameter)),
+  ["Variance accounted for", recording => percent(recording.variance_accounted_for)]);
+failures("Not identified");
 report.recordings.forEach(section);
 footer();
 finish();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -12,60 +13,38 @@
 #include "base/json_object.hpp"
 #include "embedded/frf_js.hpp"
 #include "embedded/identify_js.hpp"
+#include "embedded/recordings_js.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
 
-Json described_parameters(const Identification& recording, const sim::Protocol& protocol) {
-  const sim::ParameterTable& table = protocol.parameters();
-  Json list = parameters_json(table, recording.estimate.parameters, protocol.experiment.body.mgh(), recording.truth,
-                              page_number);
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    list[i]["description"] = table[i].description;
-    list[i]["low"] = page_number(table[i].low);
-    list[i]["high"] = page_number(table[i].high);
-  }
-  return list;
-}
-
 // The angles as whole multiples of a decimal unit between a thousandth and a ten-thousandth of the widest excursion.
 Json series_to_json(const Identification& recording, const std::vector<float>& tilt_rad) {
-  const std::vector<float>& sway_rad = recording.estimate.trial.sway_rad();
-  const std::vector<float>& fitted_rad = recording.explanation.fitted_rad;
+  const auto degrees = [](const std::vector<float>& signal) {
+    std::vector<double> values;
+    for (const float angle_rad : signal) values.push_back(double{angle_rad} / sim::rad_per_deg);
+    return values;
+  };
+  const std::vector<double> sway = degrees(recording.estimate.trial.sway_rad());
+  const std::vector<double> fitted = degrees(recording.explanation.fitted_rad), tilt = degrees(tilt_rad);
   double widest = 1e-6;
-  const auto degrees = [](float angle_rad) { return double{angle_rad} / sim::rad_per_deg; };
-  const std::vector<float>* const signals[] = {&sway_rad, &fitted_rad, &tilt_rad};
-  for (const std::vector<float>* signal : signals) {
-    double low = 0.0, high = 0.0;
-    bool any = false;
-    for (const float angle_rad : *signal) {
-      if (!std::isfinite(angle_rad)) continue;
-      low = any ? std::min(low, degrees(angle_rad)) : degrees(angle_rad);
-      high = any ? std::max(high, degrees(angle_rad)) : degrees(angle_rad);
-      any = true;
+  for (const std::vector<double>* const signal : {&sway, &fitted, &tilt}) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const double value : *signal) {
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
     }
     widest = std::max(widest, high - low);
   }
-  const int decimals = 3 - static_cast<int>(std::floor(std::log10(widest)));
-  const double per_degree = std::pow(10.0, decimals);
-  const auto counts = [&](const std::vector<float>& signal) {
-    Json list = Json::array();
-    for (const float angle_rad : signal) {
-      if (std::isfinite(angle_rad)) {
-        list.push_back(std::llround(degrees(angle_rad) * per_degree));
-      } else {
-        list.push_back(nullptr);
-      }
-    }
-    return list;
-  };
+  const double per_degree = whole_per_unit(widest);
   return {{"per_degree", per_degree},
-          {"sway", counts(sway_rad)},
-          {"fitted", counts(fitted_rad)},
-          {"tilt", counts(tilt_rad)}};
+          {"sway", whole_numbers(sway, per_degree)},
+          {"fitted", whole_numbers(fitted, per_degree)},
+          {"tilt", whole_numbers(tilt, per_degree)}};
 }
 
 // How a channel's values become colours: the limits of its scale and its kind, which is the choice of colours.
@@ -157,15 +136,6 @@ Json image_to_json(const Identification& recording, const Identifications& of) {
           {"channels", std::move(list)}};
 }
 
-Json tilt_to_json(const Identification& recording) {
-  const std::optional<dataset::TiltMatch>& tilt = recording.estimate.trial.tilt;
-  if (!tilt) return nullptr;
-  return {{"column", recording.tilt_column},
-          {"delay_s", page_number(tilt->delay_s)},
-          {"correlation", page_number(tilt->correlation)},
-          {"gain", page_number(tilt->gain)}};
-}
-
 Json recording_to_json(const Identification& recording, const Identifications& of) {
   const Explanation& explanation = recording.explanation;
   return {{"file", recording.file},
@@ -198,7 +168,8 @@ std::string report_html(const ReportModel& model, const Identifications& all) {
   return page_html({.title = "Posture control report",
                     .lead = "Seven parameters of the DEC posture-control model, identified from body sway on a tilting "
                             "platform.",
-                    .script = std::string(embedded::frf_js()) + std::string(embedded::identify_js())},
+                    .script = std::string(embedded::recordings_js()) + std::string(embedded::frf_js()) +
+                              std::string(embedded::identify_js())},
                    data);
 }
 

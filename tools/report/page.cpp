@@ -53,16 +53,17 @@ Json protocol_figures(const sim::Protocol& protocol) {
 }
 
 std::string page_html(const Page& page, const Json& data) {
-  const std::string block = script_json(data);
+  const std::string block = script_json(data), css = std::string(embedded::report_css()) + std::string(page.style);
   // One pass over the page alone: inserted text is never searched for marks.
-  const std::pair<std::string_view, std::string_view> parts[] = {{"{{title}}", page.title},
-                                                                 {"{{css}}", embedded::report_css()},
-                                                                 {"{{title}}", page.title},
-                                                                 {"{{lead}}", page.lead},
-                                                                 {"{{data}}", block},
-                                                                 {"{{chart_js}}", embedded::chart_js()},
-                                                                 {"{{common_js}}", embedded::report_common_js()},
-                                                                 {"{{page_js}}", page.script}};
+  const std::pair<std::string_view, std::string_view> parts[] = {
+      {"{{title}}", page.title},
+      {"{{css}}", css},
+      {"{{title}}", page.title},
+      {"{{lead}}", page.lead},
+      {"{{data}}", block},
+      {"{{chart_js}}", page.chart_js ? embedded::chart_js() : std::string_view()},
+      {"{{common_js}}", embedded::report_common_js()},
+      {"{{page_js}}", page.script}};
   std::string html;
   std::string_view rest = embedded::report_page();
   for (const auto& [mark, content] : parts) {

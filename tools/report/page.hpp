@@ -1,7 +1,6 @@
-// Self-contained HTML pages that open offline: what the reports of `decid identify`, `decid dataset` and
-// `decid stimulus` share.
+// Self-contained HTML pages that open offline: what all reports share.
 // A page is its data as a JSON block and scripts that draw it: tools/report/common.js and one of the page's own.
-// Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in the page.
+// Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in pages that use it.
 #pragma once
 
 #include <string>
@@ -15,6 +14,8 @@ namespace decid::tools {
 /// The page's own texts, as HTML, and its script.
 struct Page {
   std::string_view title, lead, script;
+  std::string_view style = {};  ///< added to page.css
+  bool chart_js = true;         ///< whether its script draws with Chart.js
 };
 
 /// Every string in `data` is escaped. Deterministic: no dates, no random ids.

@@ -143,6 +143,21 @@ TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 
   }
 }
 
+TEST_CASE("a data set from before the noise had a period of its own keeps the trial's length") {
+  require_numpy();
+  const TemporaryFolder folder;
+  write_npz(folder / "a.npz", small_dataset());
+  CHECK(read_npz(folder / "a.npz").protocol.noise_period_s() == 8.0);
+  REQUIRE(python(folder / "save.py", folder / "a.npz", R"(
+arrays = dict(np.load(path))
+about = json.loads(arrays['decid.json'].item())
+assert about['protocol']['vestibular_noise'].pop('period_s') == 8
+arrays['decid.json'] = np.array(json.dumps(about).encode())
+np.savez(path, **arrays)
+)"));
+  CHECK(read_npz(folder / "a.npz").protocol.noise_period_s() == 4.0);
+}
+
 TEST_CASE("arrays that do not belong into a data set are refused by name") {
   require_numpy();
   const TemporaryFolder folder;

@@ -17,6 +17,7 @@ inline sim::Protocol sines_protocol() {
       .components = {{.frequency_hz = 0.1, .amplitude_deg = 0.7}, {.frequency_hz = 0.3, .amplitude_deg = 0.3}},
       .cycle_s = 20.0};
   protocol.noise.vestibular.low_hz = 0.05;
+  protocol.noise.vestibular.period_s = protocol.duration_s();  // the golden draws' trial
   return protocol;
 }
 

@@ -181,7 +181,7 @@ TEST_CASE("one bad recording of several does not stop the others") {
 
 TEST_CASE("the frequency response is in the JSON, and a sway that does not follow the tilt is noticed") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --nv 0.3 --theta 0 --seed 3 -o " + folder / "a.csv").code == 0);
+  REQUIRE(run_decid("simulate --nv 0.3 --theta 0 --seed 4 -o " + folder / "a.csv").code == 0);
   const Json recording = Json::parse(run_decid("identify --json " + folder / "a.csv").out)["recordings"][0];
   const Json& frf = recording.at("frf");
   CHECK(frf.at("cycles") == 2);

@@ -27,7 +27,8 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
   const Folder folder;
   REQUIRE(run_decid("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
   const std::string command = "fit " + folder / "t.csv" + " --protocol short --most-draws 20 --json";
-  const auto result = run_decid(command + " -o " + folder / "o.json" + " --draws " + folder / "d.npz");
+  const auto result = run_decid(command + " -o " + folder / "o.json" + " --draws " + folder / "d.npz" + " --report " +
+                                folder / "r.html");
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
   CHECK(result.out == read_text(folder / "o.json"));
@@ -53,14 +54,28 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
     CHECK(recording["diagnostics"]["effective_draws"][info.name].get<double>() > 0.0);
     CHECK(near(recording["correlations"][p][p].get<double>(), 1.0, 1e-12));
   }
-  CHECK(recording["diagnostics"]["chains"] == 16);
-  CHECK(recording["diagnostics"]["draws"] == 320);
+  CHECK(recording["diagnostics"]["chains"] == 8);
+  CHECK(recording["diagnostics"]["draws"] == 160);
   CHECK(recording["diagnostics"]["agreed"].is_boolean());
   CHECK(recording["fit"]["seconds"].get<double>() > 0);
   CHECK(recording["fit"]["answer"] == "posterior");
   CHECK(recording["fit"]["variance_accounted_for"].get<double>() > 0);
   CHECK(recording["gain"]["sd"].get<double>() > 0);
   CHECK(read_text(folder / "d.npz").find("sensor_noise_deg.npy") != std::string::npos);
+  CHECK(recording["sensor_noise_deg"]["of_samples"].get<double>() > 0);
+  const Json& check = recording["predictive_check"];
+  CHECK(check["standing"].get<int>() <= check["trials"].get<int>());
+  REQUIRE(check["figures"].size() == 8);
+  for (const Json& figure : check["figures"]) {
+    CHECK((figure["p"].get<double>() > 0.0 && figure["p"].get<double>() <= 1.0));
+    CHECK(figure["simulated_interval90"][0].get<double>() <= figure["simulated"].get<double>());
+    CHECK(figure["simulated"].get<double>() <= figure["simulated_interval90"][1].get<double>());
+  }
+  const Json& left_out = recording["log_predictive_density"];
+  CHECK(left_out["blocks"] == 637);
+  CHECK(left_out["standard_error"].get<double>() > 0);
+  CHECK(left_out["effective_parameters"].get<double>() > 7);
+  CHECK(read_text(folder / "r.html").find("Posterior of posture control") != std::string::npos);
 
   Json other = Json::parse(run_decid(command + " --threads 1").out);
   Json first = Json::parse(result.out);
@@ -88,6 +103,8 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   check_refused("fit " + folder / "t.csv" + " -o " + folder / "t.csv", {"another name"});
   check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --draws " + folder / "o", {"another name"});
   check_refused("fit " + folder / "t.csv" + " --draws " + folder / "no/d.npz", {"d.npz"});
+  check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --report " + folder / "o", {"another name"});
+  check_refused("fit " + folder / "t.csv" + " --report " + folder / "no/r.html", {"r.html"});
   check_refused("compare --data " + folder / "none.npz", {"none.npz"});
   check_refused("compare --trials 0", {"--trials"});
 }
@@ -105,9 +122,33 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(result.err.find("1 of 2 recordings failed") != std::string::npos);
   CHECK(result.out.find("bad.csv: not fitted") != std::string::npos);
   CHECK(result.out.find("Kp_pass") != std::string::npos);
+  CHECK(result.out.find("simulated anew, two-sided p: 0.05 to 0.2 Hz ") != std::string::npos);
   const Json json = Json::parse(read_text(folder / "o.json"));
   CHECK(json["recordings"][0].contains("error"));
-  CHECK(json["recordings"][1]["diagnostics"]["draws"] == 128);
+  CHECK(json["recordings"][1]["diagnostics"]["draws"] == 64);
+}
+
+TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
+  std::string files;
+  for (int i = 0; i < 100; ++i) files += " " + folder / "t.csv";
+  // A line of progress comes every 10 s; Ctrl-C after one that was written in the middle of drawing.
+  const std::string command = std::string(DECID_PROGRAM) + " fit --protocol short --most-draws 50" + files + " -o " +
+                              folder / "o.json" + " --report " + folder / "r.html" + " >" + folder / "out" + " 2>" +
+                              folder / "err" + " & child=$!; while kill -0 $child && ! grep -q 'R-hat' " +
+                              folder / "err" + "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
+  REQUIRE(std::system(command.c_str()) == 0);
+  const std::string err = read_text(folder / "err");
+  CAPTURE(err);
+  CHECK(err.find("what was drawn until then was written") != std::string::npos);
+  CHECK(err.find(", drawing, R-hat ") != std::string::npos);
+  const Json recordings = Json::parse(read_text(folder / "o.json"))["recordings"];
+  CHECK((recordings.size() >= 1 && recordings.size() < 100));
+  for (std::size_t i = 0; i + 1 < recordings.size(); ++i) CHECK(recordings[i]["diagnostics"]["draws"] == 400);
+  // The last one has some draws, or none.
+  CHECK((recordings.back().contains("error") || recordings.back()["diagnostics"]["draws"].get<int>() <= 400));
+  CHECK(read_text(folder / "r.html").find("</html>") != std::string::npos);
 }
 
 TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_suite("slow")) {
@@ -145,7 +186,25 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   for (Json* json : {&resumed, &whole})
     for (Json& trial : (*json)["trials"]) trial.erase("seconds");
   CHECK(resumed == whole);
+  const auto parted = run_decid(command + " --trials 3 --resume --figure " + folder / "c.svg");
+  CAPTURE(parted.err);
+  CHECK(parted.code == 0);
+  CHECK(Json::parse(parted.out)["parts"]["damping_ratio"].size() == 3);
+  CHECK(read_text(folder / "c.svg").find("theta") != std::string::npos);
+  check_refused(command + " --trials 3 --resume --figure " + folder / "c.json", {"another name"});
   check_refused(command + " --trials 2 --resume --seed 4", {"c.json", "other settings"});
+  // One from before the noise had a period of its own is of noise that repeats with the trial.
+  std::string before = result.out;
+  const std::string period = ",\n    \"period_s\": 127.4";
+  REQUIRE(before.find(period) != std::string::npos);
+  before.erase(before.find(period), period.size());
+  write_text(folder / "c.json", before);
+  check_refused(command + " --trials 2 --resume", {"c.json", "other settings"});
+  write_text(folder / "short.json", R"({"name": "short", "vestibular_noise": {"period_s": "trial"}, "sequence": {
+      "feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "cycles": 3, "lead_in_s": 1.97, "lead_out_s": 1.73}})");
+  CHECK(
+      run_decid(std::string(command).replace(command.find("short"), 5, folder / "short.json") + " --trials 2 --resume")
+          .code == 0);
   write_text(folder / "c.json", "{}");
   check_refused(command + " --trials 2 --resume", {"c.json", "not a calibration"});
   check_refused("calibrate --resume", {"--resume", "--output"});

@@ -29,8 +29,8 @@ std::string train(const std::string& environment, const std::string& options) {
 }
 
 constexpr const char* golden =
-    "c34d12415c2538b25e71af33c9077d5294b5cb50951306ae2d052612128a6932 "
-    "5e61cf85f41afa9d7f51351fd6e7cb4c1900b59ebfcaf6c990b79ffc9c5089a7";
+    "844458f238b6bb5d09e76500fbefa32d5138d49018d3b3b7c88db127a6c4d654 "
+    "ad2a40550c932b3b6e97e1655532ca8ce4b27199ec0da89dd23d9eeafd5d0ec0";
 
 }  // namespace
 

@@ -1,7 +1,7 @@
 // Writes a report of made-up recordings, for looking at and for report_chromium.sh:
-//   report_sample PAGE.html [several|folded|dataset]
+//   report_sample PAGE.html [several|folded|fit|dataset]
 // One simulated trial with known parameters; "several" adds one whose fit fell over and one with an odd name;
-// "dataset": the report of a data set.
+// "fit": the report of fits; "dataset": of a data set.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -14,7 +14,9 @@
 #include "dataset/image/image.hpp"
 #include "identify/explanation.hpp"
 #include "sim/simulate.hpp"
+#include "tests/tools/report/fitted.hpp"
 #include "tools/report/dataset_page.hpp"
+#include "tools/report/fit_page.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/identify_page.hpp"
 
@@ -93,6 +95,8 @@ std::string dataset_page() {
 std::string page_of(const std::string& kind) {
   using decid::dataset::Channel;
   if (kind == "dataset") return dataset_page();
+  if (kind == "fit")
+    return decid::tools::fit_report_html("0.1.0", decid::test::quick_request(), decid::test::fitted_recordings());
   const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
   if (kind == "folded")
     return report_html(model, several({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2));
@@ -104,7 +108,7 @@ std::string page_of(const std::string& kind) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fputs("usage: report_sample PAGE.html [several|folded|dataset]\n", stderr);
+    std::fputs("usage: report_sample PAGE.html [several|folded|fit|dataset]\n", stderr);
     return 2;
   }
   try {

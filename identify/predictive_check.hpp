@@ -1,0 +1,76 @@
+// Does sway that is simulated anew from a posterior's draws look like the recording? Each trial has a draw's
+// parameters, start, gain and sensor noise, and vestibular noise of its own. Posterior predictive checks: Gelman, Meng,
+// Stern, Statistica Sinica 6, 1996.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dataset/recording/trial.hpp"
+#include "identify/posterior/inferred.hpp"
+#include "sim/frf.hpp"
+#include "sim/simulate.hpp"
+
+namespace decid {
+
+/// A figure of the recording beside those of the simulated trials. Sways are about their means.
+struct CheckedFigure {
+  std::string name;  ///< "0.05 to 0.2 Hz" and other bands: the rms there; "frequency response": how far it is from
+                     ///< the simulated trials' mean, squared, over their variance; "level": the rms; "largest
+                     ///< sway"; "between cycles": the rms of what differs from cycle to cycle
+  bool in_degrees = true;  ///< else it has no unit
+  double recorded = 0.0;
+  double low = 0.0, middle = 0.0, high = 0.0;  ///< 5, 50 and 95 % of the simulated ones are below
+  /// Two-sided: twice the smaller share of n + 1, the recording counted, that is as low or as high; 1 at most.
+  double p = 1.0;
+};
+
+struct PredictiveCheck {
+  static constexpr int trials = 400;
+  /// Below this the recording is not taken for one of the model's. Where it is, each figure is below with a
+  /// probability of 0.01 if the parameters are known to be those of the draws, and less if the draws are fitted to it.
+  static constexpr double odd = 0.01;
+
+  int standing = 0;                    ///< trials in which the body did not fall: those that are compared
+  std::vector<CheckedFigure> figures;  ///< empty if they are fewer than 100
+  posterior::Band sway_rad;            ///< of the simulated trials, each about its mean, in blocks; empty likewise
+
+  /// What is odd, in words; empty if nothing is.
+  std::string warning() const;
+};
+
+/// The plan for trials of one protocol: immutable, so one serves all threads.
+class PredictiveChecker {
+ public:
+  /// block_s: of PredictiveCheck::sway_rad.
+  PredictiveChecker(const sim::Simulator& simulator, double block_s);
+
+  /// draws: some; trial: of the protocol's samples. The same bits for any number of threads. Throws Error if there are
+  /// no draws or another number of samples.
+  PredictiveCheck check(std::span<const posterior::State> draws, const dataset::Trial& trial, std::uint64_t seed) const;
+
+ private:
+  struct Shown;  // what is compared of one sway
+  Shown show(std::span<const float> sway_rad, std::span<const float> tilt_rad) const;
+  /// A simulated sway as it would be recorded.
+  std::vector<float> record(std::span<const double> sway_rad, const posterior::State& draw, const Random& noise) const;
+  double between_cycles_deg(std::span<const float> sway_rad) const;
+  std::vector<CheckedFigure> compare(const Shown& recorded, std::span<const Shown> simulated) const;
+
+  sim::Simulator simulator_;
+  std::vector<float> tilt_rad_;
+  sim::RealFft fft_;
+  std::vector<double> window_;
+  struct Frequencies {
+    std::string name;
+    std::size_t first, end;  // lines of the transform
+  };
+  std::vector<Frequencies> bands_;
+  std::optional<sim::FrequencyResponse> frf_;  // empty: this stimulus has none
+  std::vector<std::size_t> cycles_;            // where they begin, the sample behind the last too
+  std::size_t block_samples_;
+};
+
+}  // namespace decid

@@ -1,0 +1,240 @@
+// Predictive checks: their p-values are uniform where the recording is one of the draws', and small where it is another
+// person's, noise, scaled, reversed, or has one odd cycle.
+#include "identify/predictive_check.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tests/helpers.hpp"
+
+namespace decid {
+namespace {
+
+using posterior::State;
+using test::check_error;
+using test::near;
+
+/// Three cycles of 10 s.
+const sim::Simulator& simulator() {
+  static const sim::Simulator one([] {
+    sim::Protocol protocol;
+    protocol.name = "sines";
+    protocol.experiment.stimulus = sim::Sines{
+        .components = {{.frequency_hz = 0.2, .amplitude_deg = 0.7}, {.frequency_hz = 0.6, .amplitude_deg = 0.3}},
+        .cycle_s = 10.0,
+        .cycles = 3};
+    protocol.noise.vestibular.low_hz = 0.05;
+    protocol.noise.vestibular.period_s = 60.0;
+    return protocol;
+  }());
+  return one;
+}
+const PredictiveChecker& checker() {
+  static const PredictiveChecker one(simulator(), 0.1);
+  return one;
+}
+
+State state(double nv = 0.3) {
+  State made{.parameters = sim::single_pendulum().parameters.middle(), .sensor_noise_deg = 0.02};
+  made.parameters[sim::Nv] = nv;
+  return made;
+}
+
+/// Draws that differ in everything.
+std::vector<State> draws() {
+  const Random random(4, Stream::base_parameters, 0);
+  std::vector<State> made;
+  for (std::uint64_t i = 0; i < 40; ++i) {
+    std::vector<double> unit;
+    for (std::uint64_t p = 0; p < 7; ++p) unit.push_back(random.uniform(16 * i + p, 0.35, 0.65));
+    made.push_back({.parameters = simulator().protocol().parameters().from_unit(unit),
+                    .sensor_noise_deg = random.uniform(16 * i + 8, 0.01, 0.03),
+                    .start_s = random.uniform(16 * i + 9, -0.1, 0.1),
+                    .gain = random.uniform(16 * i + 10, 0.9, 1.1)});
+  }
+  return made;
+}
+
+/// A recording, with the start taken at a sample.
+std::vector<float> recorded(const State& state, std::uint64_t item) {
+  std::vector<double> sway(static_cast<std::size_t>(simulator().samples()));
+  REQUIRE(simulator().run(state.parameters, Random(3, Stream::vestibular_noise, item), sway).valid);
+  const Random sensor(3, Stream::sensor_noise, item);
+  const auto shift = static_cast<std::ptrdiff_t>(std::lround(100.0 * state.start_s));
+  std::vector<float> recording;
+  for (std::ptrdiff_t k = 0; k < std::ssize(sway); ++k) {
+    const auto from = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k + shift, 0, std::ssize(sway) - 1));
+    const double noise_rad = state.sensor_noise_deg * sim::rad_per_deg * sensor.normal(static_cast<std::uint64_t>(k));
+    recording.push_back(static_cast<float>(state.gain * sway[from] + noise_rad));
+  }
+  return recording;
+}
+
+PredictiveCheck check(const std::vector<float>& sway, const std::vector<State>& from = {state()}) {
+  return checker().check(from, dataset::trial_of(sway), 1);
+}
+
+double p_of(const PredictiveCheck& check, const std::string& name) {
+  const auto found = std::ranges::find(check.figures, name, &CheckedFigure::name);
+  REQUIRE(found != check.figures.end());
+  return found->p;
+}
+
+const std::vector<std::string> names{"0.05 to 0.2 Hz",     "0.2 to 0.5 Hz", "0.5 to 1 Hz",  "1 to 2.5 Hz",
+                                     "frequency response", "level",         "largest sway", "between cycles"};
+
+}  // namespace
+
+// Each p is uniform, so the mean of 60 has a deviation of 0.037, and at most 0.08 of them cry out.
+TEST_CASE("predictive check: p-values of recordings that are the draws' are uniform" * doctest::test_suite("slow")) {
+  const std::vector<State> from = draws();
+  constexpr int recordings = 60;
+  std::map<std::string, double> sums;
+  std::map<std::string, int> low;
+  int warned = 0;
+  for (int i = 0; i < recordings; ++i) {
+    const std::size_t draw = static_cast<std::size_t>(7 * i) % from.size();
+    const PredictiveCheck found = check(recorded(from[draw], static_cast<std::uint64_t>(i)), from);
+    REQUIRE(found.figures.size() == names.size());
+    warned += found.warning().empty() ? 0 : 1;
+    for (const CheckedFigure& figure : found.figures) {
+      CHECK((figure.p > 0.0 && figure.p <= 1.0));
+      sums[figure.name] += figure.p;
+      low[figure.name] += figure.p <= 0.2 ? 1 : 0;
+    }
+  }
+  for (const std::string& name : names) {
+    CAPTURE(name);
+    CHECK(test::within(sums[name] / recordings, 0.5, 4 * 0.037));
+    CHECK((low[name] > 0 && low[name] < 12 + 4 * 3.1));  // 12 expected
+  }
+  CHECK(warned <= 13);  // 60 * 0.08 expected at most; more with a probability of 1e-3
+}
+
+TEST_CASE("predictive check: what is not the draws' is odd, and is said so") {
+  const std::vector<float> own = recorded(state(), 1);
+  const PredictiveCheck usual = check(own);
+  CHECK(usual.warning().empty());
+  CHECK(usual.standing == PredictiveCheck::trials);
+  REQUIRE(usual.figures.size() == names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) CHECK(usual.figures[i].name == names[i]);
+  REQUIRE(usual.sway_rad.low.size() == 300);
+  double mean = 0.0;
+  for (const float value : own) mean += static_cast<double>(value) / 3000.0;
+  int inside = 0;
+  for (std::size_t k = 0; k < 3000; ++k) {
+    const double value = static_cast<double>(own[k]) - mean;
+    inside += usual.sway_rad.low[k / 10] <= value && value <= usual.sway_rad.high[k / 10] ? 1 : 0;
+  }
+  CHECK(inside > 1950);  // 2700 of a usual trial; what is outside lasts for a second
+
+  SUBCASE("another person's, who sways more") {
+    const PredictiveCheck found = check(recorded(state(1.0), 1));
+    CHECK(p_of(found, "level") < PredictiveCheck::odd);
+    CHECK(p_of(found, "between cycles") < PredictiveCheck::odd);
+    CHECK(found.warning().find("does not look like the recording") != std::string::npos);
+    CHECK(found.warning().find("level ") != std::string::npos);
+    CHECK(found.warning().find("rms at 0.5 to 1 Hz") != std::string::npos);
+  }
+  SUBCASE("scaled") {
+    std::vector<float> scaled = own;
+    for (float& value : scaled) value *= 4.0F;
+    const PredictiveCheck found = check(scaled);
+    CHECK(p_of(found, "level") < PredictiveCheck::odd);
+    CHECK(p_of(found, "largest sway") < PredictiveCheck::odd);
+    CHECK(p_of(found, "frequency response") < PredictiveCheck::odd);
+  }
+  SUBCASE("reversed: only the response shows it") {
+    std::vector<float> reversed = own;
+    for (float& value : reversed) value = -value;
+    const PredictiveCheck found = check(reversed);
+    CHECK(p_of(found, "frequency response") < PredictiveCheck::odd);
+    CHECK(p_of(found, "level") == p_of(usual, "level"));
+  }
+  SUBCASE("white noise of the same level") {
+    double squares = 0.0;
+    for (const float value : own) squares += static_cast<double>(value * value) / 3000.0;
+    std::vector<float> white;
+    for (std::uint64_t k = 0; k < 3000; ++k)
+      white.push_back(static_cast<float>(std::sqrt(squares) * Random(9, Stream::sensor_noise, 0).normal(k)));
+    const PredictiveCheck found = check(white);
+    CHECK(p_of(found, "1 to 2.5 Hz") < PredictiveCheck::odd);
+    CHECK(p_of(found, "0.2 to 0.5 Hz") < PredictiveCheck::odd);
+    CHECK(found.warning().find("rms at 1 to 2.5 Hz") != std::string::npos);
+  }
+  SUBCASE("one cycle unlike the others") {
+    std::vector<float> odd = own;
+    for (std::size_t k = 2000; k < 3000; ++k) odd[k] *= -3.0F;
+    CHECK(p_of(check(odd), "between cycles") < PredictiveCheck::odd);
+  }
+}
+
+TEST_CASE("predictive check: figures are right where they are known") {
+  // A sine of one degree in the second band, 0.4 Hz, without noise.
+  std::vector<float> sine;
+  for (int k = 0; k < 3000; ++k)
+    sine.push_back(static_cast<float>(sim::rad_per_deg * std::sin(2.0 * sim::pi * 0.4 * k / 100.0) + 0.01));
+  const PredictiveCheck found = check(sine);
+  const auto value = [&](std::size_t i) { return found.figures[i].recorded; };
+  CHECK(near(value(1), std::sqrt(0.5), 1e-3));  // the window's leakage
+  CHECK(value(2) < 0.01);
+  CHECK(near(value(5), std::sqrt(0.5), 1e-6));
+  CHECK(near(value(6), 1.0, 1e-4));  // between samples
+  CHECK(value(7) < 1e-6);            // four periods a cycle
+  for (const CheckedFigure& figure : found.figures)
+    CHECK((figure.low <= figure.middle && figure.middle <= figure.high));
+}
+
+TEST_CASE("predictive check: the same figures for any number of threads") {
+  const std::vector<State> from = draws();
+  const std::vector<float> sway = recorded(from.front(), 2);
+  const int threads = omp_get_max_threads();
+  std::vector<PredictiveCheck> all;
+  for (const int count : {1, 2}) {
+    omp_set_num_threads(count);
+    all.push_back(check(sway, from));
+  }
+  omp_set_num_threads(threads);
+  REQUIRE(all[0].figures.size() == all[1].figures.size());
+  for (std::size_t i = 0; i < all[0].figures.size(); ++i) {
+    CHECK(all[0].figures[i].recorded == all[1].figures[i].recorded);
+    CHECK(all[0].figures[i].low == all[1].figures[i].low);
+    CHECK(all[0].figures[i].p == all[1].figures[i].p);
+  }
+  CHECK(all[0].sway_rad.high == all[1].sway_rad.high);
+  CHECK(checker().check(from, dataset::trial_of(sway), 2).figures[0].low != all[0].figures[0].low);
+}
+
+TEST_CASE("predictive check: stimuli with one cycle, and draws that fall") {
+  sim::Protocol protocol = simulator().protocol();
+  auto& sines = std::get<sim::Sines>(protocol.experiment.stimulus);
+  sines.cycles = 1;
+  sines.components.front().frequency_hz = 0.21;  // not joined: no frequency response
+  const sim::Simulator single(protocol);
+  std::vector<double> sway(static_cast<std::size_t>(single.samples()));
+  REQUIRE(single.run(state().parameters, Random(3, Stream::vestibular_noise, 0), sway).valid);
+  const dataset::Trial trial = dataset::trial_of({sway.begin(), sway.end()});
+  const PredictiveCheck found = PredictiveChecker(single, 0.1).check(std::vector{state()}, trial, 1);
+  CHECK(std::ranges::find(found.figures, "between cycles", &CheckedFigure::name) == found.figures.end());
+  CHECK(std::ranges::find(found.figures, "frequency response", &CheckedFigure::name) == found.figures.end());
+  CHECK(p_of(found, "level") > PredictiveCheck::odd);
+
+  State falling = state();
+  falling.parameters[sim::Kp] = 1258.0;
+  falling.parameters[sim::Kd] = 126.0;
+  falling.parameters[sim::Delay] = 0.24;
+  const PredictiveCheck none = check(recorded(state(), 1), {falling});
+  CHECK(none.standing < 100);
+  CHECK(none.figures.empty());
+  CHECK(none.warning().find("falls in all but") != std::string::npos);
+}
+
+TEST_CASE("predictive check: errors") {
+  check_error([] { check(std::vector<float>(2999)); }, {"2999 samples", "3000"});
+  check_error([] { checker().check({}, dataset::trial_of(std::vector<float>(3000)), 1); }, {"0 draws"});
+}
+
+}  // namespace decid

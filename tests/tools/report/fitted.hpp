@@ -1,0 +1,70 @@
+// Fitted recordings for pages: two short simulated ones, one of them with an odd name, and one that cannot be read.
+#pragma once
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include "base/file.hpp"
+#include "base/text.hpp"
+#include "identify/fit_recordings.hpp"
+
+namespace decid::test {
+
+inline const char* const hostile_name = "</script><script>document.body.dataset.error='markup'</script>.csv";
+
+/// 30 s of sines, three cycles.
+inline sim::Protocol three_sines() {
+  sim::Protocol protocol;
+  protocol.name = "sines";
+  protocol.experiment.stimulus = sim::Sines{
+      .components = {{.frequency_hz = 0.2, .amplitude_deg = 0.7}, {.frequency_hz = 0.6, .amplitude_deg = 0.3}},
+      .cycle_s = 10.0,
+      .cycles = 3};
+  protocol.noise.vestibular.low_hz = 0.05;
+  protocol.noise.vestibular.period_s = 60.0;
+  return protocol;
+}
+
+inline FitRequest quick_request() {
+  FitRequest request;
+  request.settings = {.seed = 5,
+                      .groups = 1,
+                      .annealing_moves = 5,
+                      .window_moves = 9,
+                      .most_leaps = 60,
+                      .block = 20,
+                      .least_draws = 40,
+                      .most_draws = 40};
+  return request;
+}
+
+/// The last recording's chains are said to disagree.
+inline FittedRecordings fitted_recordings() {
+  const sim::Protocol protocol = three_sines();
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("decid-fitted-" + std::to_string(::getpid()) + ".csv");
+  const sim::Simulator simulator(protocol);
+  ReadOptions reading;
+  reading.truth = protocol.parameters().middle();
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  simulator.run(*reading.truth, Random(3, Stream::vestibular_noise, 0), sway);
+  std::string csv = "time,com_sway_deg\n";
+  for (std::size_t k = 0; k < sway.size(); ++k) {
+    const double noise_deg = 0.02 * Random(3, Stream::sensor_noise, 0).normal(k);
+    csv += format("%.2f,%.6f\n", 0.01 * static_cast<double>(k), sway[k] / sim::rad_per_deg + noise_deg);
+  }
+  write_file(file, csv);
+  FittedRecordings all = fit_recordings(nullptr, protocol, {file, "none/<b>.csv", file}, reading, quick_request());
+  std::filesystem::remove(file);
+  all.identified.recordings[0].file = "recordings/subject-04/trial-2.csv";
+  Identification& odd = all.identified.recordings[2];
+  odd.file = hostile_name;
+  odd.truth.reset();
+  odd.explanation.warnings = {"the chains do not agree"};
+  all.fits[2].answer = FitFigures::Answer::network;
+  return all;
+}
+
+}  // namespace decid::test

@@ -1,0 +1,378 @@
+// Draws the report of decid fit, after common.js and recordings.js: all charts are SVG in the page's colours (fit.css).
+(() => {
+// ---- drawing -------------------------------------------------------------------------------------------------------
+
+function shape(tag, attributes = {}, ...children) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children.filter(child => child !== null));
+  return made;
+}
+
+const short = value => Number(value.toFixed(1));
+const label = (x, y, text, kind = "") => shape("text", { x: short(x), y: short(y), class: kind }, text);
+const line = (x1, y1, x2, y2, kind) => shape("line", { x1: short(x1), y1: short(y1), x2: short(x2), y2: short(y2), class: kind });
+const pathOf = points => points.map(([x, y], i) => `${i ? "L" : "M"}${short(x)} ${short(y)}`).join("");
+const path = (points, kind) => shape("path", { d: pathOf(points), class: kind });
+
+// An SVG of that many units; what is drawn must be there, and be numbers.
+function drawing(width, height, text, children) {
+  const made = shape("svg", { viewBox: `0 0 ${short(width)} ${short(height)}`, role: "img", "aria-label": text }, ...children);
+  return made;
+}
+function checked(made) {
+  checks.push(() => made.querySelector("path, rect, circle") !== null && !/NaN|Infinity|undefined/.test(made.innerHTML));
+  return made;
+}
+
+// Round numbers between two limits, about as many as wanted.
+function ticks(low, high, wanted) {
+  const rough = (high - low) / wanted, power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find(factor => factor * power >= rough * 0.999);
+  const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
+  return Array.from({ length: Math.max(0, count) }, (_, i) => Number(((first + i) * step).toPrecision(12)));
+}
+
+// ---- the parameters ------------------------------------------------------------------------------------------------
+
+const between = ([low, high], decimals) => `${fixed(low, decimals)} to ${fixed(high, decimals)}`;
+
+function parameterTable(recording) {
+  const known = recording.parameters.some(parameter => "true" in parameter), network = recording.answer === "network";
+  const heading = (text, kind = "number") => element("th", { scope: "col", class: kind }, text);
+  const number = (text, kind = "number") => element("td", { class: kind }, text);
+  const { mgh } = recording.protocol;
+  const rows = recording.parameters.map(parameter => {
+    const decimals = decimalsOf(parameter), words = inOtherWords({ ...parameter, value: parameter.mean });
+    const mean = element("td", { class: "number value" }, `${fixed(parameter.mean, decimals)} \u00b1 ${fixed(parameter.sd, decimals)}`,
+      words && element("small", {}, words));
+    return element("tr", {},
+      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, [parameter.description, unitOf(parameter)].filter(text => text).join(", "))),
+      network ? number(fixed(parameter.value, decimals)) : null, mean, number(between(parameter.interval50, decimals)), number(between(parameter.interval90, decimals)),
+      known ? number(fixed(parameter.true, decimals)) : null,
+      number(absent(parameter.normalized) ? "\u2013" : between(parameter.interval90.map(value => value / mgh), 3) + normalizedUnit(parameter)));
+  });
+  for (const other of recording.others) {
+    const decimals = Math.max(0, Math.floor(1.5 - Math.log10(other.sd)));
+    rows.push(element("tr", {}, element("th", { scope: "row" }, other.name, unitOf(other) && element("span", { class: "description" }, unitOf(other))), network ? number("") : null,
+      number(`${fixed(other.mean, decimals)} \u00b1 ${fixed(other.sd, decimals)}`),
+      number(between(other.interval50, decimals)), number(between(other.interval90, decimals)), known ? number("") : null, number("\u2013")));
+  }
+  return element("div", {}, element("p", { class: "note" }, "Mean of all draws and their standard deviation; the intervals hold 50 and 90 % of the draws. " +
+    `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of this body.` +
+    (network ? " The chains do not agree, so the answer is the network\u2019s." : "")), element("div", { class: "scroll" }, element("table", {},
+    element("thead", {}, element("tr", {}, heading("Parameter", ""), network ? heading("Network") : null, heading("Mean \u00b1 deviation"),
+      heading("50 % of the draws"), heading("90 % of the draws"), known ? heading("True") : null,
+      heading("90 %, over m g h"))),
+    element("tbody", {}, ...rows))));
+}
+
+// Where a parameter's draws are in its range: 0 to 1.
+const partsOf = (recording, p) => recording.draws.values[p].map(value => value / recording.draws.range);
+const placeIn = (parameter, value) => (value - parameter.low) / (parameter.high - parameter.low);
+
+// A kernel estimate of the density on 0 to 1, mirrored at both ends: [place, density], the prior being 1.
+function densityOf(parts) {
+  const sorted = [...parts].sort((a, b) => a - b), count = sorted.length;
+  const at = share => sorted[Math.round(share * (count - 1))];
+  const mean = sorted.reduce((sum, value) => sum + value, 0) / count;
+  const deviation = Math.sqrt(sorted.reduce((sum, value) => sum + (value - mean) ** 2, 0) / count);
+  const width = Math.max(0.9 * Math.min(deviation, (at(0.75) - at(0.25)) / 1.34 || deviation) * count ** -0.2, 1e-3);
+  const low = Math.max(0, sorted[0] - 4 * width), high = Math.min(1, sorted[count - 1] + 4 * width);
+  const places = [...Array.from({ length: 41 }, (_, i) => i / 40), ...Array.from({ length: 161 }, (_, i) => low + (high - low) * i / 160)];
+  const kernel = z => z * z < 40 ? Math.exp(-0.5 * z * z) : 0;
+  return places.sort((a, b) => a - b).map(x => [x, sorted.reduce((sum, value) =>
+    sum + kernel((x - value) / width) + kernel((x + value) / width) + kernel((2 - x - value) / width), 0) /
+    (count * width * Math.sqrt(2 * Math.PI))]);
+}
+
+function densityPanel(parameter, parts) {
+  const width = 320, height = 145, left = 18, right = width - 18, top = 6, base = 98, bar = 112;
+  const density = densityOf(parts), highest = Math.max(1, ...density.map(([, value]) => value));
+  const x = place => left + (right - left) * Math.min(1, Math.max(0, place)), y = value => base - (base - top) * value / highest;
+  const of = value => x(placeIn(parameter, value));
+  const { interval50, interval90, mean } = parameter, decimals = decimalsOf(parameter);
+  const curve = density.map(([place, value]) => [x(place), y(value)]);
+  const children = [
+    path([[left, base], ...curve, [right, base]], "soft"), path(curve, "draw"),
+    line(left, y(1), right, y(1), "prior"), line(left, base, right, base, "frame"),
+    line(of(interval90[0]), bar, of(interval90[1]), bar, "ninety"), line(of(interval50[0]), bar, of(interval50[1]), bar, "fifty"),
+    "true" in parameter ? line(of(parameter.true), top, of(parameter.true), bar + 8, "truth") : null,
+    shape("circle", { cx: short(of(mean)), cy: bar, r: 5, class: "mean" }),
+    ...ticks(parameter.low, parameter.high, 5).flatMap(value =>
+      [line(of(value), base, of(value), base + 4, "frame"), label(of(value), 138, compact(value), "middle")]),
+  ];
+  const made = checked(drawing(width, height, `Density of ${parameter.name}: mean ${fixed(mean, decimals)}, 90 % of the draws ` +
+    `${between(interval90, decimals)}, range ${between([parameter.low, parameter.high], decimals)} ${unitOf(parameter)}`, children));
+  return element("div", {}, element("h4", {}, parameter.name, " ", element("small", {}, unitOf(parameter))), made);
+}
+
+function densities(recording) {
+  const known = recording.parameters.some(parameter => "true" in parameter);
+  return element("figure", {}, element("h3", {}, "What the recording says of each parameter"),
+    element("div", { class: "densities" }, ...recording.parameters.map((parameter, p) => densityPanel(parameter, partsOf(recording, p)))),
+    element("figcaption", {}, "Density of the draws over the range that was possible before the recording was seen; dashed: the density " +
+      "before. Below it the mean (ring) and the intervals of 50 % (thick) and 90 % (thin) of the draws" +
+      (known ? "; the upright red line is the true value." : ".") + " A density as flat as the dashed line says that the recording tells nothing of this parameter."));
+}
+
+// ---- pairs ---------------------------------------------------------------------------------------------------------
+
+function pairs(recording) {
+  const { parameters, correlations } = recording, count = parameters.length, cell = 104, left = 54, top = 6, gap = 6;
+  const all = parameters.map((_, p) => partsOf(recording, p));
+  const limits = all.map((parts, p) => {
+    const known = "true" in parameters[p] ? [placeIn(parameters[p], parameters[p].true)] : [];
+    const low = Math.min(...parts, ...known), high = Math.max(...parts, ...known), margin = 0.05 * (high - low) || 0.01;
+    return [low - margin, high + margin];
+  });
+  const begin = i => i * cell + gap / 2, size = cell - gap;
+  const along = (p, part) => begin(p) + left + size * (part - limits[p][0]) / (limits[p][1] - limits[p][0]);
+  const up = (p, part) => top + begin(p) + size * (limits[p][1] - part) / (limits[p][1] - limits[p][0]);
+  const value = (p, part) => parameters[p].low + part * (parameters[p].high - parameters[p].low);
+  const children = [];
+  for (let row = 0; row < count; ++row) {
+    for (let column = 0; column < count; ++column) {
+      const x = left + begin(column), y = top + begin(row);
+      if (column > row) {
+        const found = correlations[column][row];
+        children.push(shape("rect", { x, y, width: size, height: size, class: "cell", "fill-opacity": (0.5 * Math.abs(found)).toFixed(2) }),
+          label(x + size / 2, y + size / 2 + 4, fixed(found, 2), "middle name"));
+        continue;
+      }
+      children.push(shape("rect", { x, y, width: size, height: size, class: "frame" }));
+      const known = p => "true" in parameters[p];
+      const truth = p => placeIn(parameters[p], parameters[p].true);
+      if (known(column)) children.push(line(along(column, truth(column)), y, along(column, truth(column)), y + size, "truth"));
+      if (column === row) {
+        const density = densityOf(all[row]).filter(([part]) => part > limits[row][0] && part < limits[row][1]);
+        const highest = Math.max(...density.map(([, at]) => at));
+        children.push(path(density.map(([part, at]) => [along(row, part), y + size - 0.72 * size * at / highest]), "draw"),
+          label(x + 5, y + 14, parameters[row].name, "name"));
+      } else {
+        if (known(row)) children.push(line(x, up(row, truth(row)), x + size, up(row, truth(row)), "truth"));
+        children.push(shape("path", { class: "dots",
+          d: all[column].map((part, i) => `M${short(along(column, part))} ${short(up(row, all[row][i]))}h.01`).join("") }));
+      }
+    }
+    limits[row].forEach((part, last) => {
+      children.push(label(left + begin(row) + size * last, top + count * cell + 12, compact(value(row, part)), last ? "end" : ""));
+      if (row > 0) children.push(label(left - 2, top + begin(row) + (last ? 10 : size), compact(value(row, part)), "end"));
+    });
+  }
+  return element("figure", {}, element("h3", {}, "Which parameters the recording cannot tell apart"),
+    element("div", { class: "scroll pairs" }, checked(drawing(left + count * cell + 4, top + count * cell + 20,
+      "Pairs of parameters: draws below the diagonal, correlations above it", children))),
+    element("figcaption", {}, "Below the diagonal draws of two parameters, above it their correlation. A narrow slope means that one of the " +
+      "two can make up for the other: the recording fixes their combination better than either. Each axis spans the draws, not the range."));
+}
+
+// ---- over time -----------------------------------------------------------------------------------------------------
+
+const legendMark = kind => shape("svg", { viewBox: "0 0 24 12", "aria-hidden": "true" },
+  kind.endsWith("soft") ? shape("rect", { x: 0, y: 1, width: 24, height: 10, class: kind }) : path([[0, 6], [24, 6]], kind));
+
+// signal: one of the recording's; parts: [name, kind, values] of lines, [name, kind, low, high] of bands; levels: [value, kind].
+function timeline(title, signal, unit, parts, levels, caption) {
+  const holder = element("div", { class: "drawn" }), scale = 1 / signal.per_degree;
+  parts = parts.filter(([, , values]) => values);
+  const time = i => signal.first_s + i * signal.step_s;
+  const end = time(parts[0][2].length - 1);
+  const draw = (from, to) => {
+    const width = Math.max(280, holder.clientWidth || 900), height = 230, left = 54, right = width - 6, top = 8, bottom = height - 38;
+    const first = Math.max(0, Math.floor((from - signal.first_s) / signal.step_s)), last = Math.ceil((to - signal.first_s) / signal.step_s);
+    const cut = values => values.slice(first, last + 1);
+    const seen = parts.flatMap(([, , ...values]) => values.flatMap(cut)).filter(value => value !== null);
+    let low = Math.min(...seen) * scale, high = Math.max(...seen) * scale;
+    const margin = 0.04 * (high - low) || 1e-3;
+    low -= margin;
+    high += margin;
+    const x = at => left + (right - left) * (at - from) / (to - from), y = at => bottom - (bottom - top) * (at - low) / (high - low);
+    const points = values => cut(values).map((value, i) => [Math.min(right, Math.max(left, x(time(first + i)))), y(value * scale)]);
+    const children = [
+      ...ticks(low, high, 5).flatMap(at => [line(left, y(at), right, y(at), "grid"), label(left - 6, y(at) + 4, compact(at), "end")]),
+      ...ticks(from, to, Math.max(3, width / 90)).flatMap(at => [line(x(at), bottom, x(at), bottom + 4, "frame"), label(x(at), bottom + 17, compact(at), "middle")]),
+      label((left + right) / 2, height - 5, "Time (s)", "middle"),
+      shape("text", { transform: `translate(11 ${(top + bottom) / 2}) rotate(-90)`, class: "middle" }, unit),
+      ...parts.map(([, kind, values, others]) => others ? path([...points(values), ...points(others).reverse()], kind) : path(points(values), kind)),
+      ...levels.filter(([at]) => at > low && at < high).map(([at, kind]) => line(left, y(at), right, y(at), kind)),
+      shape("rect", { x: left, y: top, width: right - left, height: bottom - top, class: "frame" }),
+    ];
+    holder.replaceChildren(drawing(width, height, `${title}, ${compact(from)} to ${compact(to)} s`, children));
+  };
+  checked(holder);
+  const named = [...parts, ...levels.filter(([, , name]) => name).map(([, kind, name]) => [name, kind])];
+  const made = element("div", { class: "timeline" }, element("h4", {}, title),
+    element("ul", { class: "legend" }, ...named.map(([name, kind]) => element("li", {}, legendMark(kind), name))),
+    holder, element("p", { class: "note" }, caption));
+  return { made, draw, end };
+}
+
+function timelines(recording) {
+  const { sway, noise, tilt } = recording.signals;
+  const theta = recording.parameters.find(parameter => parameter.name === "theta");
+  const dead = theta ? theta.mean * 180 / Math.PI : null;
+  const again = sway.again_low ? [["Simulated anew: 90 % of the trials", "again-soft", sway.again_low, sway.again_high]] : [];
+  const charts = [
+    timeline("Sway: recorded, and as the model has it", sway, "Sway (deg)",
+      [...again, ["The model with the inferred noise: 90 % of the draws", "soft", sway.model_low, sway.model_high],
+        ["Its median", "draw", sway.model_middle], ["Recorded", "recorded", sway.recorded]], [],
+      "All about their means, each point the mean of " + compact(1000 * sway.step_s) + " ms. The narrow band is the model\u2019s sway with the vestibular noise " +
+      "that was inferred from this recording: it should run within it. The wide band is that of trials with other noise, as the same controller would sway on another day: the " +
+      "recording should be one of them."),
+    timeline("Inferred: the vestibular noise", noise, "Velocity (deg/s)",
+      [["90 % of the draws", "soft", noise.noise_low, noise.noise_high], ["Median", "draw", noise.noise_middle]],
+      dead ? [[dead, "edge", "Edges of the dead band (mean theta)"], [-dead, "edge"]] : [],
+      "Not measured: what the model needs the noise of the sense of balance to have been, as an angular velocity, to sway as recorded. Where the platform\u2019s velocity " +
+      "and the noise together stay within the dead band, the controller perceives nothing and the recording says only that; there the band is wider."),
+    timeline("Inferred: the controller\u2019s estimate of the platform\u2019s tilt", tilt, "Tilt (deg)",
+      [["90 % of the draws", "soft", tilt.estimate_low, tilt.estimate_high], ["Median", "draw", tilt.estimate_middle], ["The platform\u2019s tilt", "tilt", tilt.platform]], [],
+      "Not measured: what passes the dead band, integrated. It is what the model\u2019s controller takes for the platform\u2019s tilt; it falls short of it by what the dead band " +
+      "keeps back, and wanders with the noise. Slow drift is no evidence (see the documentation), so its level is known less well than its course."),
+  ];
+  const end = Math.max(...charts.map(chart => chart.end));
+  const length = element("select", { "aria-label": "Length of the window" }, element("option", { value: end }, "the whole trial"));
+  for (const seconds of [60, 30, 15]) if (seconds < end) length.append(element("option", { value: seconds }, `${seconds} s`));
+  const slider = element("input", { type: "range", min: 0, max: 0, step: 0.5, value: 0, "aria-label": "Start of the window in seconds" });
+  const shown = element("output");
+  const put = () => {
+    slider.max = Math.max(0, end - Number(length.value));
+    slider.disabled = Number(slider.max) === 0;
+    const from = Number(slider.value), to = Math.min(end, from + Number(length.value));
+    shown.textContent = `${fixed(from, 1)} to ${fixed(to, 1)} s`;
+    charts.forEach(chart => chart.draw(from, to));
+  };
+  for (const control of [length, slider]) control.addEventListener("input", put);
+  redraws.push(put);
+  return element("figure", {}, element("h3", {}, "What was recorded, and what nobody saw"),
+    element("div", { class: "window-controls" }, element("label", {}, "Show ", length), element("label", {}, "from ", slider), shown),
+    ...charts.map(chart => chart.made));
+}
+
+// ---- checks --------------------------------------------------------------------------------------------------------
+
+const oddBelow = 0.01;
+const isOdd = recording => recording.check.figures.some(({ p }) => p < oddBelow);
+
+function placeCell({ low, high, middle, recorded }) {
+  const ends = [Math.min(low, recorded), Math.max(high, recorded)], span = ends[1] - ends[0] || 1, width = 160;
+  const x = value => 8 + (width - 16) * (value - ends[0]) / span;
+  return element("td", { class: "place" }, checked(shape("svg", { viewBox: `0 0 ${width} 18`, "aria-hidden": "true" },
+    line(x(low), 9, x(high), 9, "ninety"), line(x(middle), 3, x(middle), 15, "draw"),
+    shape("circle", { cx: short(x(recorded)), cy: 9, r: 4.5, class: "mean" }))));
+}
+
+function checkTable(recording) {
+  const { figures, trials, standing } = recording.check;
+  if (figures.length === 0) return element("p", { class: "note" }, `Of ${trials} trials simulated from the draws only ${standing} stand: too few to compare with the recording.`);
+  const name = figure => figure.name.endsWith("Hz") ? `Sway at ${figure.name}, rms` : figure.name === "between cycles" ? "Difference between cycles, rms"
+    : figure.name === "level" ? "Level, rms" : figure.name === "frequency response" ? "Frequency response, distance" : "Largest sway";
+  const heading = (text, kind = "number") => element("th", { scope: "col", class: kind }, text);
+  const unit = figure => figure.unit === "1" ? "" : " " + figure.unit;
+  return element("div", {}, element("p", { class: "note" }, `${standing} trials simulated from the draws, each with vestibular and sensor noise of its own. p is two-sided: twice the share of trials as ` +
+      `low as the recording, or as high, whichever is smaller. Below ${oddBelow} it is marked: one figure in a hundred at most is so by chance. The distance of the ` +
+      "frequency response is from the trials\u2019 mean, squared, over their variance: 1 is usual."), element("div", { class: "scroll" }, element("table", {},
+    element("thead", {}, element("tr", {}, heading("Figure", ""), heading("Recorded"), heading("90 % of the simulated"), heading("Place (ring: recorded)", ""), heading("p"))),
+    element("tbody", {}, ...figures.map(figure => element("tr", {}, element("th", { scope: "row" }, name(figure)),
+      element("td", { class: "number" }, compact(figure.recorded) + unit(figure)),
+      element("td", { class: "number" }, `${compact(figure.low)} to ${compact(figure.high)}${unit(figure)}`), placeCell(figure),
+      element("td", { class: figure.p < oddBelow ? "number odd" : "number" }, fixed(figure.p, 3))))))));
+}
+
+function diagnosis(recording) {
+  const { agreed, chains, draws, rhat, effective_draws, divergences, energy_fraction, restarts } = recording.diagnostics;
+  const { value, standard_error, effective_parameters, unreliable, blocks, block_s } = recording.log_density;
+  const noise = recording.others.find(other => other.name === "Sensor noise"), samples = recording.samples_noise_deg;
+  const items = [
+    agreed ? `The ${chains} chains, which began in different places, say the same: R-hat is ${fixed(rhat, 3)} at most (1 is perfect; up to 1.2 counts as agreement).`
+      : `The ${chains} chains do not say the same: R-hat is up to ${fixed(rhat, 2)}, above 1.2. More than one controller may fit this recording; do not rely on these values.`,
+    `The ${draws} draws are worth ${compact(effective_draws)} independent ones or more.`,
+    divergences === 0 ? "No transition ran away." : `${divergences} transition${divergences === 1 ? "" : "s"} ran away (divergences): corners of what is possible may be missing.`,
+    energy_fraction < 0.3 ? `The chains cross energies slowly (${fixed(energy_fraction, 2)}, below 0.3): tails may be missing.` : null,
+    restarts > 0 ? `${restarts} chain${restarts === 1 ? " was" : "s were"} stuck while warming up and went on from another\u2019s place.` : null,
+    noise ? `The model leaves ${compact(noise.mean)} deg of sway unexplained a sample; the sensor\u2019s own noise, by how neighbouring samples differ, is ${compact(samples)} deg.` +
+      (noise.mean > 3 * Math.max(samples, 1e-3) ? " That is far more: the intervals take for noise what the model cannot explain." : "") : null,
+    `Log predictive density (leave-one-out): ${compactSum(value)} \u00b1 ${compact(standard_error)} nats for ${blocks} means of ${compact(1000 * block_s)} ms in degrees, with ` +
+      `${compact(effective_parameters)} effective parameters` + (unreliable > 0 ? `; ${unreliable} of the ${blocks} rest on few draws.` : "."),
+  ].filter(text => text !== null);
+  return element("ul", { class: "plain" }, ...items.map(text => element("li", {}, text)));
+}
+const compactSum = value => absent(value) ? "n/a" : fixed(value, 0);
+
+// ---- chains --------------------------------------------------------------------------------------------------------
+
+function tracePanel(parameter, parts, { chains, each, every }) {
+  const width = 640, height = 110, left = 56, right = width - 4, top = 4, bottom = height - 18;
+  const low = Math.min(...parts), high = Math.max(...parts), span = high - low || 1;
+  const y = part => bottom - (bottom - top) * (part - low) / span, x = i => left + (right - left) * i / Math.max(1, each - 1);
+  const value = part => parameter.low + part * (parameter.high - parameter.low);
+  const children = Array.from({ length: chains }, (_, chain) => {
+    const made = path(Array.from({ length: each }, (_, i) => [x(i), y(parts[chain * each + i])]), "chain");
+    made.style.stroke = `hsl(${Math.round(360 * chain / chains)} 60% 50%)`;
+    made.style.strokeWidth = "0.8";
+    return made;
+  });
+  children.push(label(left - 5, top + 9, compact(value(high)), "end"), label(left - 5, bottom, compact(value(low)), "end"),
+    label(left, height - 4, "1"), label(right, height - 4, `draw ${each * every}`, "end"),
+    shape("rect", { x: left, y: top, width: right - left, height: bottom - top, class: "frame" }));
+  return checked(drawing(width, height, `Traces of ${parameter.name}: ${chains} chains of ${each * every} draws`, children));
+}
+
+function rankPanel(parameter, counts) {
+  const width = 320, height = 110, left = 4, top = 4, bins = counts[0].length;
+  const expected = counts[0].reduce((sum, count) => sum + count, 0) / bins;
+  const w = (width - 2 * left) / bins, h = (height - top - 18) / counts.length;
+  const children = counts.flatMap((row, chain) => row.map((count, bin) => shape("rect", { x: short(left + bin * w), y: short(top + chain * h),
+    width: short(w - 0.5), height: short(h - 0.5), class: "cell", "fill-opacity": Math.min(1, count / (2.5 * expected)).toFixed(2) })));
+  children.push(label(left, height - 4, "lowest draws"), label(width - left, height - 4, "highest", "end"));
+  return checked(drawing(width, height, `Rank plot of ${parameter.name}, a row a chain`, children));
+}
+
+function chainsFold(recording) {
+  const made = element("details", {}, element("summary", {}, "Traces and rank plots of the chains"),
+    element("p", { class: "note" }, "Left: each chain\u2019s draws, one colour a chain; they should look like one thick hairy line without steps. Right: a row a chain, from the lowest " +
+      "tenth of all draws to the highest; the stronger the colour, the more of the chain\u2019s draws are there. Rows that are evenly coloured have seen the same as all others."),
+    element("div", { class: "mixing" }, ...recording.parameters.flatMap((parameter, p) => [
+      element("div", {}, element("h4", {}, parameter.name, " ", element("small", {}, `R-hat ${fixed(parameter.rhat, 3)}, worth ${compact(parameter.effective_draws)} draws`)),
+        tracePanel(parameter, partsOf(recording, p), recording.draws)),
+      element("div", {}, element("h4", {}, "\u00a0"), rankPanel(parameter, recording.ranks[p]))])));
+  window.addEventListener("beforeprint", () => { made.open = true; });
+  return made;
+}
+
+// ---- the page ------------------------------------------------------------------------------------------------------
+
+function section(recording, index) {
+  const id = `recording-${index + 1}`, { agreed, rhat } = recording.diagnostics, tested = recording.check.figures.length > 0;
+  const smallest = Math.min(1, ...recording.check.figures.map(({ p }) => p));
+  document.getElementById("main").append(element("section", { id, "aria-labelledby": `${id}-title` },
+    element("h2", { id: `${id}-title` }, recording.file),
+    element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
+    warningBox(recording.warnings),
+    element("dl", { class: "figures" },
+      figure("Can it be believed?", agreed ? "chains agree" : "chains disagree", `R-hat ${fixed(rhat, 3)} at most; 1 is perfect`),
+      figure("Does the model sway like this?", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",
+        tested ? `simulated anew, smallest p ${fixed(smallest, 3)}` : "simulated anew, the body falls"),
+      figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording")),
+    element("h3", {}, "The parameters"), parameterTable(recording), densities(recording), timelines(recording), pairs(recording),
+    element("h3", {}, "Does sway that is simulated anew look like the recording?"), checkTable(recording),
+    element("h3", {}, "Whether to believe it"), diagnosis(recording), chainsFold(recording)));
+}
+
+function footer() {
+  document.getElementById("footer").append(
+    element("p", {}, element("strong", {}, "This is not a diagnosis. "),
+      "The intervals say what the recording tells about the parameters of a simplified model of posture control (a single inverted pendulum under disturbance estimation " +
+      "and compensation, DEC), if that model is right. No model is people. They hold for the stated protocol and body only."),
+    element("p", {}, `decid ${report.version}, seed ${report.seed}. Up to ${shownDraws} draws are drawn on this page; figures are of all of them.`));
+}
+const shownDraws = 800;
+
+if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posterior of posture control`;
+contents(parameter => `${fixed(parameter.mean, decimalsOf(parameter))} \u00b1 ${fixed(parameter.sd, decimalsOf(parameter))}`,
+  ["R\u2011hat", recording => fixed(recording.diagnostics.rhat, 2)]);
+failures("Not fitted");
+report.recordings.forEach(section);
+footer();
+finish();
+})();

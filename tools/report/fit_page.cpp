@@ -1,0 +1,256 @@
+// The page's data as JSON: numbers rounded to what can be seen, draws thinned. fit.js draws it.
+#include "tools/report/fit_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/json_object.hpp"
+#include "embedded/fit_css.hpp"
+#include "embedded/fit_js.hpp"
+#include "embedded/recordings_js.hpp"
+#include "tools/report/page.hpp"
+#include "tools/report/recording_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+using posterior::Band;
+using posterior::Density;
+using posterior::Posterior;
+
+constexpr int shown_draws = 800, rank_bins = 10;
+constexpr double shown_step_s = 0.1;
+constexpr double share_units = 9999.0;  // of a range, for draws
+
+Json interval(const Posterior& found, int quantity, double share) {
+  const double tail = 0.5 * (1.0 - share);
+  return {page_number(found.quantile(quantity, tail)), page_number(found.quantile(quantity, 1.0 - tail))};
+}
+
+void add_figures(Json& quantity_json, const Posterior& found, int quantity) {
+  const auto place = static_cast<std::size_t>(quantity);
+  quantity_json["mean"] = page_number(found.mean(quantity));
+  quantity_json["sd"] = page_number(found.deviation(quantity));
+  quantity_json["interval50"] = interval(found, quantity, 0.5);
+  quantity_json["interval90"] = interval(found, quantity, 0.9);
+  quantity_json["rhat"] = page_number(found.rhat()[place]);
+  quantity_json["effective_draws"] = page_number(found.effective_draws()[place]);
+}
+
+Json parameters_of(const Identification& recording, const FitFigures& fitted, const sim::Protocol& protocol) {
+  Json list = described_parameters(recording, protocol);
+  for (std::size_t p = 0; p < list.size(); ++p) add_figures(list[p], fitted.posterior, static_cast<int>(p));
+  return list;
+}
+
+/// Sensor noise, start and gain, where they were not known.
+Json others_of(const Posterior& found) {
+  Json list = Json::array();
+  const auto add = [&](int quantity, const char* name, const char* unit) {
+    if (found.deviation(quantity) == 0.0) return;
+    Json& json = list.emplace_back(Json{{"name", name}, {"unit", unit}});
+    add_figures(json, found, quantity);
+  };
+  add(Density::sensor_noise, "Sensor noise", "deg");
+  add(Density::start, "Start after the protocol", "s");
+  add(Density::gain, "Recorded over true sway", "1");
+  return list;
+}
+
+/// Every so many-th draw of each chain, as parts of the parameters' ranges.
+Json draws_of(const Posterior& found, const sim::ParameterTable& table) {
+  const auto each = static_cast<std::size_t>(found.draws_per_chain()),
+             chains = static_cast<std::size_t>(found.chains());
+  const std::size_t every = (each * chains + shown_draws - 1) / shown_draws, kept = each / every;
+  Json values = Json::array();
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    std::vector<double> parts;
+    for (std::size_t chain = 0; chain < chains; ++chain) {
+      for (std::size_t i = 1; i <= kept; ++i) {
+        const posterior::State& state = found.states()[chain * each + i * every - 1];
+        parts.push_back((state.parameters[p] - table[p].low) / table[p].range());
+      }
+    }
+    values.push_back(whole_numbers(parts, share_units));
+  }
+  return {{"chains", chains}, {"each", kept}, {"every", every}, {"range", share_units}, {"values", std::move(values)}};
+}
+
+/// How many of each chain's draws are in each part of all draws, in order of size.
+Json ranks_of(const Posterior& found, std::size_t parameters) {
+  const auto draws = static_cast<std::size_t>(found.draws()), each = static_cast<std::size_t>(found.draws_per_chain());
+  Json list = Json::array();
+  for (std::size_t p = 0; p < parameters; ++p) {
+    std::vector<std::size_t> order(draws);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t draw) { return found.states()[draw].parameters[p]; });
+    std::vector<std::vector<int>> counts(static_cast<std::size_t>(found.chains()), std::vector<int>(rank_bins, 0));
+    for (std::size_t rank = 0; rank < draws; ++rank) ++counts[order[rank] / each][rank * rank_bins / draws];
+    list.push_back(counts);
+  }
+  return list;
+}
+
+Json diagnostics_of(const Posterior& found) {
+  return {{"agreed", found.agreed()},
+          {"chains", found.chains()},
+          {"draws", found.draws()},
+          {"rhat", page_number(*std::ranges::max_element(found.rhat()))},
+          {"effective_draws", page_number(*std::ranges::min_element(found.effective_draws()))},
+          {"divergences", found.divergences()},
+          {"energy_fraction", page_number(found.energy_fraction())},
+          {"restarts", found.restarts()},
+          {"acceptance", page_number(found.acceptance())}};
+}
+
+Json check_of(const PredictiveCheck& check) {
+  Json figures = Json::array();
+  for (const CheckedFigure& figure : check.figures)
+    figures.push_back({{"name", figure.name},
+                       {"unit", figure.in_degrees ? "deg" : "1"},
+                       {"recorded", page_number(figure.recorded)},
+                       {"low", page_number(figure.low)},
+                       {"middle", page_number(figure.middle)},
+                       {"high", page_number(figure.high)},
+                       {"p", page_number(figure.p)}});
+  return {{"trials", PredictiveCheck::trials}, {"standing", check.standing}, {"figures", std::move(figures)}};
+}
+
+/// Values in degrees, some of them left out, less an offset.
+struct Thinned {
+  std::size_t every;
+  double offset_rad = 0.0;
+
+  std::vector<double> operator()(std::span<const double> values_rad) const {
+    std::vector<double> kept;
+    for (std::size_t i = 0; i < values_rad.size(); i += every)
+      kept.push_back((values_rad[i] - offset_rad) / sim::rad_per_deg);
+    return kept;
+  }
+};
+
+double mean_of(std::span<const double> values) {
+  return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Bands and lines as whole numbers with one scale.
+class Chart {
+ public:
+  Chart(double first_s, double step_s) : first_s_(first_s), step_s_(step_s) {}
+
+  void line(const char* name, const std::vector<double>& values) {
+    if (values.empty()) return;
+    const auto [low, high] = std::ranges::minmax(values);
+    widest_ = std::max(widest_, high - low);
+    lines_.emplace_back(name, values);
+  }
+  void band(const std::string& name, const Band& band, const Thinned& thinned) {
+    line((name + "_low").c_str(), thinned(band.low));
+    line((name + "_middle").c_str(), thinned(band.middle));
+    line((name + "_high").c_str(), thinned(band.high));
+  }
+  Json json() const {
+    const double per_degree = whole_per_unit(widest_);
+    Json json{{"first_s", page_number(first_s_)}, {"step_s", page_number(step_s_)}, {"per_degree", per_degree}};
+    for (const auto& [name, values] : lines_) json[name] = whole_numbers(values, per_degree);
+    return json;
+  }
+
+ private:
+  double first_s_, step_s_, widest_ = 1e-6;
+  std::vector<std::pair<std::string, std::vector<double>>> lines_;
+};
+
+/// What is shown over time: sways about their means, noise and tilt estimate at every so many-th edge.
+Json signals_of(const Identification& recording, const FitFigures& fitted, const Identifications& of) {
+  const double rate_hz = of.protocol.experiment.sample_rate_hz;
+  const std::vector<float>& samples = recording.estimate.trial.sway_rad();
+  const auto block = static_cast<std::size_t>(std::lround(fitted.block_s * rate_hz));
+  std::vector<double> recorded;
+  for (std::size_t k = 0; k + block <= samples.size(); k += block) {
+    double sum = 0.0;
+    for (std::size_t j = 0; j < block; ++j) sum += double{samples[k + j]};
+    recorded.push_back(sum / static_cast<double>(block));
+  }
+  const auto about_mean = [](const Band& band) { return Thinned{1, mean_of(band.middle)}; };
+  const posterior::Inferred& inferred = fitted.inferred;
+  Chart sway(0.5 * (fitted.block_s - 1.0 / rate_hz), fitted.block_s);
+  sway.line("recorded", Thinned{1, mean_of(recorded)}(recorded));
+  sway.band("model", inferred.sway_rad, about_mean(inferred.sway_rad));
+  sway.band("again", fitted.check.sway_rad, Thinned{1});
+
+  const Thinned edges{static_cast<std::size_t>(std::max(1L, std::lround(shown_step_s / fitted.edge_s)))};
+  const double step_s = fitted.edge_s * static_cast<double>(edges.every);
+  Chart noise(fitted.first_edge_s, step_s), tilt(fitted.first_edge_s, step_s);
+  noise.band("noise", inferred.noise_rad_s, edges);
+  tilt.band("estimate", inferred.tilt_estimate_rad, edges);
+  std::vector<double> platform;
+  for (std::size_t i = 0; i < inferred.tilt_estimate_rad.low.size() && !of.tilt_rad.empty(); ++i) {
+    const double place = (fitted.first_edge_s + static_cast<double>(i) * fitted.edge_s) * rate_hz;
+    const double last = static_cast<double>(of.tilt_rad.size() - 1);
+    platform.push_back(double{of.tilt_rad[static_cast<std::size_t>(std::clamp(std::round(place), 0.0, last))]});
+  }
+  tilt.line("platform", edges(platform));
+  return {{"sway", sway.json()}, {"noise", noise.json()}, {"tilt", tilt.json()}};
+}
+
+Json recording_to_json(const Identification& recording, const FitFigures& fitted, const Identifications& of) {
+  const Posterior& found = fitted.posterior;
+  const sim::ParameterTable& table = of.protocol.parameters();
+  Json correlations = Json::array();
+  for (std::size_t a = 0; a < table.size(); ++a) {
+    Json& row = correlations.emplace_back(Json::array());
+    for (std::size_t b = 0; b < a; ++b)
+      row.push_back(std::round(100.0 * found.correlation(static_cast<int>(a), static_cast<int>(b))) / 100.0);
+  }
+  const posterior::LeaveOneOut& left_out = fitted.inferred.left_out;
+  return {{"file", recording.file},
+          {"column", recording.column},
+          {"tilt", tilt_to_json(recording)},
+          {"protocol", protocol_figures(of.protocol)},
+          {"warnings", recording.warnings()},
+          {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
+          {"answer", name(fitted.answer)},
+          {"parameters", parameters_of(recording, fitted, of.protocol)},
+          {"others", others_of(found)},
+          {"samples_noise_deg", page_number(fitted.samples_noise_deg)},
+          {"diagnostics", diagnostics_of(found)},
+          {"check", check_of(fitted.check)},
+          {"log_density",
+           {{"value", page_number(left_out.log_density)},
+            {"standard_error", page_number(left_out.standard_error)},
+            {"effective_parameters", page_number(left_out.effective_parameters)},
+            {"unreliable", left_out.unreliable},
+            {"blocks", fitted.inferred.sway_rad.low.size()},
+            {"block_s", page_number(fitted.block_s)}}},
+          {"correlations", std::move(correlations)},
+          {"draws", draws_of(found, table)},
+          {"ranks", ranks_of(found, table.size())},
+          {"signals", signals_of(recording, fitted, of)}};
+}
+
+}  // namespace
+
+std::string fit_report_html(const std::string& version, const FitRequest& request, const FittedRecordings& all) {
+  Json data = {
+      {"version", version}, {"seed", request.settings.seed}, {"recordings", Json::array()}, {"failed", Json::array()}};
+  for (std::size_t i = 0; i < all.identified.recordings.size(); ++i) {
+    const Identification& recording = all.identified.recordings[i];
+    if (recording.error) {
+      data["failed"].push_back(recording.error->what());
+    } else {
+      data["recordings"].push_back(recording_to_json(recording, all.fits.at(i), all.identified));
+    }
+  }
+  return page_html(
+      {.title = "Posterior of posture control",
+       .lead = "What recordings of body sway on a tilting platform say about the controller behind them, and "
+               "how sure that is.",
+       .script = std::string(embedded::recordings_js()) + std::string(embedded::fit_js()),
+       .style = embedded::fit_css(),
+       .chart_js = false},
+      data);
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,49 @@
+// Parts of the pages on recordings: see recording_json.hpp.
+#include "tools/report/recording_json.hpp"
+
+#include <cmath>
+
+#include "base/json_object.hpp"
+#include "tools/report/page.hpp"
+#include "tools/report/parameters_json.hpp"
+
+namespace decid::tools {
+
+Json described_parameters(const Identification& recording, const sim::Protocol& protocol) {
+  const sim::ParameterTable& table = protocol.parameters();
+  Json list = parameters_json(table, recording.estimate.parameters, protocol.experiment.body.mgh(), recording.truth,
+                              page_number);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    list[i]["description"] = table[i].description;
+    list[i]["low"] = page_number(table[i].low);
+    list[i]["high"] = page_number(table[i].high);
+  }
+  return list;
+}
+
+Json tilt_to_json(const Identification& recording) {
+  const std::optional<dataset::TiltMatch>& tilt = recording.estimate.trial.tilt;
+  if (!tilt) return nullptr;
+  return {{"column", recording.tilt_column},
+          {"delay_s", page_number(tilt->delay_s)},
+          {"correlation", page_number(tilt->correlation)},
+          {"gain", page_number(tilt->gain)}};
+}
+
+double whole_per_unit(double widest) {
+  return std::pow(10.0, 3 - static_cast<int>(std::floor(std::log10(widest))));
+}
+
+Json whole_numbers(std::span<const double> values, double per_unit) {
+  Json list = Json::array();
+  for (const double value : values) {
+    if (std::isfinite(value)) {
+      list.push_back(std::llround(value * per_unit));
+    } else {
+      list.push_back(nullptr);
+    }
+  }
+  return list;
+}
+
+}  // namespace decid::tools
