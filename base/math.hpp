@@ -11,8 +11,6 @@ struct SinCos {
   double sin, cos;
 };
 SinCos sincos_of_turn(long long n, long long d) noexcept;
-/// Of 2 pi turns, |turns| < 4096; turns are rounded to 2^-50.
-SinCos sincos_of_turns(double turns) noexcept;
 
 /// sin(x) and cos(x) for |x| <= 0.5 rad; relative error below 2.5e-16.
 double sin_small(double x) noexcept;

@@ -25,12 +25,6 @@ constexpr double level_in_use = 1e-9;   // of the cycle's intervals
 constexpr double each_harmonic = 1e12;  // bands a decade: no two harmonics in one
 constexpr double least_deviation = 1e-12;
 
-/// exp(-2 pi i t)
-Complex turned_back(double turns) {
-  const auto [sin, cos] = sincos_of_turns(turns);
-  return {cos, -sin};
-}
-
 const sim::Protocol& checked(const sim::Protocol& protocol) {
   protocol.validate();
   if (&protocol.parameters() != &sim::single_pendulum().parameters)
@@ -181,7 +175,7 @@ double mean_passed(double signal, double deviation, double theta) {
 ResponseModel::Line ResponseModel::line_at(double frequency_hz, double weight) const {
   const sim::Body& body = protocol_.experiment.body;
   const double step_s = sim::integration_step_s;
-  const Complex z = std::conj(turned_back(frequency_hz * step_s));
+  const Complex z = posterior::turned(frequency_hz * step_s);
   const Complex forward = (z - 1.0) / step_s, backward = quotient(forward, z);
   return {frequency_hz, weight, forward, backward, body.inertia_kgm2 * forward * backward - body.mgh()};
 }
@@ -235,7 +229,7 @@ void ResponseModel::respond(const sim::Parameters& p, std::span<Complex> respons
     Complex lost = 1.0;
     for (std::size_t l = 0; l < levels_.size(); ++l) lost -= passed[l] * bands_[row].passing[l];
     for (const Line& line : bands_[row].lines) {
-      const Complex delayed = turned_back(line.frequency_hz * p[sim::Delay]);
+      const Complex delayed = posterior::turned(-line.frequency_hz * p[sim::Delay]);
       const Complex active = delayed * (p[sim::Kp] + p[sim::Kd] * line.forward);
       const Complex returned = 2.0 * delayed * (p[sim::Kp] + p[sim::Kd] * line.backward);
       const Complex inverse =

@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
 #include "base/text.hpp"
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/table.hpp"
+#include "identify/posterior/elementary.hpp"
 #include "sim/experiment.hpp"
 
 namespace decid::frf {
@@ -128,8 +128,7 @@ Column read_phases(Reader& reader) {
 
 sim::Complex response_of(double gain, double phase_deg) {
   const double turns = phase_deg / 360.0;
-  const auto [sin, cos] = sincos_of_turns(turns - std::floor(turns));
-  return {gain * cos, gain * sin};
+  return gain * posterior::turned(turns - std::floor(turns));
 }
 
 void read_harmonics(Reader& reader, Table& table) {

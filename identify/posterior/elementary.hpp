@@ -2,7 +2,10 @@
 // Not installed.
 #pragma once
 
+#include <cmath>
 #include <complex>
+
+#include "base/math.hpp"
 
 namespace decid::posterior {
 
@@ -10,6 +13,13 @@ namespace decid::posterior {
 inline std::complex<double> quotient(std::complex<double> a, std::complex<double> b) {
   const double square = b.real() * b.real() + b.imag() * b.imag();
   return a * std::complex<double>(b.real() / square, -(b.imag() / square));
+}
+
+/// exp(2 pi i turns), |turns| below 2^12.
+inline std::complex<double> turned(double turns) {
+  constexpr long long parts = 1LL << 50;
+  const auto [sin, cos] = sincos_of_turn(std::llround(turns * static_cast<double>(parts)), parts);
+  return {cos, sin};
 }
 
 }  // namespace decid::posterior

@@ -1,4 +1,5 @@
 // decid compare: network, posterior, iterative fit, and that from the network's answer, on the same trials.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iostream>
