@@ -109,4 +109,15 @@ Protocol short_protocol() {
   return protocol;
 }
 
+ParameterTable Protocol::ranges() const {
+  const double ratio = experiment.body.mgh() / Body{}.mgh();
+  std::vector<ParameterInfo> scaled(parameters().begin(), parameters().end());
+  for (ParameterInfo& info : scaled) {
+    if (!info.per_mgh) continue;
+    info.low *= ratio;
+    info.high *= ratio;
+  }
+  return ParameterTable(std::move(scaled));
+}
+
 }  // namespace decid::sim

@@ -50,6 +50,9 @@ struct Protocol {
   const Sequence& sequence() const;
 
   const ParameterTable& parameters() const { return experiment.parameters(); }
+  /// The same with ranges for this body: those of parameters that scale with m g h are as wide over its m g h as the
+  /// table's are over that of the default body.
+  ParameterTable ranges() const;
   int samples() const { return experiment.samples(); }
   double duration_s() const { return experiment.duration_s(); }
   /// The vestibular noise's period in samples, as it is given or as 0 has it.

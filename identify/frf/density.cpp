@@ -50,15 +50,15 @@ Priors filled(Priors priors, const Table& table) {
 Density::Density(const sim::Protocol& protocol, Table table, const Priors& priors)
     : table_(std::move(table)),
       priors_(filled(priors, table_)),
+      ranges_(protocol.ranges()),
       model_(protocol, table_),
-      dead_band_(protocol.parameters(), [&](double nv, double theta) { return model_.passed_share(nv, theta); }) {}
+      dead_band_(ranges_, [&](double nv, double theta) { return model_.passed_share(nv, theta); }) {}
 
 State Density::state(std::span<const double> x) const {
-  const sim::ParameterTable& ranges = model_.protocol().parameters();
   State state;
-  state.parameters = sim::Parameters(ranges.size());
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
-    if (i != sim::Nv && i != sim::Theta) state.parameters[i] = ranges[i].low + ranges[i].range() * x[i];
+  state.parameters = sim::Parameters(ranges_.size());
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    if (i != sim::Nv && i != sim::Theta) state.parameters[i] = ranges_[i].low + ranges_[i].range() * x[i];
   }
   const DeadBandPrior::Point point = dead_band_.at(x[sim::Nv], x[sim::Theta]);
   state.parameters[sim::Nv] = point.nv;
@@ -69,9 +69,8 @@ State Density::state(std::span<const double> x) const {
 }
 
 std::array<double, Density::quantities> Density::by_coordinates(std::span<const double> x) const {
-  const sim::ParameterTable& ranges = model_.protocol().parameters();
   std::array<double, quantities> by{};
-  for (std::size_t i = 0; i < ranges.size(); ++i) by[i] = ranges[i].range();
+  for (std::size_t i = 0; i < ranges_.size(); ++i) by[i] = ranges_[i].range();
   by[sim::Nv] = dead_band_.at(x[sim::Nv], 0.5).by_rank;
   by[sim::Theta] = 0.0;
   by[gain] = 2.0 * priors_.gain;

@@ -73,6 +73,7 @@ class Density {
 
   Table table_;
   Priors priors_;
+  sim::ParameterTable ranges_;  // for the protocol's body
   ResponseModel model_;
   DeadBandPrior dead_band_;
 };

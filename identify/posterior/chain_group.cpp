@@ -56,7 +56,7 @@ double ChainGroup::noise_deg() const {
 }
 
 void ChainGroup::place(std::span<const State> starts) {
-  const sim::ParameterTable& table = density_.protocol().parameters();
+  const sim::ParameterTable& table = density_.ranges();
   const Random random(settings_.seed, Stream::posterior, starting + number_);
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {

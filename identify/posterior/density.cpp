@@ -99,6 +99,7 @@ void put(AlignedVector<double>& values, Complex value) {
 Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     : protocol_(checked(protocol)),
       priors_(checked(priors)),
+      ranges_(protocol.ranges()),
       isa_(isa),
       block_samples_(samples_per_block(protocol.experiment)),
       bin_steps_(steps_per_bin(block_samples_ * protocol.experiment.steps_per_sample())),
@@ -239,7 +240,7 @@ Observation Density::observe(std::span<const float> sway_rad) const {
 State Density::state(std::span<const double> x, int chain) const {
   const auto at = [&](int global) { return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)]; };
   State state;
-  const sim::ParameterTable& table = protocol_.parameters();
+  const sim::ParameterTable& table = ranges_;
   state.parameters = sim::Parameters(table.size());
   for (std::size_t i = 0; i < table.size(); ++i)
     state.parameters[i] = table[i].low + table[i].range() * normal_distribution(at(static_cast<int>(i)));
@@ -255,7 +256,7 @@ void Density::set(const State& state, std::span<double> x, int chain) const {
     return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
   };
   const auto probit = [](double share) { return inverse_normal(std::clamp(share, 0.01, 0.99)); };
-  const sim::ParameterTable& table = protocol_.parameters();
+  const sim::ParameterTable& table = ranges_;
   for (std::size_t i = 0; i < table.size(); ++i)
     at(static_cast<int>(i)) = probit((state.parameters[i] - table[i].low) / table[i].range());
   at(sensor_noise) =
@@ -281,7 +282,7 @@ Density::Workspace::Workspace(const Density& d) {
 
 Density::Chains Density::chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const {
   Chains c;
-  const sim::ParameterTable& table = protocol_.parameters();
+  const sim::ParameterTable& table = ranges_;
   const double padded_s = padded_bins_ * bin_steps_ * sim::integration_step_s;
   for (std::size_t l = 0; l < lanes; ++l) {
     const auto coordinate = [&](int global) { return x[static_cast<std::size_t>(noise_.size() + global) * lanes + l]; };

@@ -60,6 +60,8 @@ class Density {
   Density(const sim::Protocol& protocol, const Priors& priors, Isa isa = chosen_isa());
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
+  /// Where parameters are uniform beforehand: for the protocol's body.
+  const sim::ParameterTable& ranges() const noexcept { return ranges_; }
   /// Coordinates: those of the noise, then `globals` more.
   int size() const noexcept { return noise_.size() + globals; }
   int noise_size() const noexcept { return noise_.size(); }
@@ -142,6 +144,7 @@ class Density {
 
   sim::Protocol protocol_;
   Priors priors_;
+  sim::ParameterTable ranges_;
   Isa isa_;
   int block_samples_, bin_steps_, first_step_, bins_, padded_bins_, padded_blocks_, blocks_, frequencies_;
   double damping_;  // c, 1/s

@@ -439,3 +439,21 @@ TEST_CASE("Experiment: equal ones; noise and name may differ, nothing else") {
   CHECK(differs([](Protocol& p) { p.experiment.body.com_height_m = 1.0; }));
   CHECK(differs([](Protocol& p) { p.experiment.body.inertia_kgm2 = 100.0; }));
 }
+
+TEST_CASE("Protocol: ranges of the default body are the table's; a lighter body's gains are as wide over its m g h") {
+  decid::sim::Protocol protocol = decid::sim::default_protocol();
+  for (std::size_t p = 0; p < protocol.parameters().size(); ++p) {
+    CHECK(protocol.ranges()[p].low == protocol.parameters()[p].low);
+    CHECK(protocol.ranges()[p].high == protocol.parameters()[p].high);
+  }
+  const double mgh = protocol.experiment.body.mgh();
+  protocol.experiment.body.mass_kg *= 0.5;
+  const decid::sim::ParameterTable lighter = protocol.ranges();
+  for (std::size_t p = 0; p < lighter.size(); ++p) {
+    const decid::sim::ParameterInfo& info = protocol.parameters()[p];
+    CHECK(near(lighter[p].low, info.low * (info.per_mgh ? 0.5 : 1.0), 1e-12 * std::abs(info.high)));
+    CHECK(near(lighter[p].high, info.high * (info.per_mgh ? 0.5 : 1.0), 1e-12 * info.high));
+  }
+  CHECK(near(lighter[decid::sim::Kp].high / protocol.experiment.body.mgh(),
+             protocol.parameters()[decid::sim::Kp].high / mgh, 1e-12));
+}

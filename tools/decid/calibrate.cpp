@@ -202,7 +202,7 @@ class Network {
 class Trials {
  public:
   Trials(const sim::Protocol& protocol, std::uint64_t seed, std::uint64_t first)
-      : simulator_(protocol), seed_(seed), next_(first) {}
+      : simulator_(protocol), ranges_(protocol.ranges()), seed_(seed), next_(first) {}
 
   struct Trial {
     std::uint64_t attempt;
@@ -216,7 +216,7 @@ class Trials {
     std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
     for (int tried = 0; tried < 10'000; ++tried) {
       const std::uint64_t attempt = next_++;
-      const sim::TrialInput input = dataset::base_trial(protocol.parameters(), seed_, attempt);
+      const sim::TrialInput input = dataset::base_trial(ranges_, seed_, attempt);
       if (!simulator_.run(input.parameters, input.noise, sway).valid) continue;
       sim::add_sensor_noise(protocol.noise.sensor, seed_, attempt, sway);
       return {attempt, input.parameters, {sway.begin(), sway.end()}};
@@ -226,6 +226,7 @@ class Trials {
 
  private:
   sim::Simulator simulator_;
+  sim::ParameterTable ranges_;
   std::uint64_t seed_, next_;
 };
 
@@ -263,7 +264,7 @@ void run_calibrate(const CalibrateOptions& options) {
     const Trials::Trial again = source.next();
     if (!trial.network) trial.network = network(again.sway_rad);
   }
-  const sim::ParameterTable& table = protocol.parameters();
+  const sim::ParameterTable table = protocol.ranges();
   // Of uniform draws: errors do not depend on which trials were valid.
   sim::Parameters deviation(table.size());
   for (std::size_t p = 0; p < table.size(); ++p) deviation[p] = table[p].range() / std::sqrt(12.0);

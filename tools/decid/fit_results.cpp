@@ -71,7 +71,7 @@ std::string check_text(const PredictiveCheck& check) {
 
 void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol) {
   const Posterior& found = fitted.posterior;
-  const sim::ParameterTable& table = protocol.parameters();
+  const sim::ParameterTable table = protocol.ranges();
   for (std::size_t p = 0; p < table.size(); ++p)
     add_draws(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
@@ -113,7 +113,7 @@ std::string fits_text(const FittedRecordings& all) {
     text += format("  %-8s %12s %10s %24s %-10s %10s%s  %s\n", "",
                    fitted.answer == FitFigures::Answer::network ? "network" : "mean", "sd", "90 % of the draws", "unit",
                    "/ (m g h)", id.truth ? "         true" : "", "range");
-    const sim::ParameterTable& table = protocol.parameters();
+    const sim::ParameterTable table = protocol.ranges();
     for (std::size_t p = 0; p < table.size(); ++p)
       text += parameter_line(found, p, table[p], id.estimate.parameters[p], protocol.experiment.body.mgh(), id.truth);
     const auto line = [&](const char* what, int quantity, const char* unit) {

@@ -103,7 +103,7 @@ std::string headline(const FrfReport& report) {
 std::string frf_fit_json(const FrfReport& report) {
   const frf::Fit& found = report.found;
   const sim::Protocol& protocol = report.density.model().protocol();
-  const sim::ParameterTable& ranges = protocol.parameters();
+  const sim::ParameterTable ranges = protocol.ranges();
   const frf::Table& table = report.density.table();
   const double mgh = protocol.experiment.body.mgh();
   Json parameters = parameters_json(ranges, means(report), mgh, report.truth);
@@ -134,7 +134,7 @@ std::string frf_fit_json(const FrfReport& report) {
 std::string frf_fit_text(const FrfReport& report) {
   const frf::Fit& found = report.found;
   const sim::Protocol& protocol = report.density.model().protocol();
-  const sim::ParameterTable& ranges = protocol.parameters();
+  const sim::ParameterTable ranges = protocol.ranges();
   const frf::Table& table = report.density.table();
   std::string text = headline(report);
   text += format("  %-8s %12s %10s %24s %-10s %10s%s %6s  %s\n", "", "mean", "sd", "90 % of the draws", "unit",

@@ -197,7 +197,7 @@ Json signals_of(const Identification& recording, const FitFigures& fitted, const
 
 Json recording_to_json(const Identification& recording, const FitFigures& fitted, const Identifications& of) {
   const Posterior& found = fitted.posterior;
-  const sim::ParameterTable& table = of.protocol.parameters();
+  const sim::ParameterTable table = of.protocol.ranges();
   Json correlations = Json::array();
   for (std::size_t a = 0; a < table.size(); ++a) {
     Json& row = correlations.emplace_back(Json::array());

@@ -10,7 +10,7 @@
 namespace decid::tools {
 
 Json described_parameters(const Identification& recording, const sim::Protocol& protocol) {
-  const sim::ParameterTable& table = protocol.parameters();
+  const sim::ParameterTable table = protocol.ranges();
   Json list = parameters_json(table, recording.estimate.parameters, protocol.experiment.body.mgh(), recording.truth,
                               page_number);
   for (std::size_t i = 0; i < table.size(); ++i) {
