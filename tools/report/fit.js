@@ -35,6 +35,10 @@ function ticks(low, high, wanted) {
 
 // ---- the parameters ------------------------------------------------------------------------------------------------
 
+// Decimals that resolve the range and the deviation.
+const finestOf = parameter => Math.min(12, Math.max(decimalsOf(parameter), Math.floor(1.5 - Math.log10(parameter.sd))));
+// A value between limits that are so far apart.
+const within = (value, span) => fixed(value, Math.min(12, Math.max(0, Math.ceil(1 - Math.log10(span)))));
 const between = ([low, high], decimals) => `${fixed(low, decimals)} to ${fixed(high, decimals)}`;
 
 function parameterTable(recording) {
@@ -43,7 +47,7 @@ function parameterTable(recording) {
   const number = (text, kind = "number") => element("td", { class: kind }, text);
   const { mgh } = recording.protocol;
   const rows = recording.parameters.map(parameter => {
-    const decimals = decimalsOf(parameter), words = inOtherWords({ ...parameter, value: parameter.mean });
+    const decimals = finestOf(parameter), words = inOtherWords({ ...parameter, value: parameter.mean });
     const mean = element("td", { class: "number value" }, `${fixed(parameter.mean, decimals)} \u00b1 ${fixed(parameter.sd, decimals)}`,
       words && element("small", {}, words));
     return element("tr", {},
@@ -68,8 +72,12 @@ function parameterTable(recording) {
 }
 
 // Where a parameter's draws are in its range: 0 to 1.
-const partsOf = (recording, p) => recording.draws.values[p].map(value => value / recording.draws.range);
 const placeIn = (parameter, value) => (value - parameter.low) / (parameter.high - parameter.low);
+function partsOf(recording, p) {
+  const { values, range } = recording.draws, low = placeIn(recording.parameters[p], recording.draws.low[p]);
+  const high = placeIn(recording.parameters[p], recording.draws.high[p]);
+  return values[p].map(value => low + (high - low) * value / range);
+}
 
 // A kernel estimate of the density on 0 to 1, mirrored at both ends: [place, density], the prior being 1.
 function densityOf(parts) {
@@ -77,7 +85,7 @@ function densityOf(parts) {
   const at = share => sorted[Math.round(share * (count - 1))];
   const mean = sorted.reduce((sum, value) => sum + value, 0) / count;
   const deviation = Math.sqrt(sorted.reduce((sum, value) => sum + (value - mean) ** 2, 0) / count);
-  const width = Math.max(0.9 * Math.min(deviation, (at(0.75) - at(0.25)) / 1.34 || deviation) * count ** -0.2, 1e-3);
+  const width = Math.max(0.9 * Math.min(deviation, (at(0.75) - at(0.25)) / 1.34 || deviation) * count ** -0.2, 1e-7);
   const low = Math.max(0, sorted[0] - 4 * width), high = Math.min(1, sorted[count - 1] + 4 * width);
   const places = [...Array.from({ length: 41 }, (_, i) => i / 40), ...Array.from({ length: 161 }, (_, i) => low + (high - low) * i / 160)];
   const kernel = z => z * z < 40 ? Math.exp(-0.5 * z * z) : 0;
@@ -91,7 +99,7 @@ function densityPanel(parameter, parts) {
   const density = densityOf(parts), highest = Math.max(1, ...density.map(([, value]) => value));
   const x = place => left + (right - left) * Math.min(1, Math.max(0, place)), y = value => base - (base - top) * value / highest;
   const of = value => x(placeIn(parameter, value));
-  const { interval50, interval90, mean } = parameter, decimals = decimalsOf(parameter);
+  const { interval50, interval90, mean } = parameter, decimals = finestOf(parameter);
   const curve = density.map(([place, value]) => [x(place), y(value)]);
   const children = [
     path([[left, base], ...curve, [right, base]], "soft"), path(curve, "draw"),
@@ -123,7 +131,7 @@ function pairs(recording) {
   const all = parameters.map((_, p) => partsOf(recording, p));
   const limits = all.map((parts, p) => {
     const known = "true" in parameters[p] ? [placeIn(parameters[p], parameters[p].true)] : [];
-    const low = Math.min(...parts, ...known), high = Math.max(...parts, ...known), margin = 0.05 * (high - low) || 0.01;
+    const low = Math.min(...parts, ...known), high = Math.max(...parts, ...known), margin = 0.05 * (high - low) || 1e-6;
     return [low - margin, high + margin];
   });
   const begin = i => i * cell + gap / 2, size = cell - gap;
@@ -155,9 +163,10 @@ function pairs(recording) {
           d: all[column].map((part, i) => `M${short(along(column, part))} ${short(up(row, all[row][i]))}h.01`).join("") }));
       }
     }
+    const span = (limits[row][1] - limits[row][0]) * (parameters[row].high - parameters[row].low);
     limits[row].forEach((part, last) => {
-      children.push(label(left + begin(row) + size * last, top + count * cell + 12, compact(value(row, part)), last ? "end" : ""));
-      if (row > 0) children.push(label(left - 2, top + begin(row) + (last ? 10 : size), compact(value(row, part)), "end"));
+      children.push(label(left + begin(row) + size * last, top + count * cell + 12, within(value(row, part), span), last ? "end" : ""));
+      if (row > 0) children.push(label(left - 2, top + begin(row) + (last ? 10 : size), within(value(row, part), span), "end"));
     });
   }
   return element("figure", {}, element("h3", {}, "Which parameters the recording cannot tell apart"),
@@ -303,7 +312,7 @@ const compactSum = value => absent(value) ? "n/a" : fixed(value, 0);
 
 function tracePanel(parameter, parts, { chains, each, every }) {
   const width = 640, height = 110, left = 56, right = width - 4, top = 4, bottom = height - 18;
-  const low = Math.min(...parts), high = Math.max(...parts), span = high - low || 1;
+  const low = Math.min(...parts), high = Math.max(...parts), span = high - low || 1, size = span * (parameter.high - parameter.low);
   const y = part => bottom - (bottom - top) * (part - low) / span, x = i => left + (right - left) * i / Math.max(1, each - 1);
   const value = part => parameter.low + part * (parameter.high - parameter.low);
   const children = Array.from({ length: chains }, (_, chain) => {
@@ -312,7 +321,7 @@ function tracePanel(parameter, parts, { chains, each, every }) {
     made.style.strokeWidth = "0.8";
     return made;
   });
-  children.push(label(left - 5, top + 9, compact(value(high)), "end"), label(left - 5, bottom, compact(value(low)), "end"),
+  children.push(label(left - 5, top + 9, within(value(high), size), "end"), label(left - 5, bottom, within(value(low), size), "end"),
     label(left, height - 4, "1"), label(right, height - 4, `draw ${each * every}`, "end"),
     shape("rect", { x: left, y: top, width: right - left, height: bottom - top, class: "frame" }));
   return checked(drawing(width, height, `Traces of ${parameter.name}: ${chains} chains of ${each * every} draws`, children));
@@ -369,7 +378,7 @@ function footer() {
 const shownDraws = 800;
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posterior of posture control`;
-contents(parameter => `${fixed(parameter.mean, decimalsOf(parameter))} \u00b1 ${fixed(parameter.sd, decimalsOf(parameter))}`,
+contents(parameter => `${fixed(parameter.mean, finestOf(parameter))} \u00b1 ${fixed(parameter.sd, finestOf(parameter))}`,
   ["R\u2011hat", recording => fixed(recording.diagnostics.rhat, 2)]);
 failures("Not fitted");
 report.recordings.forEach(section);

@@ -21,7 +21,7 @@ using posterior::Posterior;
 
 constexpr int shown_draws = 800, rank_bins = 10;
 constexpr double shown_step_s = 0.1;
-constexpr double share_units = 9999.0;  // of a range, for draws
+constexpr double share_units = 9999.0;  // of the draws' own range
 
 Json interval(const Posterior& found, int quantity, double share) {
   const double tail = 0.5 * (1.0 - share);
@@ -58,23 +58,29 @@ Json others_of(const Posterior& found) {
   return list;
 }
 
-/// Every so many-th draw of each chain, as parts of the parameters' ranges.
-Json draws_of(const Posterior& found, const sim::ParameterTable& table) {
+/// Every so many-th draw of each chain, as parts of what lies between the lowest and the highest of them.
+Json draws_of(const Posterior& found, std::size_t parameters) {
   const auto each = static_cast<std::size_t>(found.draws_per_chain()),
              chains = static_cast<std::size_t>(found.chains());
   const std::size_t every = (each * chains + shown_draws - 1) / shown_draws, kept = each / every;
-  Json values = Json::array();
-  for (std::size_t p = 0; p < table.size(); ++p) {
+  Json values = Json::array(), lows = Json::array(), highs = Json::array();
+  for (std::size_t p = 0; p < parameters; ++p) {
     std::vector<double> parts;
     for (std::size_t chain = 0; chain < chains; ++chain) {
       for (std::size_t i = 1; i <= kept; ++i) {
         const posterior::State& state = found.states()[chain * each + i * every - 1];
-        parts.push_back((state.parameters[p] - table[p].low) / table[p].range());
+        parts.push_back(state.parameters[p]);
       }
     }
+    const auto [low, high] = std::ranges::minmax(parts);
+    for (double& part : parts) part = high > low ? (part - low) / (high - low) : 0.0;
+    lows.push_back(low);
+    highs.push_back(high);
     values.push_back(whole_numbers(parts, share_units));
   }
-  return {{"chains", chains}, {"each", kept}, {"every", every}, {"range", share_units}, {"values", std::move(values)}};
+  return {{"chains", chains},           {"each", kept},           {"every", every},
+          {"range", share_units},       {"low", std::move(lows)}, {"high", std::move(highs)},
+          {"values", std::move(values)}};
 }
 
 /// How many of each chain's draws are in each part of all draws, in order of size.
@@ -225,7 +231,7 @@ Json recording_to_json(const Identification& recording, const FitFigures& fitted
             {"blocks", fitted.inferred.sway_rad.low.size()},
             {"block_s", page_number(fitted.block_s)}}},
           {"correlations", std::move(correlations)},
-          {"draws", draws_of(found, table)},
+          {"draws", draws_of(found, table.size())},
           {"ranks", ranks_of(found, table.size())},
           {"signals", signals_of(recording, fitted, of)}};
 }
