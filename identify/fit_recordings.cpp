@@ -2,10 +2,13 @@
 #include "identify/fit_recordings.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <mutex>
 #include <optional>
 
 #include "base/error.hpp"
+#include "base/parallel.hpp"
 #include "base/text.hpp"
 
 namespace decid {
@@ -53,6 +56,7 @@ class Fitter {
 
   std::span<const float> tilt_rad() const { return explainer_.tilt_rad(); }
 
+  /// From any thread.
   FitFigures fit(Identification& id, const posterior::OnProgress& progress) {
     FitFigures figures;
     const auto begin = std::chrono::steady_clock::now();
@@ -70,6 +74,7 @@ class Fitter {
     for (std::size_t p = 0; p < table.size(); ++p) id.estimate.parameters[p] = found.mean(static_cast<int>(p));
     if (!found.agreed() && network_) {
       figures.answer = FitFigures::Answer::network;
+      const std::lock_guard lock(one_at_a_time_);
       id.estimate.parameters = network_->estimate({trial}).front().parameters;
     }
     id.explanation = explainer_.explain({id.estimate.parameters, trial});
@@ -91,6 +96,7 @@ class Fitter {
  private:
   /// For recordings whose tilt says where the protocol starts.
   const Density& with_known_start() {
+    const std::lock_guard lock(one_at_a_time_);
     if (!known_start_) {
       posterior::Priors priors = request_.priors;
       priors.start_s = 0.0;
@@ -103,6 +109,7 @@ class Fitter {
   FitRequest request_;
   Density density_;
   PredictiveChecker checker_;
+  std::mutex one_at_a_time_;  // of what follows
   std::optional<Density> known_start_;
   std::optional<Identifier> network_;
 };
@@ -120,16 +127,25 @@ FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protoco
   FittedRecordings all;
   all.identified.protocol = protocol;
   all.identified.tilt_rad.assign(fitter.tilt_rad().begin(), fitter.tilt_rad().end());
-  bool stopped = false;
-  for (Identification& read : read_recordings(protocol, files, options)) {
-    if (stopped) break;
-    Identification& id = all.identified.recordings.emplace_back(std::move(read));
-    const std::size_t number = all.fits.size();
-    all.fits.push_back(id.error ? FitFigures{} : fitter.fit(id, [&](const posterior::Progress& here) {
-      stopped = stopped || (progress && !progress(number, here));
+  all.identified.recordings = read_recordings(protocol, files, options);
+  all.fits.resize(all.identified.recordings.size());
+  // Recordings are begun in their order.
+  std::mutex reporting;
+  std::atomic<bool> stopped{false};
+  std::atomic<std::size_t> begun{0};
+  parallel_for(static_cast<int>(all.fits.size()), [&](int) {
+    if (stopped) return;
+    const std::size_t number = begun++;
+    Identification& id = all.identified.recordings[number];
+    if (id.error) return;
+    all.fits[number] = fitter.fit(id, [&](const posterior::Progress& here) {
+      const std::lock_guard lock(reporting);
+      if (progress && !stopped && !progress(number, here)) stopped = true;
       return !stopped;
-    }));
-  }
+    });
+  });
+  all.identified.recordings.resize(begun);
+  all.fits.resize(begun);
   return all;
 }
 

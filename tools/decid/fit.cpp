@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
+#include <numeric>
 #include <optional>
 
 #include "base/error.hpp"
@@ -107,10 +108,12 @@ void run_fit(const FitOptions& options) {
   FittedRecordings all;
   {
     ProgressBar bar("fit", "%", parts * files, options.common.quiet);
+    std::vector<double> done(options.recordings.files.size());  // of each
     all = fit_recordings(
         &model, protocol, options.recordings.paths(), reading, options.request,
         [&](std::size_t recording, const posterior::Progress& progress) {
-          bar.update(parts * static_cast<long long>(recording) + static_cast<long long>(parts * progress.done),
+          done[recording] = progress.done;
+          bar.update(static_cast<long long>(parts * std::accumulate(done.begin(), done.end(), 0.0)),
                      progress.rhat > 0.0 ? format("%s, R-hat %.2f", progress.stage, progress.rhat) : progress.stage);
           return !interrupted();
         });
