@@ -104,8 +104,9 @@ std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> tri
 }
 
 double damping_ratio(const sim::Parameters& parameters, const sim::Body& body) {
-  const double stiffness = parameters[sim::Kp] + parameters[sim::Kp_pass] - body.mgh();
-  const double damping = parameters[sim::Kd] + parameters[sim::Kd_pass] - parameters[sim::Kp] * parameters[sim::Delay];
+  const double stiffness = 2.0 * parameters[sim::Kp] + parameters[sim::Kp_pass] - body.mgh();
+  const double damping =
+      2.0 * (parameters[sim::Kd] - parameters[sim::Kp] * parameters[sim::Delay]) + parameters[sim::Kd_pass];
   return damping / (2.0 * std::sqrt(body.inertia_kgm2 * stiffness));
 }
 

@@ -60,8 +60,10 @@ struct CalibrationPart {
 std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation,
                                             const std::function<double(const sim::Parameters& truth)>& key);
 
-/// Of the body and its controller without noise and dead band, the delay taken for a lag: (Kd + Kd_pass - Kp delay) /
-/// (2 sqrt(J (Kp + Kp_pass - m g h))). Low: the sway rings, and many parameters explain it nearly as well.
+/// Of the body and its controller without noise and dead band, the delay taken for a lag: (2 (Kd - Kp delay) + Kd_pass)
+/// / (2 sqrt(J (2 Kp + Kp_pass - m g h))); the controller answers sway twice, by servo and by its compensation of
+/// gravity. Low: the sway rings, and many parameters explain it nearly as well. NaN for a body that no stiffness holds
+/// up.
 double damping_ratio(const sim::Parameters& parameters, const sim::Body& body);
 
 }  // namespace decid

@@ -19,6 +19,8 @@ using posterior::Posterior;
 
 /// A recording that the posture model cannot explain has far more noise in its posterior than in its samples.
 constexpr double unexplained_noise = 3.0;
+/// Some four times the error of the model's bins.
+constexpr double least_believed_noise_deg = 2e-3;
 
 void warn_of_disagreement(const sim::ParameterTable& table, FitFigures::Answer answer, const Posterior& found,
                           std::vector<std::string>& warnings) {
@@ -37,6 +39,11 @@ void warn_of_disagreement(const sim::ParameterTable& table, FitFigures::Answer a
 void warn_of_noise(const posterior::Observation& observation, const Posterior& found,
                    std::vector<std::string>& warnings) {
   const double noise_deg = found.mean(Density::sensor_noise);
+  if (noise_deg < least_believed_noise_deg)
+    warnings.push_back(format(
+        "the sensor's noise, %.2g degrees, is about the error of the model's own arithmetic: the intervals are too "
+        "narrow",
+        noise_deg));
   if (noise_deg > unexplained_noise * std::max(observation.noise_deg, 1e-3))
     warnings.push_back(
         format("the model leaves %.3g degrees of the sway unexplained, the sensor's noise is %.3g: the "

@@ -43,7 +43,7 @@ double mean_log(double theta, std::span<const double> x) {
 /// as by ten more values.
 GeneralizedPareto fit(std::span<const double> x) {
   const auto count = static_cast<double>(x.size());
-  const double quarter = x[static_cast<std::size_t>(count / 4 + 0.5) - 1];
+  const double quarter = x[(2 * x.size() + 4) / 8 - 1];
   const int tried = 30 + static_cast<int>(std::sqrt(count));
   std::vector<double> theta, likelihood;
   for (int j = 0; j < tried; ++j) {

@@ -92,9 +92,9 @@ TEST_CASE("damping_ratio: of a body whose values are round") {
   decid::sim::Body body;
   body.inertia_kgm2 = 100.0;
   decid::sim::Parameters parameters = decid::sim::single_pendulum().parameters.middle();
-  parameters[decid::sim::Kp] = 1000.0;
+  parameters[decid::sim::Kp] = 500.0;
   parameters[decid::sim::Kp_pass] = 400.0 + body.mgh() - 1000.0;
-  parameters[decid::sim::Kd] = 250.0;
+  parameters[decid::sim::Kd] = 125.0;
   parameters[decid::sim::Kd_pass] = 50.0;
   parameters[decid::sim::Delay] = 0.1;
   CHECK(near(damping_ratio(parameters, body), 0.5, 1e-12));

@@ -175,7 +175,8 @@ void write_frf_draws(const std::filesystem::path& path, const FrfReport& report)
   std::vector<double> matrix, chain;
   for (std::size_t draw = 0; draw < draws; ++draw) {
     for (std::size_t p = 0; p < parameters; ++p) matrix.push_back(found.draws_of(static_cast<int>(p))[draw]);
-    chain.push_back(static_cast<double>(static_cast<int>(draw) / found.draws_per_chain()));
+    const int number = static_cast<int>(draw) / found.draws_per_chain();
+    chain.push_back(number);
   }
   const std::vector<dataset::NamedArray> arrays{{"parameters", {draws, parameters}, matrix},
                                                 {"gain", {draws}, found.draws_of(frf::Density::gain)},

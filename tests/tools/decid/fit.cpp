@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "sim/body_model.hpp"
 #include "tests/near.hpp"
@@ -123,6 +124,7 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(result.out.find("bad.csv: not fitted") != std::string::npos);
   CHECK(result.out.find("Kp_pass") != std::string::npos);
   CHECK(result.out.find("simulated anew, two-sided p: 0.05 to 0.2 Hz ") != std::string::npos);
+  CHECK(result.out.find("the intervals are too narrow") != std::string::npos);  // the trial has no sensor noise
   const Json json = Json::parse(read_text(folder / "o.json"));
   CHECK(json["recordings"][0].contains("error"));
   CHECK(json["recordings"][1]["diagnostics"]["draws"] == 64);
@@ -145,9 +147,14 @@ TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
   CHECK(err.find(", drawing, R-hat ") != std::string::npos);
   const Json recordings = Json::parse(read_text(folder / "o.json"))["recordings"];
   CHECK((recordings.size() >= 1 && recordings.size() < 100));
-  for (std::size_t i = 0; i + 1 < recordings.size(); ++i) CHECK(recordings[i]["diagnostics"]["draws"] == 400);
-  // The last one has some draws, or none.
-  CHECK((recordings.back().contains("error") || recordings.back()["diagnostics"]["draws"].get<int>() <= 400));
+  // Those that were begun last, one a thread, have some draws, or none.
+  std::size_t whole = 0;
+  for (const Json& recording : recordings) {
+    if (recording.contains("error")) continue;
+    CHECK(recording["diagnostics"]["draws"].get<int>() <= 400);
+    whole += recording["diagnostics"]["draws"] == 400 ? 1 : 0;
+  }
+  CHECK(whole + std::thread::hardware_concurrency() >= recordings.size());
   CHECK(read_text(folder / "r.html").find("</html>") != std::string::npos);
 }
 
