@@ -76,7 +76,7 @@ class Arrows(unittest.TestCase):
         self.check_refused("is not written from the root", sim__a='#include "fft.hpp"')
 
     def test_approx_is_refused_in_tests(self):
-        self.check_refused("adds 1 to the scale", tests__sim__a="CHECK(a == doctest::Approx(b));")
+        self.check_refused("adds 1 to the scale", tests__sim__a="CHECK(a == Approx(b));")
 
 
 if __name__ == "__main__":
