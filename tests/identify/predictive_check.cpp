@@ -9,6 +9,7 @@
 #include <map>
 
 #include "tests/helpers.hpp"
+#include "tests/identify/three_sines.hpp"
 
 namespace decid {
 namespace {
@@ -17,19 +18,8 @@ using posterior::State;
 using test::check_error;
 using test::near;
 
-/// Three cycles of 10 s.
 const sim::Simulator& simulator() {
-  static const sim::Simulator one([] {
-    sim::Protocol protocol;
-    protocol.name = "sines";
-    protocol.experiment.stimulus = sim::Sines{
-        .components = {{.frequency_hz = 0.2, .amplitude_deg = 0.7}, {.frequency_hz = 0.6, .amplitude_deg = 0.3}},
-        .cycle_s = 10.0,
-        .cycles = 3};
-    protocol.noise.vestibular.low_hz = 0.05;
-    protocol.noise.vestibular.period_s = 60.0;
-    return protocol;
-  }());
+  static const sim::Simulator one(test::three_sines());
   return one;
 }
 const PredictiveChecker& checker() {

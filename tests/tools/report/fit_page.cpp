@@ -9,11 +9,14 @@
 
 #include "tests/near.hpp"
 #include "tests/tools/report/fitted.hpp"
+#include "tests/tools/report/page_text.hpp"
 
 namespace {
 
 using namespace decid;
 using posterior::Posterior;
+using test::block_of;
+using test::count;
 using test::near;
 using test::within;
 using json = nlohmann::json;
@@ -27,18 +30,6 @@ const FittedRecordings& fitted() {
 
 std::string page_of(const FittedRecordings& all) {
   return tools::fit_report_html("9.8.7", test::quick_request(), all);
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++found;
-  return found;
-}
-
-std::string block_of(const std::string& page) {
-  const std::string mark = "id=\"report-data\">";
-  const std::size_t start = page.find(mark) + mark.size();
-  return page.substr(start, page.find("</script", start) - start);
 }
 
 const json& data() {

@@ -9,23 +9,11 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "identify/fit_recordings.hpp"
+#include "tests/identify/three_sines.hpp"
 
 namespace decid::test {
 
 inline const char* const hostile_name = "</script><script>document.body.dataset.error='markup'</script>.csv";
-
-/// 30 s of sines, three cycles.
-inline sim::Protocol three_sines() {
-  sim::Protocol protocol;
-  protocol.name = "sines";
-  protocol.experiment.stimulus = sim::Sines{
-      .components = {{.frequency_hz = 0.2, .amplitude_deg = 0.7}, {.frequency_hz = 0.6, .amplitude_deg = 0.3}},
-      .cycle_s = 10.0,
-      .cycles = 3};
-  protocol.noise.vestibular.low_hz = 0.05;
-  protocol.noise.vestibular.period_s = 60.0;
-  return protocol;
-}
 
 inline FitRequest quick_request() {
   FitRequest request;

@@ -12,11 +12,14 @@
 
 #include "base/error.hpp"
 #include "tests/near.hpp"
+#include "tests/tools/report/page_text.hpp"
 
 namespace {
 
 using decid::Identification;
 using decid::Identifications;
+using decid::test::block_of;
+using decid::test::count;
 using decid::test::near;
 using decid::tools::ReportModel;
 using json = nlohmann::json;
@@ -50,19 +53,6 @@ Identifications recording() {
     made.estimate.image.push_back(static_cast<float>(3.0 * std::sin(0.37 * i) * std::exp(-0.0005 * (i % 12100))));
   }
   return all;
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++found;
-  return found;
-}
-
-// The JSON block, from its mark to the first end of a script element: what a browser would take.
-std::string block_of(const std::string& page) {
-  const std::string mark = "id=\"report-data\">";
-  const std::size_t start = page.find(mark) + mark.size();
-  return page.substr(start, page.find("</script", start) - start);
 }
 
 json data_of(const Identifications& all) {
