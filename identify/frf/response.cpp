@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/math.hpp"
 #include "base/text.hpp"
+#include "identify/posterior/density.hpp"
 #include "identify/posterior/elementary.hpp"
 #include "sim/frf.hpp"
 #include "sim/noise.hpp"
@@ -24,14 +25,6 @@ constexpr int velocity_levels = 64;     // straight lines between them
 constexpr double level_in_use = 1e-9;   // of the cycle's intervals
 constexpr double each_harmonic = 1e12;  // bands a decade: no two harmonics in one
 constexpr double least_deviation = 1e-12;
-
-const sim::Protocol& checked(const sim::Protocol& protocol) {
-  protocol.validate();
-  if (&protocol.parameters() != &sim::single_pendulum().parameters)
-    throw Error("protocol " + protocol.name, "has another body model than the single pendulum",
-                "the posterior is written for that one");
-  return protocol;
-}
 
 /// Steady cycle of the platform's velocity, seen through its harmonics.
 class Cycle {
@@ -181,7 +174,7 @@ ResponseModel::Line ResponseModel::line_at(double frequency_hz, double weight) c
 }
 
 ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
-    : protocol_(checked(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
+    : protocol_(posterior::of_single_pendulum(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
   const Cycle cycle(protocol.experiment);
   const std::vector<double> levels = cycle.levels_rad_s();
   const std::vector<double> shares = cycle.shares(levels);

@@ -21,8 +21,7 @@ constexpr int attempts = 1000;                   // at a possible draw from the 
 constexpr double kept_share = 0.5;               // of the population's effective number, from one power to the next
 constexpr int bisections = 50;                   // of the next power
 constexpr double shortest = 0.2, longest = 1.4;  // jumps, in standard deviations by the information
-// Jumps with drift gave 12, without it 7 effective draws of the slowest coordinate in 1000 evaluations, mixed 10 (24
-// synthetic tables); those without it serve where the information misleads.
+// Jumps with drift decorrelate faster; those without it serve where the information misleads.
 constexpr double drifting = 0.75;    // share of the jumps
 constexpr double of_uniform = 12.0;  // one over the variance between 0 and 1
 constexpr std::size_t most_coordinates = 28;

@@ -206,7 +206,8 @@ void ChainGroup::restart_stuck() {
   }
 }
 
-void ChainGroup::begin_round() {
+void ChainGroup::begin_round(bool last) {
+  last_round_ = last;
   for (std::size_t l = 0; l < lanes; ++l) {
     states_[l].clear();
     energy_[l].clear();
@@ -236,7 +237,7 @@ void ChainGroup::draw(int count) {
     }
     acceptance_ += (accepted - acceptance_) / draws();
     if (draws() % apart_ == 0) keep();
-    learn(draws(), settings_.trial_draws);
+    if (!last_round_) learn(draws(), settings_.trial_draws);
   }
 }
 

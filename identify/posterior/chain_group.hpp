@@ -23,8 +23,8 @@ class ChainGroup {
   using Report = std::function<void(const char* stage, double done)>;
   /// From anywhere to where draws are worth something: see posterior.hpp. done: of the warming up.
   void warm_up(std::span<const State> starts, const Report& report);
-  /// Forgets what was drawn, and adapts the steps.
-  void begin_round();
+  /// Forgets what was drawn, and adapts the steps. last: nothing will be learned from the round.
+  void begin_round(bool last);
   void draw(int count);
   /// The draws on trial become one more window of warming up.
   void learn_from_round();
@@ -75,6 +75,7 @@ class ChainGroup {
   std::array<std::vector<State>, lanes> states_;
   std::array<std::vector<double>, lanes> energy_;
   std::array<std::vector<std::vector<double>>, lanes> points_;
+  bool last_round_ = false;
   int apart_ = 1, divergences_ = 0;
   double acceptance_ = 0.0;
 };

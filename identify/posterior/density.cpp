@@ -41,14 +41,6 @@ const Priors& checked(const Priors& priors) {
   return priors;
 }
 
-const sim::Protocol& checked(const sim::Protocol& protocol) {
-  protocol.validate();
-  if (&protocol.parameters() != &sim::single_pendulum().parameters)
-    throw Error("protocol " + protocol.name, "has another body model than the single pendulum",
-                "the posterior is written for that one");
-  return protocol;
-}
-
 /// Samples in a block, for blocks of about 100 ms.
 int samples_per_block(const sim::Experiment& experiment) {
   return std::max(1, static_cast<int>(std::floor(block_ms / experiment.steps_per_sample() + 0.5)));
@@ -96,8 +88,16 @@ void put(AlignedVector<double>& values, Complex value) {
 
 }  // namespace
 
+const sim::Protocol& of_single_pendulum(const sim::Protocol& protocol) {
+  protocol.validate();
+  if (&protocol.parameters() != &sim::single_pendulum().parameters)
+    throw Error("protocol " + protocol.name, "has another body model than the single pendulum",
+                "the posterior is written for that one");
+  return protocol;
+}
+
 Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
-    : protocol_(checked(protocol)),
+    : protocol_(of_single_pendulum(protocol)),
       priors_(checked(priors)),
       ranges_(protocol.ranges()),
       isa_(isa),

@@ -49,6 +49,9 @@ struct Observation {
   double noise_deg = 0.0;        ///< the sensor's white noise by the samples' second differences
 };
 
+/// The protocol, if it is valid and its body is the one that posteriors are written for; else throws Error.
+const sim::Protocol& of_single_pendulum(const sim::Protocol& protocol);
+
 /// Immutable: one serves all threads, each with a Workspace of its own.
 class Density {
  public:

@@ -21,6 +21,10 @@ double deviation(std::span<const double> draws) {
 
 double quantile(std::vector<double> draws, double share) {
   std::sort(draws.begin(), draws.end());
+  return quantile_of_sorted(draws, share);
+}
+
+double quantile_of_sorted(std::span<const double> draws, double share) {
   const double place = share * static_cast<double>(draws.size() - 1);
   const auto below = static_cast<std::size_t>(place);
   const std::size_t above = std::min(below + 1, draws.size() - 1);

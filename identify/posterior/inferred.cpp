@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/math.hpp"
 #include "base/text.hpp"
+#include "identify/posterior/draws.hpp"
 
 namespace decid::posterior {
 namespace {
@@ -34,18 +35,12 @@ Band band_of(std::span<const double> values, int times) {
     throw Error("band of draws", format("%zu values at %d times", values.size(), times), "give each time as many");
   Band band;
   std::vector<double> here(values.size() / count);
-  const auto quantile = [&](double share) {
-    const double place = share * static_cast<double>(here.size() - 1);
-    const auto below = static_cast<std::size_t>(place);
-    const std::size_t above = std::min(below + 1, here.size() - 1);
-    return here[below] + (place - static_cast<double>(below)) * (here[above] - here[below]);
-  };
   for (std::size_t time = 0; time < count; ++time) {
     for (std::size_t draw = 0; draw < here.size(); ++draw) here[draw] = values[draw * count + time];
     std::ranges::sort(here);
-    band.low.push_back(quantile(0.05));
-    band.middle.push_back(quantile(0.5));
-    band.high.push_back(quantile(0.95));
+    band.low.push_back(quantile_of_sorted(here, 0.05));
+    band.middle.push_back(quantile_of_sorted(here, 0.5));
+    band.high.push_back(quantile_of_sorted(here, 0.95));
   }
   return band;
 }

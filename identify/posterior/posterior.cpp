@@ -97,8 +97,8 @@ class Run {
           starts, group == 0 ? of_warming : [](const char*, double) {});
     });
     for (int round = 1; !stopped_; ++round) {
-      in_parallel([&](int group) { at(group).begin_round(); });
       const bool last = round == settings_.rounds;
+      in_parallel([&](int group) { at(group).begin_round(last); });
       if (draw_round(last) || last) break;
       in_parallel([&](int group) { at(group).learn_from_round(); });
     }

@@ -18,23 +18,12 @@ using posterior::Density;
 using posterior::Posterior;
 
 Json diagnostics_json(const Posterior& found, const sim::ParameterTable& table) {
-  std::vector<std::string> names = table.names();
-  for (const char* name : {"sensor_noise_deg", "start_s", "gain"}) names.emplace_back(name);
-  Json rhat, effective;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    rhat[names[i]] = number_or_null(found.rhat()[i]);
-    effective[names[i]] = number_or_null(found.effective_draws()[i]);
-  }
-  return {{"rhat", std::move(rhat)},
-          {"effective_draws", std::move(effective)},
-          {"divergences", found.divergences()},
-          {"energy_fraction", number_or_null(found.energy_fraction())},
-          {"agreed", found.agreed()},
-          {"chains", found.chains()},
-          {"draws", found.draws()},
-          {"restarts", found.restarts()},
-          {"acceptance", found.acceptance()},
-          {"gradients", found.leaps()}};
+  Json json = common_diagnostics(found, table.names(), {"sensor_noise_deg", "start_s", "gain"});
+  json["divergences"] = found.divergences();
+  json["energy_fraction"] = number_or_null(found.energy_fraction());
+  json["restarts"] = found.restarts();
+  json["gradients"] = found.leaps();
+  return json;
 }
 
 Json check_json(const PredictiveCheck& check) {

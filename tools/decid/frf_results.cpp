@@ -63,20 +63,9 @@ Json table_json(const FrfReport& report) {
 }
 
 Json diagnostics_json(const frf::Fit& found, const sim::ParameterTable& table) {
-  std::vector<std::string> names = table.names();
-  for (const char* name : {"gain", "error"}) names.emplace_back(name);
-  Json rhat, effective;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    rhat[names[i]] = number_or_null(found.rhat()[i]);
-    effective[names[i]] = number_or_null(found.effective_draws()[i]);
-  }
-  return {{"rhat", std::move(rhat)},
-          {"effective_draws", std::move(effective)},
-          {"agreed", found.agreed()},
-          {"chains", found.chains()},
-          {"draws", found.draws()},
-          {"acceptance", found.acceptance()},
-          {"evaluations", found.evaluations()}};
+  Json json = common_diagnostics(found, table.names(), {"gain", "error"});
+  json["evaluations"] = found.evaluations();
+  return json;
 }
 
 sim::Parameters means(const FrfReport& report) {

@@ -2,8 +2,11 @@
 // deviation(), quantile() and correlation() of its quantities, by number; the parameters come first.
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "base/json_object.hpp"
 #include "base/text.hpp"
@@ -46,6 +49,21 @@ Json correlations_json(const Found& found, std::size_t parameters) {
       row.push_back(found.correlation(static_cast<int>(a), static_cast<int>(b)));
   }
   return rows;
+}
+
+/// What every sampler says of its draws; names: of the parameters, `others` of the quantities
+/// behind them.
+template <class Found>
+Json common_diagnostics(const Found& found, std::vector<std::string> names, std::initializer_list<const char*> others) {
+  names.insert(names.end(), others.begin(), others.end());
+  Json rhat, effective;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    rhat[names[i]] = number_or_null(found.rhat()[i]);
+    effective[names[i]] = number_or_null(found.effective_draws()[i]);
+  }
+  return {{"rhat", std::move(rhat)},  {"effective_draws", std::move(effective)},
+          {"agreed", found.agreed()}, {"chains", found.chains()},
+          {"draws", found.draws()},   {"acceptance", found.acceptance()}};
 }
 
 /// A table's line of one parameter, up to its range; `value` stands for it, `note` before the range.
