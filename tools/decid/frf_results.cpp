@@ -6,7 +6,6 @@
 
 #include "dataset/npz/arrays.hpp"
 #include "tools/decid/posterior_results.hpp"
-#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {

@@ -11,6 +11,7 @@
 #include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "sim/parameters.hpp"
+#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 
