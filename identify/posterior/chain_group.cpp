@@ -89,7 +89,7 @@ double ChainGroup::first_noise_deg() const {
 void ChainGroup::metric_from_here() {
   const std::size_t size = triangle(static_cast<std::size_t>(density_.size()));
   std::vector<double> matrices(size * lanes), mean(size, 0.0);
-  sampler_.information(matrices);
+  sampler_.information(sampler_.coordinates(), matrices);
   add_mean(matrices, mean);
   sampler_.set_metric(mean);
 }
@@ -139,13 +139,12 @@ void ChainGroup::warm_up(std::span<const State> starts, const Report& report) {
 void ChainGroup::begin_window() {
   fit_.next_window();
   globals_.clear();
-  informations_.clear();
   places_.clear();
   log_noise_.fill(0.0);
 }
 
 /// After move 1, 2, ... of a window of so many: in the first third chains are on their way, then every move is a point
-/// of the chart's fit. The last moves of three parts of the window have the information too.
+/// of the chart's fit. Where the last moves of three parts of the window end, the information is asked for too.
 void ChainGroup::learn(int move, int moves) {
   if (move > moves) return;
   const std::span<const double> x = sampler_.coordinates();
@@ -159,25 +158,26 @@ void ChainGroup::learn(int move, int moves) {
     }
     if (!informed) fit_.add(x);
   }
-  if (!informed) return;
-  std::vector<double>& information =
-      informations_.emplace_back(triangle(static_cast<std::size_t>(density_.size())) * lanes);
-  sampler_.information(information);
-  places_.emplace_back(x.begin(), x.end());
-  std::vector<double> factors = information;
-  fit_.add(x, factors);
+  if (informed) places_.emplace_back(x.begin(), x.end());
 }
 
 /// A chart and a metric from the window, and the length of transitions.
 void ChainGroup::end_window() {
+  const std::size_t size = triangle(static_cast<std::size_t>(density_.size()));
+  std::vector<std::vector<double>> informations(places_.size(), std::vector<double>(size * lanes));
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    sampler_.information(places_[i], informations[i]);
+    std::vector<double> factors = informations[i];
+    fit_.add(places_[i], factors);
+  }
   const Chart chart = fit_.fit();
   Chart::Workspace work;
-  std::vector<double> metric(triangle(static_cast<std::size_t>(density_.size())), 0.0);
-  for (std::size_t i = 0; i < informations_.size(); ++i) {
-    chart.change_information(places_[i], informations_[i], work, density_.isa());
-    add_mean(informations_[i], metric);
+  std::vector<double> metric(size, 0.0);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    chart.change_information(places_[i], informations[i], work, density_.isa());
+    add_mean(informations[i], metric);
   }
-  for (double& value : metric) value /= static_cast<double>(informations_.size());
+  for (double& value : metric) value /= static_cast<double>(places_.size());
   if (sampler_.set_metric(metric)) sampler_.set_chart(chart);
   restart_stuck();
   const double leaps = leaps_per_width * sampler_.widest(globals_) / sampler_.middle_step();
@@ -222,7 +222,7 @@ void ChainGroup::begin_round(bool last) {
 }
 
 void ChainGroup::learn_from_round() {
-  if (!informations_.empty() && !globals_.empty()) end_window();
+  if (!places_.empty() && !globals_.empty()) end_window();
 }
 
 void ChainGroup::draw(int count) {

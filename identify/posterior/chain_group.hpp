@@ -67,9 +67,8 @@ class ChainGroup {
   // Of the window that runs.
   ChartFit fit_;
   std::vector<Globals> globals_;
-  std::vector<std::vector<double>> informations_;  // at places_
-  std::vector<AlignedVector<double>> places_;
-  Sampler::Lanes log_noise_{};  // sums of each chain over the points of globals_
+  std::vector<AlignedVector<double>> places_;  // where the information is needed
+  Sampler::Lanes log_noise_{};                 // sums of each chain over the points of globals_
 
   // Of the round that runs.
   std::array<std::vector<State>, lanes> states_;

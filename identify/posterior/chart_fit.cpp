@@ -43,8 +43,8 @@ struct ChartFit::LeastSquares {
               std::fma(transposed[i * rows + n], transposed[j * rows + n], normal[triangle(i) + j]);
       normal[triangle(i) + i] += damping[i];
     }
-    if (!factorize(features, normal)) return {};
-    invert_lower(features, normal);
+    AlignedVector<double> work(inverse_work(features));
+    if (!run.inverse_factor(static_cast<int>(features), normal.data(), work.data())) return {};
     std::vector<double> solution(features * targets);
     AlignedVector<double> in(rows * lanes), product(features * lanes), half(features * lanes), out(features * lanes);
     for (std::size_t group = 0; group < groups; ++group) {

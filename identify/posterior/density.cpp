@@ -19,10 +19,10 @@ namespace {
 
 using sim::Complex;
 
-constexpr double top_hz = 5.0, block_ms = 100.0, bin_ms = 50.0;
-constexpr double padding = 1.48;       // the transforms, beside the trial
-constexpr double whole_damping = 9.0;  // c times the transforms' length: what wraps around is e^-9 of itself
-constexpr double nv_scale = 0.05;      // kappa: below it the noise's coefficients are non-centred
+constexpr double full_hz = 3.0, top_hz = 5.0, block_ms = 100.0, bin_ms = 50.0;
+constexpr double whole_damping = 10.0;  // c times the transforms' length: what wraps around is e^-10 of itself
+constexpr int spare_blocks = 40;        // of the transforms, beside the trial: more than the latest start
+constexpr double nv_scale = 0.05;       // kappa: below it the noise's coefficients are non-centred
 constexpr int fewest_blocks = 20;
 
 constexpr double latest_start_s = 1.0, largest_gain = 0.9;  // so that the loop's turns are small, and the gain positive
@@ -75,6 +75,15 @@ Complex step_turn(double damping, long long k, long long steps) {
   return {size * cos, size * sin};
 }
 
+/// The share of a frequency that is looked at: 1, then down to 0 with all derivatives. A sharp edge rings through the
+/// whole trial, and undoing the damping raises that.
+double kept(double hz) {
+  const double u = (hz - full_hz) / (top_hz - full_hz);
+  if (u <= 0.0) return 1.0;
+  if (u >= 1.0) return 0.0;
+  return 1.0 / (1.0 + decid::exp(std::clamp(1.0 / (1.0 - u) - 1.0 / u, -700.0, 700.0)));
+}
+
 /// (sin a - a), by its series: |a| stays below 0.1.
 double sine_excess(double a) {
   const double z = a * a;
@@ -106,7 +115,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
       first_step_(0),
       bins_(0),
       padded_bins_(0),
-      padded_blocks_(sim::smooth_length(static_cast<int>(padding * protocol.samples() / block_samples_) + 1)),
+      padded_blocks_(sim::smooth_length(protocol.samples() / block_samples_ + spare_blocks)),
       blocks_(protocol.samples() / block_samples_),
       frequencies_(0),
       damping_(0.0),
@@ -178,7 +187,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     Complex sample = 1.0, mean = 0.0, turn = 1.0;
     for (int j = 0; j < experiment.steps_per_sample(); ++j) turn *= z;
     for (int j = 0; j < block_samples_; ++j, sample *= turn) mean += sample;
-    put(observe_, mean / static_cast<double>(block_samples_));
+    put(observe_, mean * (kept(k / padded_s) / block_samples_));
     put(platform_, spectrum[static_cast<std::size_t>(k)]);
   }
   for (int block = 0; block < blocks_; ++block)

@@ -4,8 +4,8 @@
 // The dead band acts on the platform's velocity plus noise, never on the body: a kink without memory, then a linear
 // system. So the sway is the transform of what passes the dead band, in bins of some 50 ms, times the transfer function
 // of the simulator's own 1 ms steps. It is taken on the contour s = c + i w, c > 0: with the damped transform the start
-// from rest is exact and nothing wraps around. Sway is averaged to some 10 Hz and looked at below 5 Hz. What sin(a)
-// lacks of a is a torque that the recorded sway gives.
+// from rest is exact and nothing wraps around. Sway is averaged to some 10 Hz and looked at below 3 Hz,
+// less and less up to 5 Hz. What sin(a) lacks of a is a torque that the recorded sway gives.
 //
 // Coordinates, all with a standard normal prior but for the noise's: parameter p = low + range * Phi(x), so uniform in
 // its range; logarithm of the sensor's noise; start and gain as parameters; coefficients w of the vestibular noise,
@@ -107,7 +107,7 @@ class Density {
     AlignedVector<double> velocity, passed, by_low, by_high, by_theta, by_passed, by_velocity;
     AlignedVector<double> bins_spectrum, sway_spectrum, delayed, inverse, sway, observe, loop_spectrum, modelled,
         residual;
-    AlignedVector<double> fft_work, noise_work, columns, products, noise_column, response;
+    AlignedVector<double> fft_work, noise_work, column, columns, products, noise_column, response;
   };
 
   // These throw Error for spans of other sizes, and for the observation of another density.

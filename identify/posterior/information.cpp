@@ -65,8 +65,11 @@ void Density::information(const Observation& observation, std::span<const double
   std::array<double, lanes> squares;
   forward(observation, x, c, work, squares.data());
   const auto count = static_cast<std::size_t>(size()), noises = static_cast<std::size_t>(noise_.size());
-  const std::size_t blocks_of_columns = (count + 3) / 4, column_size = static_cast<std::size_t>(blocks_) * lanes;
-  work.columns.assign(4 * blocks_of_columns * column_size, 0.0);
+  const auto rows = static_cast<std::size_t>(blocks_);
+  const std::size_t blocks_of_columns = (count + 3) / 4, strips = (rows + strip_rows - 1) / strip_rows;
+  constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;  // of a column
+  work.columns.assign(strips * 4 * blocks_of_columns * strip_size, 0.0);
+  work.column.resize(rows * lanes);
   work.products.assign(blocks_of_columns * (blocks_of_columns + 1) / 2 * 16 * lanes, 0.0);
   work.noise_column.resize(static_cast<std::size_t>(noise_.edges()));
 
@@ -74,12 +77,16 @@ void Density::information(const Observation& observation, std::span<const double
   // The column of the change of the observed sway whose transform is in work.sway_spectrum.
   const auto write_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
     to_blocks(work);
-    double* out = work.columns.data() + column * column_size;
-    run.residual(blocks_, drift_decay_, silence.data(), work.modelled.data(), undamp_.data(), out, squares.data());
+    const double* in = work.column.data();
+    run.residual(blocks_, drift_decay_, silence.data(), work.modelled.data(), undamp_.data(), work.column.data(),
+                 squares.data());
     std::array<double, lanes> factor;
     for (std::size_t l = 0; l < lanes; ++l) factor[l] = -factors[l] / c.noise_rad[l];
-    for (std::size_t m = 0; m < static_cast<std::size_t>(blocks_); ++m)
-      for (std::size_t l = 0; l < lanes; ++l) out[m * lanes + l] *= factor[l];
+    for (std::size_t m = 0; m < rows; ++m) {
+      const std::size_t strip = m / strip_rows, row = m % strip_rows;
+      double* out = work.columns.data() + (strip * 4 * blocks_of_columns + column) * strip_size + row * lanes;
+      for (std::size_t l = 0; l < lanes; ++l) out[l] = in[m * lanes + l] * factor[l];
+    }
   };
 
   // Those of the loop, from the state that the way there left; then of what the dead band passes.
@@ -133,7 +140,8 @@ void Density::information(const Observation& observation, std::span<const double
     passed_column(i, c.noise_gain);
   }
   std::fill(work.loop_spectrum.begin(), work.loop_spectrum.end(), 0.0);
-  run.add_products(blocks_, static_cast<int>(blocks_of_columns), work.columns.data(), work.products.data());
+  run.add_products(static_cast<int>(strips), static_cast<int>(blocks_of_columns), work.columns.data(),
+                   work.products.data());
 
   const double* products = work.products.data();
   for (std::size_t i = 0; i < blocks_of_columns; ++i) {

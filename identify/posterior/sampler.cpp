@@ -28,14 +28,14 @@ Sampler::Sampler(const Density& density, const Observation& observation, std::ui
   begin_adapting(0.1);
 }
 
-void Sampler::information(std::span<double> matrices) {
-  density_.information(observation_, x_, matrices, work_, fixed_noise_deg_);
+void Sampler::information(std::span<const double> x, std::span<double> matrices) {
+  density_.information(observation_, x, matrices, work_, fixed_noise_deg_);
 }
 
 bool Sampler::set_metric(std::span<const double> information) {
   std::vector<double> factor(information.begin(), information.end());
-  if (!factorize(size_, factor)) return false;
-  invert_lower(size_, factor);
+  AlignedVector<double> work(inverse_work(size_));
+  if (!kernels(density_.isa()).inverse_factor(static_cast<int>(size_), factor.data(), work.data())) return false;
   metric_ = std::move(factor);
   return true;
 }

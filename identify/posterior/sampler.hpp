@@ -30,8 +30,8 @@ class Sampler {
   /// For a start that is annealed: the sensor's noise is this; empty: it is a coordinate like the others.
   void fix_noise(std::optional<double> noise_deg) noexcept { fixed_noise_deg_ = noise_deg; }
 
-  /// The information of each chain at its point: see Density::information.
-  void information(std::span<double> matrices);
+  /// See Density::information.
+  void information(std::span<const double> x, std::span<double> matrices);
   /// Leaps are in its coordinates from here on, and the metric is of these.
   void set_chart(Chart chart) { chart_ = std::move(chart); }
   /// The metric becomes this: the inverse of a covariance. False, and nothing changes, if it is not positive definite.

@@ -307,7 +307,8 @@ constexpr Kernels kernel_table{.dead_band = dead_band<V>,
                                .add_times = add_times<V>,
                                .subtract_times = subtract_times<V>,
                                .squares = squares<V>,
-                               .add_products = add_products<V>};
+                               .add_products = add_products<V>,
+                               .inverse_factor = inverse_factor<V>};
 
 }  // namespace
 }  // namespace decid::posterior

@@ -251,14 +251,13 @@ void squares(int size, const double* values, double* sums) {
   }
 }
 
-/// A block of 4 x 4 sums stays in registers while 32 rows of 4 and 4 columns pass by, which fit into the first cache.
+/// A block of 4 x 4 sums stays in registers while a strip of 4 and 4 columns passes by, which fit into the first cache;
+/// a strip of all columns fits into the second.
 template <class V>
-void add_products(int rows, int blocks, const double* columns, double* products) {
+void add_products(int strips, int blocks, const double* columns, double* products) {
   using D = typename V::D;
-  constexpr std::ptrdiff_t most = 32;
-  const std::ptrdiff_t apart = std::ptrdiff_t{rows} * lanes;
-  for (std::ptrdiff_t first = 0; first < rows; first += most) {
-    const std::ptrdiff_t last = first + most < rows ? first + most : rows;
+  constexpr std::ptrdiff_t apart = std::ptrdiff_t{strip_rows} * lanes;
+  for (std::ptrdiff_t strip = 0; strip < strips; ++strip, columns += 4 * blocks * apart) {
     double* sums = products;
     for (std::ptrdiff_t i = 0; i < blocks; ++i) {
       for (std::ptrdiff_t j = 0; j <= i; ++j, sums += std::ptrdiff_t{16} * lanes) {
@@ -268,7 +267,7 @@ void add_products(int rows, int blocks, const double* columns, double* products)
           D sum[16];
 #pragma GCC unroll 16
           for (int n = 0; n < 16; ++n) sum[n] = V::load(sums + n * lanes + at);
-          for (std::ptrdiff_t m = first * lanes; m < last * lanes; m += lanes) {
+          for (std::ptrdiff_t m = 0; m < apart; m += lanes) {
             D right[4];
 #pragma GCC unroll 4
             for (int n = 0; n < 4; ++n) right[n] = V::load(b + n * apart + m);
@@ -285,6 +284,105 @@ void add_products(int rows, int blocks, const double* columns, double* products)
       }
     }
   }
+}
+
+/// Rows first, ..., first + lanes - 1 of the Cholesky factor of a matrix, from the rows above, side by side in `panel`:
+/// value k of row first + l at [k * lanes + l]. False if a diagonal is not positive or not finite.
+template <class V>
+bool factorize_panel(std::ptrdiff_t first, std::ptrdiff_t last, const double* factor, double* panel) {
+  using D = typename V::D;
+  const auto row = [factor](std::ptrdiff_t i) { return factor + i * (i + 1) / 2; };
+  for (int v = 0; v < vectors<V>; ++v) {
+    double* p = panel + v * V::width;
+    std::ptrdiff_t j = 0;
+    for (; j + 4 <= first; j += 4) {
+      const double *r0 = row(j), *r1 = row(j + 1), *r2 = row(j + 2), *r3 = row(j + 3);
+      D a = V::load(p + j * lanes), b = V::load(p + (j + 1) * lanes), c = V::load(p + (j + 2) * lanes),
+        d = V::load(p + (j + 3) * lanes);
+      for (std::ptrdiff_t k = 0; k < j; ++k) {
+        const D here = -V::load(p + k * lanes);
+        a = V::fma(here, V::set(r0[k]), a);
+        b = V::fma(here, V::set(r1[k]), b);
+        c = V::fma(here, V::set(r2[k]), c);
+        d = V::fma(here, V::set(r3[k]), d);
+      }
+      a = a / V::set(r0[j]);
+      b = V::fma(-a, V::set(r1[j]), b) / V::set(r1[j + 1]);
+      c = V::fma(-b, V::set(r2[j + 1]), V::fma(-a, V::set(r2[j]), c)) / V::set(r2[j + 2]);
+      d = V::fma(-a, V::set(r3[j]), d);
+      d = V::fma(-c, V::set(r3[j + 2]), V::fma(-b, V::set(r3[j + 1]), d)) / V::set(r3[j + 3]);
+      V::store(p + j * lanes, a);
+      V::store(p + (j + 1) * lanes, b);
+      V::store(p + (j + 2) * lanes, c);
+      V::store(p + (j + 3) * lanes, d);
+    }
+    for (; j < first; ++j) {
+      D value = V::load(p + j * lanes);
+      for (std::ptrdiff_t k = 0; k < j; ++k) value = V::fma(-V::load(p + k * lanes), V::set(row(j)[k]), value);
+      V::store(p + j * lanes, value / V::set(row(j)[j]));
+    }
+  }
+  for (std::ptrdiff_t j = first; j < last; ++j) {
+    double diagonal = 0.0;
+    for (std::ptrdiff_t l = j - first; l < last - first; ++l) {
+      double value = panel[j * lanes + l];
+      for (std::ptrdiff_t k = 0; k < j; ++k)
+        value = __builtin_fma(-panel[k * lanes + l], panel[k * lanes + j - first], value);
+      if (l == j - first) {
+        if (!(value > 0.0 && __builtin_isfinite(value))) return false;
+        diagonal = __builtin_sqrt(value);
+      }
+      panel[j * lanes + l] = l == j - first ? diagonal : value / diagonal;
+    }
+  }
+  return true;
+}
+
+/// The inverse of a factor in a square of rows that are `stride` apart, zeros right of the diagonal; then back.
+template <class V>
+void invert_factor(std::ptrdiff_t size, std::ptrdiff_t stride, double* factor, double* inverse) {
+  using D = typename V::D;
+  constexpr std::ptrdiff_t together = 4 * V::width;
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    const double* row = factor + i * (i + 1) / 2;
+    double* out = inverse + i * stride;
+    const double diagonal = 1.0 / row[i];
+    const D factor_of_row = V::set(-diagonal);
+    for (std::ptrdiff_t j = 0; j < stride; j += together) {
+      D a = V::set(0.0), b = a, c = a, d = a;
+      for (std::ptrdiff_t k = j; k < i; ++k) {
+        const double* above = inverse + k * stride + j;
+        const D here = V::set(row[k]);
+        a = V::fma(here, V::load(above), a);
+        b = V::fma(here, V::load(above + V::width), b);
+        c = V::fma(here, V::load(above + 2 * V::width), c);
+        d = V::fma(here, V::load(above + 3 * V::width), d);
+      }
+      V::store(out + j, a * factor_of_row);
+      V::store(out + j + V::width, b * factor_of_row);
+      V::store(out + j + 2 * V::width, c * factor_of_row);
+      V::store(out + j + 3 * V::width, d * factor_of_row);
+    }
+    for (std::ptrdiff_t j = i; j < stride; ++j) out[j] = j == i ? diagonal : 0.0;
+  }
+  for (std::ptrdiff_t i = 0; i < size; ++i)
+    for (std::ptrdiff_t j = 0; j <= i; ++j) factor[i * (i + 1) / 2 + j] = inverse[i * stride + j];
+}
+
+template <class V>
+bool inverse_factor(int size, double* matrix, double* work) {
+  const auto row = [matrix](std::ptrdiff_t i) { return matrix + i * (i + 1) / 2; };
+  for (std::ptrdiff_t first = 0; first < size; first += lanes) {
+    const std::ptrdiff_t last = first + lanes < size ? first + lanes : size;
+    for (std::ptrdiff_t j = 0; j < last; ++j)
+      for (std::ptrdiff_t l = 0; l < lanes; ++l)
+        work[j * lanes + l] = first + l < last && j <= first + l ? row(first + l)[j] : 0.0;
+    if (!factorize_panel<V>(first, last, matrix, work)) return false;
+    for (std::ptrdiff_t i = first; i < last; ++i)
+      for (std::ptrdiff_t j = 0; j <= i; ++j) row(i)[j] = work[j * lanes + i - first];
+  }
+  invert_factor<V>(size, (size + 31) / 32 * 32, matrix, work);
+  return true;
 }
 
 }  // namespace

@@ -3,12 +3,19 @@
 // [(2 n + 1) * lanes + l].
 #pragma once
 
+#include <cstddef>
+
 #include "base/isa.hpp"
 #include "sim/fft.hpp"
 
 namespace decid::posterior {
 
 inline constexpr int lanes = sim::fft_lanes;
+inline constexpr int strip_rows = 32;  ///< of add_products
+
+constexpr std::size_t inverse_work(std::size_t size) {
+  return size * ((size + 31) / 32 * 32);
+}
 
 /// The dead band on bins of time, in each of which the platform's velocity and the noise's run linearly.
 struct DeadBandBins {
@@ -114,9 +121,14 @@ struct Kernels {
   void (*subtract_times)(int size, const double* factor, const double* by, double* values);
   /// The sum of squares of each chain.
   void (*squares)(int size, const double* values, double* sums);
-  /// products += columns^t columns, chain by chain. columns: 4 blocks of them, `rows` values each, column after column;
-  /// products: for each block i of four columns and each j <= i the 4 x 4 products of its columns with those of j.
-  void (*add_products)(int rows, int blocks, const double* columns, double* products);
+  /// products += columns^t columns, chain by chain. columns: 4 blocks of them; strips of strip_rows rows, one after the
+  /// other, each column after column; products: for each block i of four columns and each j <= i the 4 x 4 products of
+  /// its columns with those of j.
+  void (*add_products)(int strips, int blocks, const double* columns, double* products);
+  /// One matrix for all chains, its rows to the diagonal one after the other, becomes the inverse of its Cholesky
+  /// factor: the bits of factorize() and invert_lower(). False if it is not positive definite or not finite; it is void
+  /// then. work: inverse_work(size) values.
+  bool (*inverse_factor)(int size, double* matrix, double* work);
 };
 
 const Kernels& kernels(Isa isa);

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/aligned.hpp"
 #include "base/random.hpp"
+#include "identify/posterior/kernels/kernels.hpp"
 #include "tests/near.hpp"
 
 using namespace decid;
@@ -52,6 +54,24 @@ TEST_CASE("factorize: L L^t is the matrix; invert_lower: L times its inverse is 
     const double bound = static_cast<double>(size + 1) * std::numeric_limits<double>::epsilon();
     CHECK(within(worst, 0.0, bound * largest));
     CHECK(within(worst_inverse, 0.0, 100.0 * bound));  // the condition number of L is below 100
+  }
+}
+
+TEST_CASE("inverse_factor: the bits of factorize and invert_lower, for every instruction set") {
+  for (const std::size_t size : {1U, 7U, 8U, 9U, 40U, 67U}) {
+    const std::vector<double> matrix = positive_definite(size);
+    std::vector<double> expected = matrix;
+    REQUIRE(factorize(size, expected));
+    invert_lower(size, expected);
+    for (const Isa isa : available_isas()) {
+      std::vector<double> found = matrix;
+      AlignedVector<double> work(inverse_work(size));
+      CHECK(kernels(isa).inverse_factor(static_cast<int>(size), found.data(), work.data()));
+      CHECK(found == expected);
+      std::vector<double> indefinite = matrix;
+      indefinite.back() = -1.0;
+      CHECK_FALSE(kernels(isa).inverse_factor(static_cast<int>(size), indefinite.data(), work.data()));
+    }
   }
 }
 

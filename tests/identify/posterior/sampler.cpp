@@ -86,7 +86,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: a metric that is not positive definite is ref
   const auto size = static_cast<std::size_t>(density.size());
   CHECK_FALSE(sampler.set_metric(std::vector<double>(triangle(size), 0.0)));
   std::vector<double> matrices(triangle(size) * lanes), information(triangle(size));
-  sampler.information(matrices);
+  sampler.information(sampler.coordinates(), matrices);
   for (std::size_t i = 0; i < information.size(); ++i) information[i] = matrices[i * lanes];
   CHECK(sampler.set_metric(information));
 }
