@@ -10,26 +10,20 @@
 namespace decid::posterior {
 namespace {
 
-constexpr double least_noise_deg = 2e-4;  // the model's own error is about this
+constexpr double least_noise_deg = 3.2e-3;  // in the mean of a block this is the model's own error
 
 // Chosen on trials of a seed that no figure is quoted for.
 constexpr double lowering = 2.0, highest_noise_deg = 3.0;
 constexpr int annealing_leaps = 20;
-constexpr int windows = 4, window_informations = 3, first_window_leaps = 48, most_window_leaps = 96;
+constexpr int windows = 3, window_informations = 3, first_window_leaps = 48, most_window_leaps = 96;
 constexpr int settling_moves = 12, fewest_leaps = 16;
 constexpr double leaps_per_width = 2.5;  // steps that cross the widest direction's deviation so often
 constexpr double target_acceptance = 0.8;
-constexpr double stuck_log_noise = 0.04;
+constexpr double stuck_log_noise = 0.04, stranded_log_noise = 0.2;
 
 // Random numbers besides those of the groups' samplers.
 constexpr std::uint64_t starting = std::uint64_t{1} << 32, restarting = std::uint64_t{2} << 32;
 constexpr std::uint64_t most_windows = 64;  // of a group
-
-double root_mean_square(std::span<const double> values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
-  return std::sqrt(sum / static_cast<double>(values.size()));
-}
 
 /// Adds the mean over the chains, a tree of fixed shape.
 void add_mean(std::span<const double> matrices, std::span<double> mean) {
@@ -76,14 +70,24 @@ void ChainGroup::place(std::span<const State> starts) {
   std::transform(noise.begin(), noise.end(), x.begin(), [](double normal) { return 0.01 * normal; });
 }
 
-/// The sensor's noise that the annealing begins with: three times what the chains leave unexplained.
-double ChainGroup::first_noise_deg() const {
+/// What each chain leaves unexplained of the blocks, root mean square.
+Sampler::Lanes ChainGroup::unexplained_deg() const {
   const auto size = static_cast<std::size_t>(density_.blocks()) * lanes;
   std::vector<double> sway(size), residual(size);
   Density::Workspace work(density_);
   density_.model(observation_, sampler_.coordinates(), sway, residual, work);
-  const double unexplained_deg = root_mean_square(residual) / sim::rad_per_deg;
-  return std::clamp(3.0 * unexplained_deg, 2.0 * noise_deg(), std::max(highest_noise_deg, 2.0 * noise_deg()));
+  Sampler::Lanes squares{}, found;
+  for (std::size_t i = 0; i < size; ++i) squares[i % lanes] = std::fma(residual[i], residual[i], squares[i % lanes]);
+  std::ranges::transform(squares, found.begin(),
+                         [&](double sum) { return std::sqrt(sum / density_.blocks()) / sim::rad_per_deg; });
+  return found;
+}
+
+/// The sensor's noise that the annealing begins with: three times what the chains leave unexplained.
+double ChainGroup::first_noise_deg() const {
+  double squares = 0.0;
+  for (const double deg : unexplained_deg()) squares += deg * deg / lanes;
+  return std::clamp(3.0 * std::sqrt(squares), 2.0 * noise_deg(), std::max(highest_noise_deg, 2.0 * noise_deg()));
 }
 
 void ChainGroup::metric_from_here() {
@@ -115,7 +119,7 @@ void ChainGroup::anneal(const Report& report) {
     if (noise <= noise_deg()) break;
     noise = std::max(noise_deg(), noise / lowering);
   }
-  sampler_.fix_noise({});
+  release_noise();
   metric_from_here();
 }
 
@@ -152,7 +156,7 @@ void ChainGroup::learn(int move, int moves) {
   if (3 * move > moves) {
     const auto noises = static_cast<std::size_t>(density_.noise_size());
     for (std::size_t l = 0; l < lanes; ++l) {
-      log_noise_[l] += decid::log(density_.state(x, static_cast<int>(l)).sensor_noise_deg);
+      log_noise_[l] += decid::log(density_.block_noise_rad(density_.state(x, static_cast<int>(l)).sensor_noise_deg));
       Globals& point = globals_.emplace_back();
       for (std::size_t q = 0; q < point.size(); ++q) point[q] = x[(noises + q) * lanes + l];
     }
@@ -186,24 +190,47 @@ void ChainGroup::end_window() {
   ++windows_;
 }
 
-/// A chain that takes more of the recording for the sensor's noise than others do is in a place that explains less of
-/// it: it goes on from where one of those is that explain most. The mean of the logarithm of the noise over a window
-/// is known to 0.01, and 0.04 more stand for a likelihood that is e^-48 of theirs at 1210 blocks.
-void ChainGroup::restart_stuck() {
-  const double counted = static_cast<double>(globals_.size()) / lanes;
-  const double limit = *std::ranges::min_element(log_noise_) + stuck_log_noise * counted;
+/// Chains whose logarithm of the sensor's noise is further above the least one go on from where one of the others is.
+void ChainGroup::restart(const Sampler::Lanes& log_noise, double limit) {
+  const double highest = *std::ranges::min_element(log_noise) + limit;
   std::vector<std::size_t> good;
   for (std::size_t l = 0; l < lanes; ++l)
-    if (log_noise_[l] <= limit) good.push_back(l);
+    if (log_noise[l] <= highest) good.push_back(l);
   const Random random(settings_.seed, Stream::posterior,
                       restarting + number_ * most_windows + static_cast<std::uint64_t>(windows_));
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {
-    if (log_noise_[l] <= limit || good.empty()) continue;
+    if (log_noise[l] <= highest || good.empty()) continue;
     const std::size_t from = good[random.below(l, good.size())];
     for (std::size_t i = 0; i < x.size(); i += lanes) x[i + l] = x[i + from];
     ++restarts_;
   }
+}
+
+/// The annealing's end: the sensor's noise, which said nothing so far, becomes what each chain leaves unexplained;
+/// chains that explain less than others do are elsewhere.
+void ChainGroup::release_noise() {
+  const double of_sensor = sim::rad_per_deg / density_.block_noise_rad(1.0);
+  const Sampler::Lanes unexplained = unexplained_deg();
+  const std::size_t first = static_cast<std::size_t>(density_.noise_size() + Density::sensor_noise) * lanes;
+  Sampler::Lanes log_noise;
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const double noise = std::max(least_noise_deg, of_sensor * unexplained[l]);
+    log_noise[l] = decid::log(unexplained[l]);
+    sampler_.coordinates()[first + l] = density_.noise_coordinate(noise);
+  }
+  sampler_.fix_noise({});
+  restart(log_noise, stranded_log_noise);
+  ++windows_;
+}
+
+/// A chain that takes more of the recording for the sensor's noise than others do is in a place that explains less of
+/// it. The mean of the logarithm of the noise over a window is known to 0.01, and 0.04 more stand for a likelihood that
+/// is e^-48 of theirs at 1210 blocks.
+void ChainGroup::restart_stuck() {
+  Sampler::Lanes log_noise = log_noise_;
+  for (double& sum : log_noise) sum /= static_cast<double>(globals_.size()) / lanes;
+  restart(log_noise, stuck_log_noise);
 }
 
 void ChainGroup::begin_round(bool last) {

@@ -44,6 +44,7 @@ class ChainGroup {
   using Globals = std::array<double, Density::globals>;
 
   double noise_deg() const;
+  Sampler::Lanes unexplained_deg() const;
   double first_noise_deg() const;
   void place(std::span<const State> starts);
   void anneal(const Report& report);
@@ -52,6 +53,8 @@ class ChainGroup {
   void begin_window();
   void learn(int move, int moves);
   void end_window();
+  void restart(const Sampler::Lanes& log_noise, double limit);
+  void release_noise();
   void restart_stuck();
   void keep();
 
@@ -61,8 +64,9 @@ class ChainGroup {
   const std::uint64_t number_;
   const std::atomic<bool>& stopped_;
   Sampler sampler_;
-  int leaps_ = 0;  // of a transition
-  int windows_ = 0, restarts_ = 0;
+  int leaps_ = 0;    // of a transition
+  int windows_ = 0;  // and annealings
+  int restarts_ = 0;
 
   // Of the window that runs.
   ChartFit fit_;

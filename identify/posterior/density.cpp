@@ -25,6 +25,8 @@ constexpr int spare_blocks = 40;        // of the transforms, beside the trial: 
 constexpr double nv_scale = 0.05;       // kappa: below it the noise's coefficients are non-centred
 constexpr int fewest_blocks = 20;
 
+constexpr double model_error_deg =
+    0.0005;  // of a block's mean, by bins of 50 ms (the test compares with the simulator)
 constexpr double latest_start_s = 1.0, largest_gain = 0.9;  // so that the loop's turns are small, and the gain positive
 
 const Priors& checked(const Priors& priors) {
@@ -199,7 +201,8 @@ Density::Transforms Density::transforms() const {
 }
 
 double Density::block_noise_rad(double sensor_noise_deg) const {
-  return sensor_noise_deg * sim::rad_per_deg / std::sqrt(static_cast<double>(block_samples_));
+  const double of_sensor = sensor_noise_deg / std::sqrt(static_cast<double>(block_samples_));
+  return std::sqrt(of_sensor * of_sensor + model_error_deg * model_error_deg) * sim::rad_per_deg;
 }
 
 Observation Density::observe(std::span<const float> sway_rad) const {
@@ -268,10 +271,13 @@ void Density::set(const State& state, std::span<double> x, int chain) const {
   const sim::ParameterTable& table = ranges_;
   for (std::size_t i = 0; i < table.size(); ++i)
     at(static_cast<int>(i)) = probit((state.parameters[i] - table[i].low) / table[i].range());
-  at(sensor_noise) =
-      decid::log(state.sensor_noise_deg / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
+  at(sensor_noise) = noise_coordinate(state.sensor_noise_deg);
   at(start) = priors_.start_s > 0.0 ? probit(0.5 * (1.0 + state.start_s / priors_.start_s)) : 0.0;
   at(gain) = priors_.gain > 0.0 ? probit(0.5 * (1.0 + (state.gain - 1.0) / priors_.gain)) : 0.0;
+}
+
+double Density::noise_coordinate(double sensor_noise_deg) const {
+  return decid::log(sensor_noise_deg / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
 }
 
 Density::Workspace::Workspace(const Density& d) {
@@ -307,8 +313,10 @@ Density::Chains Density::chains(std::span<const double> x, std::optional<double>
     const double noise_deg =
         fixed_noise_deg.value_or(priors_.sensor_noise_deg * decid::exp(spread * coordinate(sensor_noise)));
     c.value[sensor_noise][l] = noise_deg;
-    c.by_coordinate[sensor_noise][l] = fixed_noise_deg ? 0.0 : spread;  // of its logarithm
     c.noise_rad[l] = block_noise_rad(noise_deg);
+    const double of_model = model_error_deg * sim::rad_per_deg / c.noise_rad[l];
+    // Of the logarithm of the block's noise.
+    c.by_coordinate[sensor_noise][l] = fixed_noise_deg ? 0.0 : spread * (1.0 - of_model * of_model);
     const double nv = c.value[sim::Nv][l], radius = std::sqrt(nv * nv + nv_scale * nv_scale);
     c.radius[l] = radius;
     c.noise_gain[l] = nv / radius;
@@ -418,7 +426,7 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
     const auto coordinate = [&](std::size_t i) { return x[(noises + i) * lanes + l]; };
     const double precision = 1.0 / (c.noise_rad[l] * c.noise_rad[l]);
     const double count = static_cast<double>(noises);
-    double value = 0.5 * precision * squares[l] + blocks_ * decid::log(c.value[sensor_noise][l]) +
+    double value = 0.5 * precision * squares[l] + blocks_ * decid::log(c.noise_rad[l]) +
                    0.5 * coefficient_squares[l] * of_prior[l] + count * decid::log(c.radius[l]);
     for (std::size_t i = 0; i < globals; ++i) {
       value += 0.5 * coordinate(i) * coordinate(i);

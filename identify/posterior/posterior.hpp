@@ -25,11 +25,11 @@ struct Settings {
   int groups = 1;            ///< of `lanes` chains each, which run on threads of their own
   int annealing_moves = 10;  ///< transitions at each level of the sensor's noise
   int window_moves = 18;     ///< in each window of warming up
-  int most_leaps = 200;      ///< of a transition: as many as the widest direction needs, to that many
-  int block = 25;            ///< transitions of each chain after which it is asked whether they are enough
+  int most_leaps = 400;      ///< of a transition: as many as the widest direction needs, to that many
+  int block = 20;            ///< transitions of each chain after which it is asked whether they are enough
   int rounds = 3;            ///< at most
-  int trial_draws = 50;      ///< of a chain, after which a round that is not the last may begin anew
-  int least_draws = 50;      ///< of a chain
+  int trial_draws = 25;      ///< of a chain, after which a round that is not the last may begin anew
+  int least_draws = 40;      ///< of a chain
   int most_draws = 200;
   double largest_rhat = 1.05;    ///< enough: every quantity's R-hat is at most this
   double effective_draws = 200;  ///< and it has so many
@@ -55,7 +55,7 @@ class Posterior {
 
   /// Some of the draws are kept whole, with their vestibular noise: every k-th of each chain, k a power of two, so that
   /// they are at most this many, or one a chain.
-  static constexpr int most_points = 128;
+  static constexpr int most_points = 256;
   int points() const noexcept { return static_cast<int>(points_.size()); }
   /// The coordinates of point i, a value a coordinate of the density; chain by chain.
   std::span<const double> point(int i) const { return points_.at(static_cast<std::size_t>(i)).coordinates; }

@@ -205,8 +205,7 @@ TEST_CASE("Density: the information is that of the model's derivatives and of th
   for (std::size_t a = 0; a < some.size(); ++a) {
     for (std::size_t b = 0; b < a; ++b) {
       for (std::size_t l = 0; l < lanes; ++l) {
-        const double noise =
-            density.state(x, static_cast<int>(l)).sensor_noise_deg * sim::rad_per_deg / std::sqrt(10.0);
+        const double noise = density.block_noise_rad(density.state(x, static_cast<int>(l)).sensor_noise_deg);
         double product = 0.0, of_a = 0.0, of_b = 0.0;
         for (std::size_t m = 0; m < static_cast<std::size_t>(density.blocks()); ++m) {
           product += columns[a][m * lanes + l] * columns[b][m * lanes + l];

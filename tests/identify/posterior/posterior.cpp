@@ -110,8 +110,9 @@ TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
   const Density density(protocol, {});
   Settings settings = quick();
   settings.most_leaps = 4;
-  // Eight chains: 16 points each. 20 draws are too many, so every second one is kept; stopped after 10, all are.
-  for (const auto& [stop, kept, apart] : {std::tuple{false, 10, 2}, std::tuple{true, 10, 1}}) {
+  settings.least_draws = settings.most_draws = 40;
+  // Eight chains: 32 points each. 40 draws are too many, so every second one is kept; stopped after 10, all are.
+  for (const auto& [stop, kept, apart] : {std::tuple{false, 20, 2}, std::tuple{true, 10, 1}}) {
     const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings,
                                    {}, [stop = stop](const Progress& here) { return !stop || here.rhat == 0.0; });
     REQUIRE(found.points() == kept * found.chains());
