@@ -11,6 +11,7 @@
 #include "base/file.hpp"
 #include "base/json_object.hpp"
 #include "base/parallel.hpp"
+#include "base/random.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "dataset/sets/dataset.hpp"
@@ -198,11 +199,30 @@ class Network {
   std::optional<Identifier> identifier_;
 };
 
-/// Valid trials of the seed from this attempt on.
+/// Sway as somebody records it who starts so many samples after the protocol: from rest before it, by cubics between
+/// samples, and straight on behind the last.
+std::vector<double> started_later(const std::vector<double>& sway, double samples) {
+  const auto count = static_cast<long long>(sway.size());
+  const auto at = [&](long long i) {
+    if (i < 0) return 0.0;
+    const double last = sway[sway.size() - 1], before = sway[sway.size() - 2];
+    return i < count ? sway[static_cast<std::size_t>(i)] : last + static_cast<double>(i - count + 1) * (last - before);
+  };
+  std::vector<double> later;
+  for (long long i = 0; i < count; ++i) {
+    const double place = static_cast<double>(i) + samples, floor = std::floor(place), t = place - floor;
+    const auto j = static_cast<long long>(floor);
+    later.push_back(-t * (t - 1.0) * (t - 2.0) / 6.0 * at(j - 1) + (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0 * at(j) -
+                    (t + 1.0) * t * (t - 2.0) / 2.0 * at(j + 1) + (t + 1.0) * t * (t - 1.0) / 6.0 * at(j + 2));
+  }
+  return later;
+}
+
+/// Valid trials of the seed from this attempt on, with start and gain from their priors.
 class Trials {
  public:
-  Trials(const sim::Protocol& protocol, std::uint64_t seed, std::uint64_t first)
-      : simulator_(protocol), ranges_(protocol.ranges()), seed_(seed), next_(first) {}
+  Trials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed, std::uint64_t first)
+      : simulator_(protocol), ranges_(protocol.ranges()), priors_(priors), seed_(seed), next_(first) {}
 
   struct Trial {
     std::uint64_t attempt;
@@ -218,6 +238,7 @@ class Trials {
       const std::uint64_t attempt = next_++;
       const sim::TrialInput input = dataset::base_trial(ranges_, seed_, attempt);
       if (!simulator_.run(input.parameters, input.noise, sway).valid) continue;
+      record(attempt, sway);
       sim::add_sensor_noise(protocol.noise.sensor, seed_, attempt, sway);
       return {attempt, input.parameters, {sway.begin(), sway.end()}};
     }
@@ -225,8 +246,18 @@ class Trials {
   }
 
  private:
+  void record(std::uint64_t attempt, std::vector<double>& sway) const {
+    if (priors_.start_s == 0.0 && priors_.gain == 0.0) return;
+    const Random random(seed_, Stream::recording, attempt);
+    const double start_s = random.uniform(0, -priors_.start_s, priors_.start_s);
+    const double gain = random.uniform(1, 1.0 - priors_.gain, 1.0 + priors_.gain);
+    sway = started_later(sway, start_s * simulator_.protocol().experiment.sample_rate_hz);
+    for (double& value : sway) value *= gain;
+  }
+
   sim::Simulator simulator_;
   sim::ParameterTable ranges_;
+  posterior::Priors priors_;
   std::uint64_t seed_, next_;
 };
 
@@ -257,7 +288,7 @@ void run_calibrate(const CalibrateOptions& options) {
   const Json settings = settings_json(options, protocol);
   std::vector<CalibratedTrial> trials = earlier_trials(options, settings);
   const posterior::Density density(protocol, options.priors);
-  Trials source(protocol, options.seed, 0);
+  Trials source(protocol, options.priors, options.seed, 0);
   Network network(protocol);
   for (CalibratedTrial& trial : trials) {
     source.seek(trial.attempt);
@@ -323,8 +354,12 @@ void add_calibrate(const Command& program) {
   command.add_option("--trials", options->trials, "How many").show_default().range(1, 1'000'000);
   add_protocol_options(command, options->protocol);
   add_seed_option(command, options->seed, "Of the trials");
-  command.add_option("--prior-start", options->priors.start_s, "As for fit; 0: known").show_default().range(0.0, 0.5);
-  command.add_option("--prior-gain", options->priors.gain, "As for fit; 0: known").show_default().range(0.0, 0.5);
+  command.add_option("--prior-start", options->priors.start_s, "As for fit, and of the trials; 0: known")
+      .show_default()
+      .range(0.0, 0.5);
+  command.add_option("--prior-gain", options->priors.gain, "As for fit, and of the trials; 0: known")
+      .show_default()
+      .range(0.0, 0.5);
   command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
   command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
   add_output_option(command, options->output, "JSON file to write, anew after every few trials");

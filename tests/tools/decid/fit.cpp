@@ -193,6 +193,11 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   for (Json* json : {&resumed, &whole})
     for (Json& trial : (*json)["trials"]) trial.erase("seconds");
   CHECK(resumed == whole);
+  const auto open = run_decid(command + "3 --trials 1 --prior-start 0.1 --prior-gain 0.1");
+  CAPTURE(open.err);
+  REQUIRE(open.code == 0);
+  CHECK(Json::parse(open.out)["trials"][0]["truth"] == whole["trials"][0]["truth"]);
+  CHECK(Json::parse(open.out)["trials"][0]["mean"] != whole["trials"][0]["mean"]);
   const auto parted = run_decid(command + " --trials 3 --resume --figure " + folder / "c.svg");
   CAPTURE(parted.err);
   CHECK(parted.code == 0);
