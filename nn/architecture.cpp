@@ -45,7 +45,7 @@ class Words {
   [[noreturn]] void fail(const std::string& problem) const {
     throw Error("layer '" + line_ + "'", problem,
                 "layers are: conv CHANNELS RxC [stride RxC] [pad RxC], batchnorm, relu, maxpool RxC [stride RxC], "
-                "avgpool RxC [stride RxC], globalavgpool, fc OUTPUTS");
+                "avgpool RxC [stride RxC], globalavgpool, statspool, fc OUTPUTS");
   }
   /// Fails if `count` of `what` are more than most_values.
   void limit(long long count, const std::string& what) const {
@@ -137,6 +137,8 @@ std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lin
       layers.emplace_back(parse_fully_connected(src, words));
     } else if (words.take_if("relu")) {
       layers.emplace_back(Relu{src});
+    } else if (words.take_if("statspool")) {
+      layers.emplace_back(StatisticsPool{src});
     } else if (words.take_if("batchnorm")) {
       words.finish();
       BatchNorm norm{src, i < lines.size() && Words(lines[i]).take_if("relu"), std::nullopt};

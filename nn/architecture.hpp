@@ -10,7 +10,7 @@ namespace decid::nn {
 
 /// The layers that the lines of an architecture describe, for inputs of shape `src`:
 ///   conv CHANNELS ROWSxCOLUMNS [stride RxC] [pad RxC]    batchnorm    relu
-///   maxpool RxC [stride RxC]    avgpool RxC [stride RxC]    globalavgpool    fc OUTPUTS
+///   maxpool RxC [stride RxC]    avgpool RxC [stride RxC]    globalavgpool    statspool    fc OUTPUTS
 /// A batchnorm line and the relu and pool lines behind it are fused into one layer. Throws Error, naming the line, for
 /// an unknown word or a geometry that leaves no output.
 template <class T>

@@ -86,6 +86,9 @@ void BatchExecutor<T>::forward() {
       case Step<T>::Kind::fully_connected:
         fully_connected_forward<T>(src, step.weight, step.bias, dst, dense_);
         break;
+      case Step<T>::Kind::statistics:
+        statistics_forward<T>(src, dst);
+        break;
       case Step<T>::Kind::activation:
         activate(step, src, dst);
         break;

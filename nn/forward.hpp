@@ -73,6 +73,16 @@ void pool_forward(const Pool& pool, const TensorView<const T>& src, const Tensor
   });
 }
 
+/// Means, then deviations, of all channels.
+template <class T>
+void statistics_forward(const TensorView<const T>& src, const TensorView<T>& dst) {
+  const int channels = src.shape().channels;
+  for_each_plane(src.blocks(), channels, [&](int block, int channel) {
+    kernels<T>().statistics_pool_forward(src.plane(block, channel), static_cast<T>(StatisticsPool::epsilon),
+                                         dst.row(block, channel, 0), dst.row(block, channels + channel, 0));
+  });
+}
+
 /// How the activation kernels are to pool.
 inline Pooling pooling_of(const std::optional<Pool>& pool) {
   return !pool ? Pooling::none : pool->kind == Pool::Kind::max ? Pooling::max : Pooling::average;

@@ -67,10 +67,12 @@ Step<T> step_of(const Layer<T>& layer) {
     step.pool = norm->pool;
   } else if (const auto* pool = std::get_if<Pool>(&layer.kind())) {
     step.pool = *pool;
+  } else if (std::holds_alternative<StatisticsPool>(layer.kind())) {
+    step.kind = Kind::statistics;
   } else {
     step.relu = true;
   }
-  if (step.kind != Kind::activation) {
+  if (!layer.parameters().empty() && step.affine.scale.empty()) {
     step.weight = layer.parameters()[0].value;
     step.bias = layer.parameters()[1].value;
   }

@@ -17,10 +17,11 @@ struct Affine {
   std::vector<T> scale, shift;
 };
 
-/// A convolution, a fully connected layer, or an activation: pool(relu(affine(x))), each as far as it is there.
+/// A convolution, a fully connected layer, statistics (nn/layer.hpp, StatisticsPool), or an activation:
+/// pool(relu(affine(x))), each as far as it is there.
 template <class T>
 struct Step {
-  enum class Kind { convolution, fully_connected, activation } kind = Kind::activation;
+  enum class Kind { convolution, fully_connected, statistics, activation } kind = Kind::activation;
   Shape src, dst;
   // Of a convolution or fully connected layer:
   Conv2dShape conv{};     ///< a fully connected layer's is the convolution whose only position sees all values
@@ -32,6 +33,8 @@ struct Step {
   bool relu = false;
   std::optional<Pool> pool;
 
+  /// Convolution or fully connected: has weights.
+  bool sums() const { return kind == Kind::convolution || kind == Kind::fully_connected; }
   /// Works where its input lies.
   bool in_place() const { return kind == Kind::activation && !pool; }
 };

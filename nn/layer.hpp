@@ -79,7 +79,20 @@ struct BatchNorm {
   long long flops() const { return (relu ? 3LL : 2LL) * shape.size() + (pool ? pool->flops() : 0); }
 };
 
-using LayerKind = std::variant<Conv2d, FullyConnected, BatchNorm, Relu, Pool>;
+/// Of each channel the mean over rows and columns, and behind all of these the standard deviations
+/// sqrt(variance + epsilon), the variance over as many values as there are. Snyder et al., "X-vectors", ICASSP 2018.
+struct StatisticsPool {
+  static constexpr double epsilon = 1e-5;
+
+  Shape shape;
+
+  Shape src() const { return shape; }
+  Shape dst() const { return {2 * shape.channels, 1, 1}; }
+  std::string text() const { return "statspool"; }
+  long long flops() const { return 4LL * shape.size(); }
+};
+
+using LayerKind = std::variant<Conv2d, FullyConnected, BatchNorm, Relu, Pool, StatisticsPool>;
 
 /// A trained tensor.
 template <class T>

@@ -28,8 +28,7 @@ SingleExecutor::SingleExecutor(const Inference<float>& inference) : inference_(i
   maps_.push_back({inference.input_shape()});
   for (const Step<float>& step : inference.steps()) {
     Way way{.src = maps_.size() - 1, .dst = maps_.size() - 1, .offset = {}};
-    if (step.kind != Step<float>::Kind::activation)
-      maps_.back().halo = std::max(maps_.back().halo, src_halo(step.conv));
+    if (step.sums()) maps_.back().halo = std::max(maps_.back().halo, src_halo(step.conv));
     if (!step.in_place()) {
       way.dst = maps_.size();
       maps_.push_back({step.dst});
@@ -45,7 +44,7 @@ SingleExecutor::SingleExecutor(const Inference<float>& inference) : inference_(i
   // Taps in the order of the batch kernels' chains: channel, row, column.
   for (std::size_t i = 0; i < ways_.size(); ++i) {
     const Step<float>& step = inference.steps()[i];
-    if (step.kind == Step<float>::Kind::activation) continue;
+    if (!step.sums()) continue;
     const Map& src = maps_[ways_[i].src];
     for (int c = 0; c < step.conv.src_channels; ++c)
       for (int ky = 0; ky < step.conv.kernel_rows; ++ky)
@@ -68,7 +67,12 @@ void SingleExecutor::store(const Map& map, std::span<float> values) {
 void SingleExecutor::run_steps(std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const Step<float>& step = inference_.steps()[i];
-    step.kind == Step<float>::Kind::activation ? activate(step, ways_[i]) : convolve(step, ways_[i]);
+    if (step.sums())
+      convolve(step, ways_[i]);
+    else if (step.kind == Step<float>::Kind::statistics)
+      take_statistics(ways_[i]);
+    else
+      activate(step, ways_[i]);
   }
 }
 
@@ -101,6 +105,20 @@ void SingleExecutor::convolve(const Step<float>& step, const Way& way) {
                                dst.row()};
   for_each_group(1, dst.blocks(), block_group,
                  [&](int, int first, int last) { kernels<float>().conv2d_single(conv, first, last); });
+}
+
+void SingleExecutor::take_statistics(const Way& way) {
+  const Map &src = maps_[way.src], &dst = maps_[way.dst];
+  float mean[lanes], deviation[lanes];
+  const auto put = [&](int channel, float value) { at(dst)[channel / lanes * dst.block() + channel % lanes] = value; };
+  for (int b = 0; b < src.blocks(); ++b) {
+    const Plane<const float> plane{at(src) + b * src.block(), src.row(), src.shape.rows, src.shape.columns};
+    kernels<float>().statistics_pool_forward(plane, static_cast<float>(StatisticsPool::epsilon), mean, deviation);
+    for (int l = 0; l < lanes && b * lanes + l < src.shape.channels; ++l) {
+      put(b * lanes + l, mean[l]);
+      put(src.shape.channels + b * lanes + l, deviation[l]);
+    }
+  }
 }
 
 void SingleExecutor::activate(const Step<float>& step, const Way& way) {

@@ -46,6 +46,7 @@ class SingleExecutor {
   void store(const Map& map, std::span<float> values);
   void run_steps(std::size_t count);
   void convolve(const Step<float>& step, const Way& way);
+  void take_statistics(const Way& way);
   void activate(const Step<float>& step, const Way& way);
 
   const Inference<float>& inference_;

@@ -12,7 +12,8 @@ std::unique_ptr<TrainingLayer<T>> make_training_layer(Layer<T>& layer, int large
   if (const auto* norm = std::get_if<BatchNorm>(&layer.kind()))
     return make_training(layer, *norm, largest_batch, before);
   if (const auto* relu = std::get_if<Relu>(&layer.kind())) return make_training(layer, *relu);
-  return make_training(layer, std::get<Pool>(layer.kind()));
+  if (const auto* pool = std::get_if<Pool>(&layer.kind())) return make_training(layer, *pool);
+  return make_training(layer, std::get<StatisticsPool>(layer.kind()));
 }
 
 template std::unique_ptr<TrainingLayer<float>> make_training_layer(Layer<float>&, int, TrainingLayer<float>*);

@@ -21,6 +21,8 @@ template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Relu& relu);
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Pool& pool);
+template <class T>
+std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const StatisticsPool& pool);
 
 /// A parameter's gradient from the blocks' parts of it, which it uses up.
 template <class T>

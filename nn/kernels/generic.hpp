@@ -10,6 +10,7 @@
 #include "nn/kernels/generic_plane.hpp"
 #include "nn/kernels/generic_pool.hpp"
 #include "nn/kernels/generic_single.hpp"
+#include "nn/kernels/generic_statistics.hpp"
 
 namespace decid::nn {
 namespace {
@@ -36,6 +37,8 @@ constexpr Kernels<float> kernel_table(const char* name) {
       average_pool_backward<V>,
       max_pool_forward<V>,
       max_pool_backward<V>,
+      statistics_pool_forward<V>,
+      statistics_pool_backward<V>,
       sgd_step<V>,
   };
 }

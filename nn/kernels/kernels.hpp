@@ -130,6 +130,13 @@ struct Kernels {
   void (*max_pool_backward)(const PoolShape&, BlockView<const T> src, BlockView<const T> diff_dst,
                             BlockView<T> diff_src);
 
+  /// Of each lane: mean = (chain of additions over the plane, row by row) * (1 / its values); deviation = the square
+  /// root of fma(chain of squares of value - mean, 1 / its values, epsilon).
+  void (*statistics_pool_forward)(Plane<const T> src, T epsilon, T* mean, T* deviation);
+  /// diff_src = fma(diff_deviation * (1 / values) / deviation, src - mean, diff_mean * (1 / values)).
+  void (*statistics_pool_backward)(Plane<const T> src, const T* mean, const T* deviation, const T* diff_mean,
+                                   const T* diff_deviation, Plane<T> diff_src);
+
   /// gradient' = fma(weight_decay, value, gradient); velocity = fma(momentum, velocity, gradient');
   /// value = fma(-learning_rate, velocity, value).
   void (*sgd_step)(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity,

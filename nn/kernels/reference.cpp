@@ -370,6 +370,34 @@ void activation_backward(const Activation<T>& a, const PoolShape& s, Plane<const
 }
 
 template <class T>
+void statistics_pool_forward(Plane<const T> src, T epsilon, T* mean, T* deviation) {
+  const T share = T(1) / static_cast<T>(src.rows * src.columns);
+  for (int l = 0; l < lanes; ++l) {
+    T sum = T(0), squares = T(0);
+    for (int i = 0; i < src.rows; ++i)
+      for (int j = 0; j < src.columns; ++j) sum += get(src, i, j, l);
+    mean[l] = sum * share;
+    for (int i = 0; i < src.rows; ++i)
+      for (int j = 0; j < src.columns; ++j) {
+        const T off = get(src, i, j, l) - mean[l];
+        squares = std::fma(off, off, squares);
+      }
+    deviation[l] = std::sqrt(std::fma(squares, share, epsilon));
+  }
+}
+
+template <class T>
+void statistics_pool_backward(Plane<const T> src, const T* mean, const T* deviation, const T* diff_mean,
+                              const T* diff_deviation, Plane<T> diff_src) {
+  const T share = T(1) / static_cast<T>(src.rows * src.columns);
+  for (int i = 0; i < src.rows; ++i)
+    for (int j = 0; j < src.columns; ++j)
+      for (int l = 0; l < lanes; ++l)
+        diff_src.data[i * diff_src.row + j * lanes + l] =
+            std::fma(diff_deviation[l] * share / deviation[l], get(src, i, j, l) - mean[l], diff_mean[l] * share);
+}
+
+template <class T>
 void sgd_step(std::size_t count, T learning_rate, T momentum, T weight_decay, const T* gradient, T* velocity,
               T* value) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -399,6 +427,8 @@ constexpr Kernels<T> table{
     average_pool_backward<T>,
     max_pool_forward<T>,
     max_pool_backward<T>,
+    statistics_pool_forward<T>,
+    statistics_pool_backward<T>,
     sgd_step<T>,
 };
 

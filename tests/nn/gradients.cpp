@@ -196,6 +196,8 @@ TEST_CASE("gradients: ReLU and pooling") {
   check_gradients({9, 5, 6}, "avgpool 2x3 stride 1x2", 4900, 96);
   check_gradients({2, 5, 7}, "avgpool 2 stride 3", 5000, 96);
   check_gradients({3, 4, 5}, "globalavgpool", 5100, 96);
+  check_gradients({3, 4, 5}, "statspool", 5200, 96);
+  check_gradients({9, 7, 1}, "statspool", 5300, 96);
 }
 
 TEST_CASE("gradients: fully connected") {
@@ -209,6 +211,7 @@ TEST_CASE("gradients: networks") {
                   "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; conv 3 3x3 pad 1; batchnorm; relu; avgpool 2; fc 3",
                   7000);
   check_gradients({2, 9, 8}, "conv 4 3x3 stride 2 pad 1; relu; batchnorm; conv 3 2x2; relu; globalavgpool; fc 3", 7100);
+  check_gradients({2, 9, 1}, "conv 4 3x1 pad 1x0; batchnorm; relu; statspool; fc 6; relu; fc 2", 7300);
   check_gradients({1, 7, 7}, "batchnorm; conv 3 5x5 pad 2; relu; maxpool 3 stride 2; fc 6; relu; fc 2", 7200);
 }
 
@@ -227,6 +230,7 @@ TEST_CASE_TEMPLATE("gradients: a Trainer's are those of its network's lines one 
       {square,
        "batchnorm; maxpool 3; conv 9 3x3 pad 2; batchnorm; relu; maxpool 2 stride 1; conv 2 1x1; batchnorm; "
        "avgpool 2x1; batchnorm; relu; globalavgpool; batchnorm; batchnorm; relu; fc 3"},
+      {square, "conv 4 3x3 stride 2 pad 1; batchnorm; relu; statspool; conv 3 3x3 pad 1; relu; fc 3"},
       {{1, 61, 90},
        "batchnorm; relu; conv 2 3x3 pad 1; batchnorm; relu; maxpool 2; batchnorm; relu; avgpool 7x3; fc 3"},
   };

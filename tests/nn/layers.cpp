@@ -124,6 +124,21 @@ TEST_CASE("pooling: by hand, incomplete windows left out") {
   CHECK(global.backward({2, 4}) == Values{1, 1, 2, 2});
 }
 
+TEST_CASE("statspool: by hand") {
+  // Means 3 and 2, variances 4 and 0, to which epsilon is added.
+  Hand pool({2, 2, 2}, "statspool");
+  const Values output = pool.forward({1, 5, 1, 5, 2, 2, 2, 2});
+  CHECK(output[0] == 3.0f);
+  CHECK(output[1] == 2.0f);
+  CHECK(near(output[2], std::sqrt(4 + 1e-5), 1e-6));
+  CHECK(near(output[3], std::sqrt(1e-5), 1e-6));
+  // A quarter of the mean's derivative, and of the deviation's (x - mean) / deviation.
+  const Values diff = pool.backward({8, 4, 16, 7});
+  const double slope = 4 / std::sqrt(4 + 1e-5);
+  for (std::size_t i = 0; i < 4; ++i) CHECK(near(diff[i], 2 + slope * (i % 2 == 0 ? -2 : 2), 1e-6));
+  for (std::size_t i = 4; i < 8; ++i) CHECK(diff[i] == 1.0f);
+}
+
 TEST_CASE("batchnorm: by hand") {
   // Mean 3, variance 4: (x - 3) / 2 but for epsilon; the running variance is the unbiased 16 / 3.
   Hand norm({1, 1, 4}, "batchnorm", {{2}, {1}});
@@ -304,6 +319,7 @@ TEST_CASE("texts: complete, and they parse back to themselves") {
       {"avgpool 2x4", "avgpool 2x4 stride 2x4"},
       {"avgpool 3 stride 2", "avgpool 3x3 stride 2x2"},
       {"globalavgpool", "globalavgpool"},
+      {"statspool", "statspool"},
       {"fc 5", "fc 5"},
   };
   const Shape shape{3, 9, 8};
@@ -317,6 +333,7 @@ TEST_CASE("texts: complete, and they parse back to themselves") {
   CHECK(make_layer<float>(shape, "conv 4 5x3 stride 2x3 pad 1x2").dst_shape() == Shape{4, 4, 4});
   CHECK(make_layer<float>(shape, "maxpool 2x3 stride 3x2").dst_shape() == Shape{3, 3, 3});
   CHECK(make_layer<float>(shape, "globalavgpool").dst_shape() == Shape{3, 1, 1});
+  CHECK(make_layer<float>(shape, "statspool").dst_shape() == Shape{6, 1, 1});
   CHECK(make_layer<float>(shape, "fc 5").dst_shape() == Shape{5, 1, 1});
 }
 
@@ -361,6 +378,7 @@ TEST_CASE("texts: errors name the line and what is wrong with it") {
       {"avgpool 1x6", "has a window larger than its input of 6x5"},
       {"avgpool 2 stride 0", "'0' is not a whole number from 1 to 4096"},
       {"globalavgpool 2", "has '2' left over"},
+      {"statspool 2", "has '2' left over"},
       {"fc", "ends where another word is expected"},
       {"fc 0", "'0' is not a whole number from 1 to 65536"},
       {"fc 7 7", "has '7' left over"},
@@ -379,6 +397,6 @@ TEST_CASE("texts: errors name the line and what is wrong with it") {
     CHECK(
         error.remedy() ==
         "layers are: conv CHANNELS RxC [stride RxC] [pad RxC], batchnorm, relu, maxpool RxC [stride RxC], avgpool RxC "
-        "[stride RxC], globalavgpool, fc OUTPUTS");
+        "[stride RxC], globalavgpool, statspool, fc OUTPUTS");
   }
 }

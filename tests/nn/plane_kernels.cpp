@@ -62,6 +62,28 @@ TEST_CASE("batch normalisation, ReLU") {
     }
 }
 
+TEST_CASE("statistics pooling") {
+  Dice dice(850);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Shape shape{1, dice.between(1, 14), dice.between(1, 9)};
+    const Block x(shape, trial % 3, dice, Fill::values), y({4, 1, 1}, 0, dice, Fill::values);
+    const Plane<const float> source = x.const_plane();
+    INFO(shape.rows << "x" << shape.columns);
+    check_all("forward", [&](const Kernels<float>& k) {
+      std::vector<float> out(2 * lanes);
+      k.statistics_pool_forward(source, 1e-5F, out.data(), out.data() + lanes);
+      return out;
+    });
+    check_all("backward", [&](const Kernels<float>& k) {
+      const Block diff(shape, 1, dice, Fill::nothing);
+      std::vector<float> deviation(lanes, 0.75F);
+      k.statistics_pool_backward(source, y.tensor.row(0, 0, 0), deviation.data(), y.tensor.row(0, 2, 0),
+                                 y.tensor.row(0, 3, 0), diff.plane());
+      return diff.memory;
+    });
+  }
+}
+
 TEST_CASE("elementwise kernels and NaN, infinity, zero, subnormal") {
   constexpr float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<float> special = {0.0F, -0.0F, inf, -inf, nan, 1e-40F, -1e-40F, 1.0F, -1.0F, 3e38F, -3e38F, 1e-45F};

@@ -22,12 +22,13 @@ constexpr const char* odd_network =
     "conv 20 1x1; batchnorm; globalavgpool; fc 7";
 constexpr const char* normalised_input =
     "batchnorm; conv 3 2x3; avgpool 3 stride 2; batchnorm; relu; fc 20; relu; fc 5";
+constexpr const char* statistics_network = "conv 19 3x1 stride 2x1; batchnorm; relu; statspool; fc 20; relu; fc 5";
 constexpr const char* dense_network = "fc 33; batchnorm; relu; fc 2";
 
 }  // namespace
 
 TEST_CASE("lanes: a sample alone has the bits that it has in a batch") {
-  for (const char* architecture : {small_network, odd_network, normalised_input, dense_network})
+  for (const char* architecture : {small_network, odd_network, normalised_input, statistics_network, dense_network})
     for (const Shape shape : {Shape{2, 21, 30}, Shape{18, 13, 13}}) {
       CAPTURE(architecture);
       const Inference<float> inference(lived_in_network(shape, architecture));

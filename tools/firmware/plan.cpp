@@ -69,7 +69,10 @@ void add_pool(Chain& chain, const nn::Pool& pool) {
 Chain chain_of(const nn::Inference<float>& inference) {
   Chain chain(inference.input_shape());
   for (const nn::Step<float>& step : inference.steps()) {
-    if (step.kind != nn::Step<float>::Kind::activation) {
+    if (step.kind == nn::Step<float>::Kind::statistics)
+      throw Error("export c", "the network has a statspool, which the firmware's runtime does not know",
+                  "train one with globalavgpool in its place");
+    if (step.sums()) {
       add_sums(chain, step);
       continue;
     }
