@@ -39,7 +39,7 @@ nn::Shape network_input(const dataset::ImageMaker& images) {
 /// The protocol, if it plays the cycles that the images fold.
 sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& image) {
   image.validate();
-  if (image.fold == 1) return protocol;
+  if (image.block > 0 || image.fold == 1) return protocol;
   const int columns = std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
   const double cycle_samples = protocol.experiment.cycle_s() * protocol.experiment.sample_rate_hz;
   const double lead_in_samples = protocol.experiment.lead_in_s() * protocol.experiment.sample_rate_hz;
@@ -61,9 +61,9 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
 Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture, const Head& head_)
     : protocol(checked(std::move(protocol_), image_)),
       targets{sim::Parameters(parameters().size()), sim::Parameters(parameters().size())},
-      network(network_input(dataset::ImageMaker(image_, protocol.samples())), architecture),
+      network(network_input(dataset::ImageMaker(image_, protocol.experiment)), architecture),
       head(&head_),
-      images_(std::move(image_), protocol.samples()) {
+      images_(std::move(image_), protocol.experiment) {
   const auto outputs = static_cast<int>(head->outputs(parameters().size()));
   if (network.output_shape() != nn::Shape{outputs, 1, 1})
     throw Error("network architecture", format("does not end with %d outputs", outputs),

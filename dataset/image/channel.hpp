@@ -3,7 +3,7 @@
 
 namespace decid::dataset {
 
-/// What a channel shows of a bin z (rad, as the FFT's sum gives it).
+/// What a channel shows: of spectra, of a bin z (rad, as the FFT's sum gives it).
 /// asinh_*: asinh(part / asinh_knee_rad), which keeps the sign of large and small values alike. residual: how the
 /// cycles differ, sqrt(mean |z_i - z|^2), see ImageSettings::fold.
 enum class Channel {
@@ -16,11 +16,24 @@ enum class Channel {
   imaginary,
   asinh_real,
   asinh_imaginary,
-  log_residual
+  log_residual,
+  // Of a time series, see ImageSettings::block:
+  sway,           ///< asinh(x / knee) of the means of blocks of the sway
+  sway_change,    ///< of their differences from block to block
+  sway_bend,      ///< of the differences of these
+  tilt,           ///< the platform's tilt, means of blocks over tilt_unit_rad
+  tilt_velocity,  ///< and its velocity over tilt_unit_rad a second
 };
+/// Whether a channel is of a time series, not of a spectrum.
+constexpr bool is_of_series(Channel channel) {
+  return channel >= Channel::sway;
+}
 /// log_modulus is log(max(|z|, this)): 1e-6 rad, below anything a sensor resolves. log_residual likewise.
 inline constexpr double modulus_floor_rad = 1e-6;
 /// Where asinh turns from linear to logarithmic: about the bins of good optical tracking's noise (0.01 degrees).
 inline constexpr double asinh_knee_rad = 1e-3;
+/// The knees of series: about what sway, its changes and their changes are in blocks of 0.1 s.
+inline constexpr double sway_knee_rad = 5e-3, sway_change_knee_rad = 1e-3, sway_bend_knee_rad = 5e-4;
+inline constexpr double tilt_unit_rad = 0.01;
 
 }  // namespace decid::dataset

@@ -20,7 +20,7 @@ namespace {
 
 static_assert(image_lanes == sim::fft_lanes);
 
-constexpr std::array<std::pair<Channel, const char*>, 10> channel_names{{
+constexpr std::array<std::pair<Channel, const char*>, 15> channel_names{{
     {Channel::modulus, "modulus"},
     {Channel::log_modulus, "log_modulus"},
     {Channel::phase, "phase"},
@@ -31,6 +31,11 @@ constexpr std::array<std::pair<Channel, const char*>, 10> channel_names{{
     {Channel::asinh_real, "asinh_real"},
     {Channel::asinh_imaginary, "asinh_imaginary"},
     {Channel::log_residual, "log_residual"},
+    {Channel::sway, "sway"},
+    {Channel::sway_change, "sway_change"},
+    {Channel::sway_bend, "sway_bend"},
+    {Channel::tilt, "tilt"},
+    {Channel::tilt_velocity, "tilt_velocity"},
 }};
 
 std::string list_of_channels() {
@@ -68,7 +73,17 @@ void ImageSettings::validate() const {
   if (channels.empty() || channels.size() > 16) {
     throw Error("image", std::to_string(channels.size()) + " channels", "choose 1 to 16");
   }
-  for (const Channel channel : channels) static_cast<void>(name(channel));
+  if (block < 0 || block > largest_window)
+    throw Error("image", "a block of " + std::to_string(block) + " samples",
+                "choose up to " + std::to_string(largest_window) + ", or 0 for spectra");
+  for (const Channel channel : channels)
+    if (is_of_series(channel) != (block > 0))
+      throw Error("image",
+                  std::string("a channel '") + name(channel) + "' of " + (block > 0 ? "time series" : "spectra"),
+                  block > 0 ? "use sway, sway_change, sway_bend, tilt or tilt_velocity"
+                            : "set block to use channels of time series");
+  if (block > 0 && (half_spectrum || fold != 1 || rows != 0))
+    throw Error("image", "time series with half_spectrum, fold or rows", "leave these out, they are of spectra");
   if (first_sample < 0 || first_sample > 1'000'000'000) {
     throw Error("image", "a first_sample of " + std::to_string(first_sample), "choose 0 or more");
   }
@@ -80,6 +95,12 @@ void ImageSettings::validate() const {
 std::string to_json(const ImageSettings& settings) {
   std::vector<std::string> channels;
   for (const Channel channel : settings.channels) channels.emplace_back(name(channel));
+  if (settings.block > 0) {
+    return print_json({{"block", settings.block},
+                       {"channels", channels},
+                       {"standardize_rows", settings.standardize_rows},
+                       {"first_sample", settings.first_sample}});
+  }
   return print_json({{"window", settings.window},
                      {"half_spectrum", settings.half_spectrum},
                      {"rows", settings.rows},
@@ -102,6 +123,7 @@ ImageSettings image_settings_from_json(const std::string& text, const std::strin
   object.read("standardize_rows", settings.standardize_rows);
   object.read("first_sample", settings.first_sample);
   object.read("fold", settings.fold);
+  object.read("block", settings.block);
   object.finish();
   try {
     if (has_channels) {
@@ -115,13 +137,25 @@ ImageSettings image_settings_from_json(const std::string& text, const std::strin
   return settings;
 }
 
-ImageMaker::ImageMaker(ImageSettings settings, int samples)
+ImageMaker::ImageMaker(ImageSettings settings, int samples) : ImageMaker(std::move(settings), samples, nullptr) {}
+
+ImageMaker::ImageMaker(ImageSettings settings, const sim::Experiment& experiment)
+    : ImageMaker(std::move(settings), experiment.samples(), &experiment) {}
+
+ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experiment* experiment)
     : settings_((settings.validate(), std::move(settings))),
       samples_(samples),
       fft_(settings_.window),
-      rows_(settings_.rows > 0        ? settings_.rows
+      rows_(settings_.block > 0       ? std::max(samples - settings_.first_sample, 0) / settings_.block
+            : settings_.rows > 0      ? settings_.rows
             : settings_.half_spectrum ? fft_.bins()
                                       : settings_.window) {
+  if (settings_.block > 0 && rows_ < 1) {
+    throw Error("image",
+                "not one block of " + std::to_string(settings_.block) + " samples fits into a trial of " +
+                    std::to_string(samples) + " from sample " + std::to_string(settings_.first_sample) + " on",
+                "choose a shorter block or a longer trial");
+  }
   if (shape().columns < 1) {
     throw Error("image",
                 "not one window of " + std::to_string(settings_.window) + " samples, times a fold of " +
@@ -129,11 +163,20 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples)
                     " from sample " + std::to_string(settings_.first_sample) + " on",
                 "choose a shorter window or a longer trial");
   }
+  if (experiment != nullptr) {
+    show_tilt(*experiment);
+    return;
+  }
+  for (const Channel channel : settings_.channels)
+    if (channel == Channel::tilt || channel == Channel::tilt_velocity)
+      throw Error("image", std::string("there is no tilt for the channel '") + name(channel) + "'",
+                  "give the experiment of the trials");
 }
 
 ImageShape ImageMaker::shape() const noexcept {
+  const int samples = std::max(samples_ - settings_.first_sample, 0);
   return {static_cast<int>(settings_.channels.size()), rows_,
-          std::max(samples_ - settings_.first_sample, 0) / settings_.window / settings_.fold};
+          settings_.block > 0 ? 1 : samples / settings_.window / settings_.fold};
 }
 
 // A single window by itself has the same bits, without seven idle lanes, in an eighth of the memory.
@@ -151,6 +194,7 @@ void ImageMaker::transform_alone(std::span<const float> window, std::span<double
 }
 
 int ImageMaker::trials_together() const noexcept {
+  if (settings_.block > 0) return 1;
   return std::max(1, image_lanes / shape().columns);
 }
 
@@ -173,6 +217,11 @@ void ImageMaker::make_all(std::span<const std::span<const float>> sways_rad, std
                 "room for " + std::to_string(images.size()) + " values for " + std::to_string(sways_rad.size()) +
                     " images of " + std::to_string(image_size),
                 "make room for all of them");
+  }
+  if (settings_.block > 0) {
+    for (std::size_t i = 0; i < sways_rad.size(); ++i)
+      make_series(sways_rad[i], images.subspan(i * image_size, image_size), isa);
+    return;
   }
   const ImageKernels& kernels = image_kernels(isa);
   const auto window = static_cast<std::size_t>(settings_.window), bins = static_cast<std::size_t>(fft_.bins());

@@ -1,5 +1,6 @@
 // The network's input: the sway cut into non-overlapping windows, the FFT of each as an image. Rows are frequency,
-// columns time, channels what is drawn of each complex bin (the paper: modulus and phase).
+// columns time, channels what is drawn of each complex bin (the paper: modulus and phase). Or a time series: rows are
+// time, one column, channels sway and tilt and how they change.
 #pragma once
 
 #include <span>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "dataset/image/channel.hpp"
+#include "sim/experiment.hpp"
 #include "sim/fft.hpp"
 
 namespace decid::dataset {
@@ -31,6 +33,9 @@ struct ImageSettings {
   /// log_residual shows how they differ. Columns cover one cycle. 1: each window by itself.
   int fold = 1;
   int rows = 0;  ///< only this many of the lowest frequencies, needs half_spectrum; 0: all
+  /// Above 0: in place of spectra a time series, of means of so many samples; its channels are those of series, and of
+  /// the other settings only first_sample and standardize_rows count.
+  int block = 0;
 
   /// Throws Error for a setting out of its bounds; largest_window is one of them.
   void validate() const;
@@ -50,9 +55,11 @@ struct ImageShape {
 /// Makes images of trials of a fixed length; immutable, one serves all threads.
 class ImageMaker {
  public:
-  /// samples: length of a trial; what is too short for a window at its end is left out.
-  /// Throws Error if no window fits.
+  /// samples: length of a trial; what is too short for a window or block at its end is left out.
+  /// Throws Error if no window or block fits, or for a channel of the tilt.
   ImageMaker(ImageSettings settings, int samples);
+  /// Of an experiment's trials, whose tilt channels may show.
+  ImageMaker(ImageSettings settings, const sim::Experiment& experiment);
 
   const ImageSettings& settings() const noexcept { return settings_; }
   ImageShape shape() const noexcept;
@@ -66,6 +73,9 @@ class ImageMaker {
   int trials_together() const noexcept;
 
  private:
+  ImageMaker(ImageSettings settings, int samples, const sim::Experiment* experiment);
+  void show_tilt(const sim::Experiment& experiment);
+  void make_series(std::span<const float> sway_rad, std::span<float> image, Isa isa) const;
   /// The spectrum of one window in lane 0.
   void transform_alone(std::span<const float> window, std::span<double> spectrum) const;
 
@@ -73,6 +83,7 @@ class ImageMaker {
   int samples_;
   sim::RealFft fft_;
   int rows_;
+  std::vector<float> tilt_, tilt_velocity_;  // as the channels show them
 };
 
 /// Mean and standard deviation of each row (channel, frequency) over a training set's images and times.

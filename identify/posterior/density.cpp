@@ -409,18 +409,13 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
 
   const auto noises = static_cast<std::size_t>(noise_.size());
   const double back = 0.5 * padded_bins_;  // of the inverse transform, and of the pairs of frequencies
-  std::array<double, lanes> coefficient_squares{}, by_noise, of_prior;
+  std::array<double, lanes> coefficient_squares, by_noise, of_prior;
   for (std::size_t l = 0; l < lanes; ++l) {
     of_prior[l] = 1.0 / (c.radius[l] * c.radius[l]);
     by_noise[l] = -back * c.noise_gain[l] / (c.noise_rad[l] * c.noise_rad[l]);
   }
-  for (std::size_t i = 0; i < noises; ++i) {
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const double w = x[i * lanes + l];
-      coefficient_squares[l] = std::fma(w, w, coefficient_squares[l]);
-      gradient[i * lanes + l] = std::fma(by_noise[l], gradient[i * lanes + l], w * of_prior[l]);
-    }
-  }
+  run.squares(noise_.size(), x.data(), coefficient_squares.data());
+  run.with_prior(noise_.size(), by_noise.data(), of_prior.data(), x.data(), gradient.data());
   for (std::size_t l = 0; l < lanes; ++l) {
     const auto global = [&](std::size_t i) -> double& { return gradient[(noises + i) * lanes + l]; };
     const auto coordinate = [&](std::size_t i) { return x[(noises + i) * lanes + l]; };

@@ -95,6 +95,10 @@ std::span<const Preset> presets() {
 
 dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol) {
   dataset::ImageSettings image = preset.image;
+  if (image.block > 0) {
+    image.block = std::max(1, static_cast<int>(std::lround(image.block * protocol.experiment.sample_rate_hz / 100.0)));
+    return image;
+  }
   if (image.fold == 1) return image;
   // Presets that fold are made for 100 Hz.
   const double highest_hz = 100.0 * image.rows / image.window, rate_hz = protocol.experiment.sample_rate_hz;

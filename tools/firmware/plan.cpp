@@ -183,6 +183,9 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
   if (model.head != &point_head())
     throw Error("export", "the model's outputs are of the kind '" + model.head->name() + "'",
                 "export a model whose outputs are the parameters");
+  if (model.image().block > 0)
+    throw Error("export", "the model reads time series, which the firmware's runtime does not make",
+                "export a model that reads spectra");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
   if (chain.shapes().size() > most_layers)
     throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, most_layers),

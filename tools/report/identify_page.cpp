@@ -105,7 +105,7 @@ Json channel_to_json(dataset::Channel channel, std::span<const float> values) {
 // The rows up to half the sample rate; those above mirror them and would show nothing new.
 Json image_to_json(const Identification& recording, const Identifications& of) {
   const std::vector<float>& image = recording.estimate.image;
-  if (image.empty()) return nullptr;
+  if (image.empty() || of.image.block > 0) return nullptr;  // a time series is what the page shows anyway
   const dataset::ImageShape& shape = of.image_shape;
   const double rate_hz = of.protocol.experiment.sample_rate_hz;
   const std::vector<dataset::Channel>& channels = of.image.channels;

@@ -28,6 +28,8 @@ struct ImageKernels {
   /// ImageSettings::fold.
   void (*fold_spectra)(int fold, int bins, int used, const double* spectra, double* mean, double* residual);
   void (*draw)(const DrawRequest& request);
+  /// shown[i] = asinh(values[i] / knee); count: a multiple of image_lanes.
+  void (*asinh)(int count, const double* values, double knee, float* shown);
 };
 
 const ImageKernels& image_kernels(Isa isa);

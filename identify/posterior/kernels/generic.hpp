@@ -306,6 +306,7 @@ constexpr Kernels kernel_table{.dead_band = dead_band<V>,
                                .stretch_gradient = stretch_gradient<V>,
                                .add_times = add_times<V>,
                                .subtract_times = subtract_times<V>,
+                               .with_prior = with_prior<V>,
                                .squares = squares<V>,
                                .add_products = add_products<V>,
                                .inverse_factor = inverse_factor<V>};

@@ -240,6 +240,17 @@ void subtract_times(int size, const double* factor, const double* by, double* va
 }
 
 template <class V>
+void with_prior(int size, const double* factor, const double* prior, const double* values, double* gradient) {
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    for (int v = 0; v < vectors<V>; ++v) {
+      const std::ptrdiff_t at = i * lanes + v * V::width;
+      const auto of_prior = V::load(values + at) * V::load(prior + v * V::width);
+      V::store(gradient + at, V::fma(V::load(factor + v * V::width), V::load(gradient + at), of_prior));
+    }
+  }
+}
+
+template <class V>
 void squares(int size, const double* values, double* sums) {
   for (int v = 0; v < vectors<V>; ++v) {
     typename V::D sum = V::set(0.0);

@@ -119,6 +119,8 @@ struct Kernels {
   /// values += factor * by, and values -= factor * by; the factors: a value a chain.
   void (*add_times)(int size, const double* factor, const double* by, double* values);
   void (*subtract_times)(int size, const double* factor, const double* by, double* values);
+  /// gradient = fma(factor, gradient, values * prior); factor and prior: a value a chain.
+  void (*with_prior)(int size, const double* factor, const double* prior, const double* values, double* gradient);
   /// The sum of squares of each chain.
   void (*squares)(int size, const double* values, double* sums);
   /// products += columns^t columns, chain by chain. columns: 4 blocks of them; strips of strip_rows rows, one after the

@@ -8,6 +8,7 @@
 
 #include "base/random.hpp"
 #include "sim/protocol.hpp"
+#include "sim/stimulus.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -382,4 +383,61 @@ TEST_CASE("images of several trials are those of each alone, with every instruct
       }
     }
   }
+}
+
+TEST_CASE("series: means of blocks, their changes and the changes of these, the tilt") {
+  const sim::Protocol protocol = sim::default_protocol();
+  const int samples = protocol.samples(), block = 10, lead = 7;
+  const ImageSettings settings{
+      .channels = {Channel::tilt_velocity, Channel::sway_bend, Channel::sway, Channel::tilt, Channel::sway_change},
+      .first_sample = lead,
+      .block = block};
+  const ImageMaker maker(settings, protocol.experiment);
+  CHECK(maker.shape().channels == 5);
+  CHECK(maker.shape().rows == (samples - lead) / block);
+  CHECK(maker.shape().columns == 1);
+  const std::vector<float> sway = noise(samples);
+  const std::vector<float> image = image_of(maker, sway);
+  const View view{image, maker.shape()};
+  const auto mean = [&](int row) {
+    double sum = 0.0;
+    for (int i = 0; i < block; ++i) sum += double{sway[static_cast<std::size_t>(lead + row * block + i)]};
+    return sum / block;
+  };
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  const auto tilt = [&](int row) {
+    double sum = 0.0;
+    for (int i = 0; i < block; ++i)
+      sum += stimulus.tilt_rad[static_cast<std::size_t>(lead + row * block + i) *
+                               static_cast<std::size_t>(10 / stimulus.interval_steps)];
+    return sum / block;
+  };
+  CHECK(view(0, 0, 0) == 0.0);
+  CHECK(view(1, 0, 0) == 0.0);
+  CHECK(view(1, 1, 0) == 0.0);
+  CHECK(view(4, 0, 0) == 0.0);
+  for (int row = 2; row < maker.shape().rows; row += 11) {
+    const double here = mean(row), before = mean(row - 1), earlier = mean(row - 2);
+    CHECK(near(view(2, row, 0), std::asinh(here / 5e-3), 2 * rounding));
+    CHECK(within(view(4, row, 0), std::asinh((here - before) / 1e-3), 1e-6));
+    CHECK(within(view(1, row, 0), std::asinh((here - 2 * before + earlier) / 5e-4), 1e-6));
+    CHECK(within(view(3, row, 0), tilt(row) / 0.01, 1e-6));
+    CHECK(within(view(0, row, 0), (tilt(row) - tilt(row - 1)) / 0.1 / 0.01, 1e-5));
+  }
+  for (const Isa isa : available_isas()) {
+    std::vector<float> again(image.size());
+    maker.make(sway, again, isa);
+    CHECK(again == image);
+  }
+  CHECK(image_settings_from_json(to_json(settings), "test") == settings);
+}
+
+TEST_CASE("series: errors") {
+  const ImageSettings sway{.channels = {Channel::sway}, .block = 10}, tilt{.channels = {Channel::tilt}, .block = 10};
+  check_error([&] { ImageMaker(tilt, 100); }, {"no tilt", "'tilt'"});
+  check_error([&] { ImageMaker(sway, 9); }, {"block of 10", "trial of 9"});
+  check_error([] { ImageMaker({.channels = {Channel::sway}}, 1000); }, {"'sway'", "spectra"});
+  check_error([] { ImageMaker({.channels = {Channel::phase}, .block = 10}, 1000); }, {"'phase'", "time series"});
+  check_error([] { ImageMaker({.channels = {Channel::sway}, .fold = 2, .block = 10}, 1000); }, {"fold"});
+  check_error([] { ImageMaker({.channels = {Channel::sway}, .block = -1}, 1000); }, {"block of -1"});
 }
