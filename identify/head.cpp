@@ -2,10 +2,14 @@
 #include "identify/head.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "base/random.hpp"
+#include "identify/mixture.hpp"
 #include "nn/loss.hpp"
 
 namespace decid {
@@ -30,7 +34,73 @@ class PointHead final : public Head {
   }
 };
 
+constexpr int most_components = 16;
+constexpr double least_share = 1e-4;  // of a range, from its ends: what is nearer counts as there
+const double root_twelve = std::sqrt(12.0);
+
+class MixtureHead final : public Head {
+ public:
+  explicit MixtureHead(int components) : components_(static_cast<std::size_t>(components)) {}
+
+  std::string name() const override { return "mixture " + std::to_string(components_); }
+  std::size_t outputs(std::size_t parameters) const override { return mixture_outputs(components_, parameters); }
+  dataset::TargetScaling scaling(const sim::ParameterTable& table, dataset::TargetScaling) const override {
+    dataset::TargetScaling uniform{sim::Parameters(table.size()), sim::Parameters(table.size())};
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      uniform.mean[p] = 0.5 * (table[p].low + table[p].high);
+      uniform.deviation[p] = table[p].range() / root_twelve;
+    }
+    return uniform;
+  }
+  double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
+              const nn::TensorView<float>& diff) const override {
+    const auto samples = static_cast<std::size_t>(outputs.batch());
+    const auto count = static_cast<std::size_t>(outputs.shape().channels);
+    const std::size_t parameters = targets.size() / samples;
+    const double factor = -1.0 / static_cast<double>(samples * parameters);
+    std::vector<double> densities(samples);
+    parallel_for(outputs.blocks() * nn::lanes, [&](int lane) {
+      const auto sample = static_cast<std::size_t>(lane);
+      if (sample >= samples) {
+        for (std::size_t o = 0; o < count; ++o) diff.at(lane, static_cast<int>(o), 0, 0) = 0.0F;
+        return;
+      }
+      std::vector<double> values(count), by_value(count), x(parameters);
+      for (std::size_t o = 0; o < count; ++o) values[o] = double{outputs.at(lane, static_cast<int>(o), 0, 0)};
+      for (std::size_t p = 0; p < parameters; ++p) {
+        const double share = 0.5 + double{targets[sample * parameters + p]} / root_twelve;
+        x[p] = inverse_normal(std::clamp(share, least_share, 1.0 - least_share));
+      }
+      densities[sample] = mixture_log_density(components_, values, x, by_value);
+      for (std::size_t o = 0; o < count; ++o)
+        diff.at(lane, static_cast<int>(o), 0, 0) = static_cast<float>(factor * by_value[o]);
+    });
+    return -std::accumulate(densities.begin(), densities.end(), 0.0);
+  }
+  void scores(std::span<const float> outputs, std::span<float> scores) const override {
+    const std::vector<double> values(outputs.begin(), outputs.end());
+    const Mixture mixture(components_, scores.size(), values);
+    for (std::size_t p = 0; p < scores.size(); ++p)
+      scores[p] = static_cast<float>((mixture.mean(p) - 0.5) * root_twelve);
+  }
+
+ private:
+  std::size_t components_;
+};
+
 }  // namespace
+
+const Head& mixture_head(int components) {
+  static const std::vector<MixtureHead> heads = [] {
+    std::vector<MixtureHead> all;
+    for (int n = 1; n <= most_components; ++n) all.emplace_back(n);
+    return all;
+  }();
+  if (components < 1 || components > most_components)
+    throw Error("mixture head", "of " + std::to_string(components) + " components",
+                "give 1 to " + std::to_string(most_components));
+  return heads[static_cast<std::size_t>(components - 1)];
+}
 
 const Head& point_head() {
   static const PointHead head;
@@ -39,6 +109,8 @@ const Head& point_head() {
 
 const Head& head_named(const std::string& name, const std::string& where) {
   if (name == point_head().name()) return point_head();
+  for (int n = 1; n <= most_components; ++n)
+    if (name == mixture_head(n).name()) return mixture_head(n);
   throw Error(where, "has outputs of the kind '" + name + "', which this program does not know",
               "use the decid that wrote it");
 }

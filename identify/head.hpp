@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "dataset/sets/dataset.hpp"
 #include "nn/tensor.hpp"
 
 namespace decid {
@@ -19,6 +20,11 @@ class Head {
   virtual std::string name() const = 0;
   /// Outputs that a network needs, for so many parameters.
   virtual std::size_t outputs(std::size_t parameters) const = 0;
+  /// How targets are to be scaled: as the training's were measured, unless the head needs another scale.
+  virtual dataset::TargetScaling scaling(const sim::ParameterTable& table, dataset::TargetScaling measured) const {
+    (void)table;
+    return measured;
+  }
   /// Loss of a batch, summed over its trials and the parameters. outputs: shape (outputs, 1, 1); targets: batch x
   /// parameters, z-scored, row-major. diff, of the shape of outputs, gets the gradient of the loss's mean over both;
   /// lanes without a trial get 0. The bits depend on the batch alone.
@@ -31,6 +37,11 @@ class Head {
 
 /// Z-scored parameters themselves, trained with the mean squared error: "point".
 const Head& point_head();
+
+/// A mixture of so many Gaussians (identify/mixture.hpp), 1 to 16, trained with minus the logarithm of its density at
+/// the targets, a parameter's scaled so that its range is +-sqrt(3): "mixture 1", ... The point estimate is the mean.
+/// Throws Error for another number.
+const Head& mixture_head(int components);
 
 /// Throws Error for a name that no head has; `where` names the model.
 const Head& head_named(const std::string& name, const std::string& where);

@@ -119,11 +119,11 @@ TEST_CASE("the point head's loss is the squared error of every parameter, its gr
   for (int lane = batch; lane < 2 * nn::lanes; ++lane) CHECK(diff.at(lane, 0, 0, 0) == 0.0F);
 }
 
-TEST_CASE("networks of fourteen parameters train with either head") {
+TEST_CASE("networks of fourteen parameters train with every head") {
   const MadeUpSource source;
-  for (const Head* head : {&point_head(), static_cast<const Head*>(&pair_head)}) {
+  for (const Head* head : {&point_head(), static_cast<const Head*>(&pair_head), &mixture_head(1)}) {
     CAPTURE(head->name());
-    const TrainingSettings how = settings(*head, head == &pair_head ? "fc 28" : "fc 14");
+    const TrainingSettings how = settings(*head, "fc " + std::to_string(head->outputs(14)));
     const TrainingState state = trained(source, how);
     const Model& model = state.model;
     CHECK(model.head == head);
@@ -136,8 +136,8 @@ TEST_CASE("networks of fourteen parameters train with either head") {
     CHECK(evaluation.trials == 32);
     CHECK(evaluation.mse() == state.log.back().validation_mse);
     CHECK(near(evaluation.matlab_loss(), 7.0 * evaluation.mse(), 1e-15));
-    // What can be known is learned; guessing the mean would give 1.
-    CHECK(evaluation.mse_per_parameter[0] < 0.3);
+    // What can be known is learned, a density in few steps less so; guessing the mean would give 1.
+    CHECK(evaluation.mse_per_parameter[0] < (head == &mixture_head(1) ? 0.8 : 0.3));
     for (std::size_t p = 1; p < 14; ++p) CHECK(evaluation.mse_per_parameter[p] > 0.5);
 
     // The same figures from the parameters that the outputs stand for.

@@ -314,9 +314,9 @@ void run_calibrate(const CalibrateOptions& options) {
     ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
     bar.go_on_from(static_cast<long long>(trials.size()));
     while (static_cast<int>(trials.size()) < options.trials && !interrupted()) {
-      // A trial a thread; what comes out does not depend on how many.
+      // Several trials a thread, as some take far longer; what comes out does not depend on how many.
       std::vector<Trials::Trial> batch;
-      for (int i = 0; i < thread_count() && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
+      for (int i = 0; i < 4 * thread_count() && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
         batch.push_back(source.next());
       std::vector<CalibratedTrial> done(batch.size());
       parallel_for(static_cast<int>(batch.size()), [&](int i) {

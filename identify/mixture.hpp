@@ -1,0 +1,50 @@
+// A distribution over the parameters as a network's outputs describe it: a mixture of Gaussians in coordinates x that
+// are unbounded, where a parameter is low + range * Phi(x). So beforehand x is standard normal, and nothing is outside
+// of the ranges.
+//
+// Component k of P parameters has 1 + P + P (P + 1) / 2 outputs: the logarithm of its weight, up to what all have; its
+// centre; the logarithms of the diagonal of A, within +-mixture_limit; what A has below the diagonal, row by row. A is
+// lower triangular, and A^t A the inverse of its covariance.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace decid {
+
+/// Logarithms of the diagonal of A are cut off there: a coordinate is known to e^-7 at best.
+inline constexpr double mixture_limit = 7.0;
+
+std::size_t mixture_outputs(std::size_t components, std::size_t parameters);
+
+/// The logarithm of the density at x, and its derivatives by the outputs. outputs, by_output: mixture_outputs values.
+/// Throws Error for other numbers.
+double mixture_log_density(std::size_t components, std::span<const double> outputs, std::span<const double> x,
+                           std::span<double> by_output);
+
+/// What such outputs say of each parameter, as a share of its range.
+class Mixture {
+ public:
+  /// Throws Error for a number of outputs that is not mixture_outputs.
+  Mixture(std::size_t components, std::size_t parameters, std::span<const double> outputs);
+
+  std::size_t parameters() const noexcept { return parameters_; }
+  double mean(std::size_t parameter) const;
+  double deviation(std::size_t parameter) const;
+  /// 0 < share < 1.
+  double quantile(std::size_t parameter, double share) const;
+  double correlation(std::size_t a, std::size_t b) const;
+
+ private:
+  struct Component {
+    double weight;
+    std::vector<double> centre, covariance;  // covariance: a square, row after row
+  };
+  double second_moment(std::size_t a, std::size_t b) const;
+
+  std::size_t parameters_;
+  std::vector<Component> components_;
+};
+
+}  // namespace decid
