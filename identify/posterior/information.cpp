@@ -67,7 +67,7 @@ void Density::information(const Observation& observation, std::span<const double
   const auto count = static_cast<std::size_t>(size()), noises = static_cast<std::size_t>(noise_.size());
   const auto rows = static_cast<std::size_t>(blocks_);
   const std::size_t blocks_of_columns = (count + 3) / 4, strips = (rows + strip_rows - 1) / strip_rows;
-  constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;  // of a column
+  constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;     // of a column
   work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // what pads rows and columns stays 0
   work.column.resize(rows * lanes);
   work.products.assign(blocks_of_columns * (blocks_of_columns + 1) / 2 * 16 * lanes, 0.0);
