@@ -10,7 +10,7 @@
 namespace decid::posterior {
 namespace {
 
-constexpr double least_noise_deg = 3.2e-3;  // in the mean of a block this is the model's own error
+constexpr double least_noise_deg = 3.2e-3;  // in the mean of a block twice the model's own error
 
 // Chosen on trials of a seed that no figure is quoted for.
 constexpr double lowering = 2.0, highest_noise_deg = 3.0;

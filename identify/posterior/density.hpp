@@ -13,7 +13,7 @@
 // and so w does not change with Nv where that is not tiny.
 //
 // Sensor noise: white, its level unknown, through a first-order high-pass at drift_hz: slow drift is no evidence. The
-// model's own error, which bins of 50 ms bring, is taken for noise too: 0.001 degrees in the mean of a block.
+// model's own error, which bins of 50 ms bring, is taken for noise too: 0.0005 degrees in the mean of a block.
 #pragma once
 
 #include <optional>
