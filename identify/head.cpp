@@ -52,6 +52,8 @@ class MixtureHead final : public Head {
     }
     return uniform;
   }
+  /// So that all begins near what is known beforehand: logarithms far from 0 make enormous gradients.
+  float first_weights() const override { return 0.02F; }
   double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
               const nn::TensorView<float>& diff) const override {
     const auto samples = static_cast<std::size_t>(outputs.batch());

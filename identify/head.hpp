@@ -25,6 +25,8 @@ class Head {
     (void)table;
     return measured;
   }
+  /// What the last layer's first weights are multiplied with.
+  virtual float first_weights() const { return 1.0F; }
   /// Loss of a batch, summed over its trials and the parameters. outputs: shape (outputs, 1, 1); targets: batch x
   /// parameters, z-scored, row-major. diff, of the shape of outputs, gets the gradient of the loss's mean over both;
   /// lanes without a trial get 0. The bits depend on the batch alone.

@@ -68,6 +68,8 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
   state.model.rows = std::move(scaling.rows);
   state.model.targets = settings.head->scaling(state.model.parameters(), std::move(scaling.targets));
   state.model.network.initialise(settings.seed);
+  for (nn::Parameter<float>& parameter : state.model.network.layers().back().parameters())
+    for (float& value : parameter.value) value *= settings.head->first_weights();
   return state;
 }
 

@@ -114,7 +114,7 @@ TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
   // Eight chains: 32 points each. 40 draws are too many, so every second one is kept; stopped after 10, all are.
   for (const auto& [stop, kept, apart] : {std::tuple{false, 20, 2}, std::tuple{true, 10, 1}}) {
     const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings,
-                                   {}, [stop = stop](const Progress& here) { return !stop || here.rhat == 0.0; });
+                                   {}, [ends = stop](const Progress& here) { return !ends || here.rhat == 0.0; });
     REQUIRE(found.points() == kept * found.chains());
     CHECK(found.points() <= Posterior::most_points);
     for (int i = 0; i < found.points(); ++i) {
