@@ -66,7 +66,7 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
   dataset::Scaling scaling = dataset::measure_scaling(source, state.model.images(),
                                                       settings.scaling_trials > 0 ? settings.scaling_trials : all);
   state.model.rows = std::move(scaling.rows);
-  state.model.targets = settings.head->scaling(state.model.parameters(), std::move(scaling.targets));
+  state.model.targets = settings.head->scaling(state.model.parameters(), scaling.targets);
   state.model.network.initialise(settings.seed);
   for (nn::Parameter<float>& parameter : state.model.network.layers().back().parameters())
     for (float& value : parameter.value) value *= settings.head->first_weights();
