@@ -41,7 +41,7 @@ void warn_of_noise(const posterior::Observation& observation, const Posterior& f
   const double noise_deg = found.mean(Density::sensor_noise);
   if (noise_deg < least_believed_noise_deg)
     warnings.push_back(format(
-        "the sensor's noise, %.2g degrees, is about the error of the model's own arithmetic: the intervals are too "
+        "the sensor's noise, %.2g degrees, is below the error of the model's own arithmetic: the intervals may be too "
         "narrow",
         noise_deg));
   if (noise_deg > unexplained_noise * std::max(observation.noise_deg, 1e-3))

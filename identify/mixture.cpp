@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "identify/posterior/cholesky.hpp"
 
 namespace decid {
 namespace {
@@ -81,14 +82,15 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
   const std::size_t count = x.size(), each = component_outputs(count);
   check(components, count, outputs.size());
   check(components, count, by_output.size());
-  std::vector<double> weights(components), shares(components), off(count), round(count);
+  std::vector<double> weights(components), shares(components), off(count), round(count), diagonal(count);
   for (std::size_t k = 0; k < components; ++k) {
     const Section part(outputs, k, count);
     weights[k] = part.log_weight();
     double log_density = -log_root_two_pi * static_cast<double>(count);
-    for (std::size_t p = 0; p < count; ++p) off[p] = x[p] - part.centre(p);
     for (std::size_t p = 0; p < count; ++p) {
-      double sum = decid::exp(part.log_diagonal(p)) * off[p];
+      off[p] = x[p] - part.centre(p);
+      diagonal[p] = decid::exp(part.log_diagonal(p));
+      double sum = diagonal[p] * off[p];
       for (std::size_t q = 0; q < p; ++q) sum = std::fma(part.values[part.below(p, q)], off[q], sum);
       round[p] = sum;
       log_density += part.log_diagonal(p) - 0.5 * sum * sum;
@@ -97,12 +99,11 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
     // Of this component's own logarithm; its share of the whole comes below.
     const std::span<double> by = by_output.subspan(k * each, each);
     for (std::size_t p = 0; p < count; ++p) {
-      const double diagonal = decid::exp(part.log_diagonal(p));
-      double by_centre = round[p] * diagonal;
+      double by_centre = round[p] * diagonal[p];
       for (std::size_t q = p + 1; q < count; ++q)
         by_centre = std::fma(round[q], part.values[part.below(q, p)], by_centre);
       by[1 + p] = by_centre;
-      by[1 + count + p] = part.cut(p) ? 0.0 : 1.0 - round[p] * off[p] * diagonal;
+      by[1 + count + p] = part.cut(p) ? 0.0 : 1.0 - round[p] * off[p] * diagonal[p];
       for (std::size_t q = 0; q < p; ++q) by[part.below(p, q)] = -round[p] * off[q];
     }
   }
@@ -125,22 +126,19 @@ Mixture::Mixture(std::size_t components, std::size_t parameters, std::span<const
     const Section part(outputs, k, parameters);
     Component component{weights[k], {}, std::vector<double>(parameters * parameters, 0.0)};
     for (std::size_t p = 0; p < parameters; ++p) component.centre.push_back(part.centre(p));
-    // The inverse of A, row by row; the covariance is it times its transpose.
-    std::vector<double> inverse(parameters * parameters, 0.0);
+    // The covariance is the inverse of A times its transpose.
+    std::vector<double> inverse;
     for (std::size_t i = 0; i < parameters; ++i) {
-      const double diagonal = decid::exp(part.log_diagonal(i));
-      for (std::size_t j = 0; j <= i; ++j) {
-        double sum = i == j ? 1.0 : 0.0;
-        for (std::size_t q = j; q < i; ++q)
-          sum = std::fma(-part.values[part.below(i, q)], inverse[q * parameters + j], sum);
-        inverse[i * parameters + j] = sum / diagonal;
-      }
+      for (std::size_t j = 0; j < i; ++j) inverse.push_back(part.values[part.below(i, j)]);
+      inverse.push_back(decid::exp(part.log_diagonal(i)));
     }
+    posterior::invert_lower(parameters, inverse);
     for (std::size_t i = 0; i < parameters; ++i)
       for (std::size_t j = 0; j < parameters; ++j)
-        for (std::size_t q = 0; q <= std::min(i, j); ++q)
-          component.covariance[i * parameters + j] = std::fma(inverse[i * parameters + q], inverse[j * parameters + q],
-                                                              component.covariance[i * parameters + j]);
+        for (std::size_t q = 0; q <= std::min(i, j); ++q) {
+          double& to = component.covariance[i * parameters + j];
+          to = std::fma(inverse[posterior::triangle(i) + q], inverse[posterior::triangle(j) + q], to);
+        }
     components_.push_back(std::move(component));
   }
 }

@@ -4,7 +4,7 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <initializer_list>
@@ -20,10 +20,10 @@ namespace decid::test {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    static std::atomic<int> counter{0};
-    path_ = std::filesystem::temp_directory_path() /
-            ("decid-test-" + std::to_string(::getpid()) + "-" + std::to_string(counter++));
-    REQUIRE(std::filesystem::create_directory(path_));
+    // A name that nobody has: process numbers come again, and a killed test leaves its folder.
+    std::string name = std::filesystem::temp_directory_path() / "decid-test-XXXXXX";
+    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    path_ = name;
   }
   ~TemporaryFolder() {
     std::error_code ignored;

@@ -82,8 +82,9 @@ void ImageSettings::validate() const {
                   std::string("a channel '") + name(channel) + "' of " + (block > 0 ? "time series" : "spectra"),
                   block > 0 ? "use sway, sway_change, sway_bend, tilt or tilt_velocity"
                             : "set block to use channels of time series");
-  if (block > 0 && (half_spectrum || fold != 1 || rows != 0))
-    throw Error("image", "time series with half_spectrum, fold or rows", "leave these out, they are of spectra");
+  if (block > 0 && (window != ImageSettings{}.window || half_spectrum || fold != 1 || rows != 0))
+    throw Error("image", "time series with window, half_spectrum, fold or rows",
+                "leave these out, they are of spectra");
   if (first_sample < 0 || first_sample > 1'000'000'000) {
     throw Error("image", "a first_sample of " + std::to_string(first_sample), "choose 0 or more");
   }

@@ -9,7 +9,7 @@
 #include <map>
 
 #include "tests/helpers.hpp"
-#include "tests/identify/three_sines.hpp"
+#include "tests/sim/sines.hpp"
 
 namespace decid {
 namespace {

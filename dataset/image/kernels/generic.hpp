@@ -89,9 +89,14 @@ template <class V, Channel channel, class D = typename V::D>
       return asinh_lanes<V>(imaginary / asinh_knee_rad);
     case Channel::log_residual:
       return floored_log<V>(residual);
-    default:
-      return zero;
+    case Channel::sway:
+    case Channel::sway_change:
+    case Channel::sway_bend:
+    case Channel::tilt:
+    case Channel::tilt_velocity:
+      break;  // not of a bin
   }
+  return zero;
 }
 
 /// Whether a channel changes its sign from z to its conjugate.
@@ -153,8 +158,12 @@ void draw(const DrawRequest& request) {
       return draw_channel<V, Channel::asinh_imaginary>(request);
     case Channel::log_residual:
       return draw_channel<V, Channel::log_residual>(request);
-    default:
-      return;
+    case Channel::sway:
+    case Channel::sway_change:
+    case Channel::sway_bend:
+    case Channel::tilt:
+    case Channel::tilt_velocity:
+      return;  // not of spectra
   }
 }
 

@@ -439,5 +439,6 @@ TEST_CASE("series: errors") {
   check_error([] { ImageMaker({.channels = {Channel::sway}}, 1000); }, {"'sway'", "spectra"});
   check_error([] { ImageMaker({.channels = {Channel::phase}, .block = 10}, 1000); }, {"'phase'", "time series"});
   check_error([] { ImageMaker({.channels = {Channel::sway}, .fold = 2, .block = 10}, 1000); }, {"fold"});
+  check_error([] { ImageMaker({.window = 50, .channels = {Channel::sway}, .block = 10}, 1000); }, {"window"});
   check_error([] { ImageMaker({.channels = {Channel::sway}, .block = -1}, 1000); }, {"block of -1"});
 }

@@ -5,20 +5,13 @@
 #include <vector>
 
 #include "base/random.hpp"
-#include "sim/protocol.hpp"
 #include "sim/simulate.hpp"
+#include "tests/sim/sines.hpp"
 
 namespace decid::test {
 
 inline sim::Protocol sines_protocol() {
-  sim::Protocol protocol;
-  protocol.name = "sines";
-  protocol.experiment.stimulus = sim::Sines{
-      .components = {{.frequency_hz = 0.1, .amplitude_deg = 0.7}, {.frequency_hz = 0.3, .amplitude_deg = 0.3}},
-      .cycle_s = 20.0};
-  protocol.noise.vestibular.low_hz = 0.05;
-  protocol.noise.vestibular.period_s = protocol.duration_s();  // the golden draws' trial
-  return protocol;
+  return sines(0.1, 0.3, 20.0, 1, 20.0);  // the golden draws' trial: its noise repeats with it
 }
 
 /// The middle of every range but for these.

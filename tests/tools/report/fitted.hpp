@@ -9,7 +9,7 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "identify/fit_recordings.hpp"
-#include "tests/identify/three_sines.hpp"
+#include "tests/sim/sines.hpp"
 
 namespace decid::test {
 
