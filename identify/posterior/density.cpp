@@ -25,8 +25,7 @@ constexpr int spare_blocks = 40;        // of the transforms, beside the trial: 
 constexpr double nv_scale = 0.05;       // kappa: below it the noise's coefficients are non-centred
 constexpr int fewest_blocks = 20;
 
-constexpr double model_error_deg =
-    0.0005;  // of a block's mean, by bins of 50 ms (the test compares with the simulator)
+constexpr double model_error_deg = 0.0005;                  // of a block's mean (the test compares with the simulator)
 constexpr double latest_start_s = 1.0, largest_gain = 0.9;  // so that the loop's turns are small, and the gain positive
 
 const Priors& checked(const Priors& priors) {
@@ -148,21 +147,23 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   first_step_ = first_step_of(stimulus, bin_steps_);
   bins_ = (steps - first_step_ + bin_steps_ - 1) / bin_steps_ + 5;
   const auto rate_at = [&](int step) { return stimulus.rate_at(std::clamp(step, 0, steps - 1)); };
-  for (int bin = 0; bin < bins_; ++bin) {
-    // The line of least squares through the bin's steps.
-    const int from = first_step_ + bin * bin_steps_;
+  for (int half = 0; half < 2 * bins_; ++half) {
+    // The line of least squares through the half's steps.
+    const int bin_from = first_step_ + half / 2 * bin_steps_, first = std::max(1, bin_steps_ / 2);
+    const int from = bin_from + half % 2 * (bin_steps_ - first), count = half % 2 == 0 ? first : bin_steps_ - first;
+    const int length = std::max(1, count);  // a bin of one step has itself for both halves
     double mean = 0.0, slope = 0.0, squares = 0.0;
-    for (int j = 0; j < bin_steps_; ++j) {
-      const double place = j - 0.5 * (bin_steps_ - 1);
-      mean += rate_at(from + j) / bin_steps_;
+    for (int j = 0; j < length; ++j) {
+      const double place = j - 0.5 * (length - 1);
+      mean += rate_at(from + j) / length;
       slope += place * rate_at(from + j);
       squares += place * place;
     }
-    slope = bin_steps_ > 1 ? slope / squares : 0.0;
-    rate_low_.push_back(mean - 0.5 * bin_steps_ * slope);
-    rate_high_.push_back(mean + 0.5 * bin_steps_ * slope);
-    const int here = std::clamp(from + bin_steps_, 0, bin_steps_);  // steps before the trial's start do not count
-    weight_.push_back(decid::exp(-damping_ * step_s * from) * here / bin_steps_);
+    slope = length > 1 ? slope / squares : 0.0;
+    rate_low_.push_back(mean - 0.5 * length * slope);
+    rate_high_.push_back(mean + 0.5 * length * slope);
+    const int here = std::clamp(from + length, 0, length);  // steps before the trial's start do not count
+    weight_.push_back(decid::exp(-damping_ * step_s * bin_from) * here / length);
   }
 
   // The platform's transform, from its steps.
@@ -283,7 +284,8 @@ double Density::noise_coordinate(double sensor_noise_deg) const {
 Density::Workspace::Workspace(const Density& d) {
   const auto of = [](int count) { return static_cast<std::size_t>(count) * lanes; };
   for (auto* values : {&velocity, &by_velocity}) values->assign(of(d.noise_.edges()), 0.0);
-  for (auto* values : {&by_low, &by_high, &by_theta}) values->assign(of(d.bins_), 0.0);
+  for (auto* values : {&fine, &by_fine}) values->assign(of(2 * d.bins_ + 1), 0.0);
+  for (auto* values : {&halves, &by_halves, &by_low, &by_high, &by_theta}) values->assign(of(2 * d.bins_), 0.0);
   for (auto* values : {&passed, &by_passed}) values->assign(of(d.padded_bins_), 0.0);
   bins_spectrum.assign(of(2 * d.bins_fft_.bins()), 0.0);
   loop_spectrum.assign(of(2 * d.bins_fft_.bins()), 0.0);
@@ -341,13 +343,13 @@ LoopParameters Density::loop_parameters(const Chains& c) const {
           c.delay_turn[0].data(),       c.start_first[0].data(), c.start_turn[0].data()};
 }
 
-DeadBandBins Density::bins() const {
-  return {bins_, rate_low_.data(), rate_high_.data(), weight_.data()};
+DeadBandBins Density::halves() const {
+  return {2 * bins_, rate_low_.data(), rate_high_.data(), weight_.data()};
 }
 
 DeadBandValues Density::dead_band_values(const Chains& c, Workspace& work) const {
-  return {work.velocity.data(), c.noise_gain.data(), c.value[sim::Theta].data(), work.passed.data(),
-          work.by_low.data(),   work.by_high.data(), work.by_theta.data()};
+  return {work.fine.data(),   c.noise_gain.data(), c.value[sim::Theta].data(), work.halves.data(),
+          work.by_low.data(), work.by_high.data(), work.by_theta.data()};
 }
 
 LoopConstants Density::constants(const Observation& observation) const {
@@ -375,7 +377,9 @@ void Density::forward(const Observation& observation, std::span<const double> x,
                       double* squares) const {
   const Kernels& run = kernels(isa_);
   noise_.synthesize(x.data(), work.velocity.data(), work.noise_work.data(), isa_);
-  run.dead_band(bins(), dead_band_values(c, work));
+  run.refine(bins_ + 1, work.velocity.data(), work.fine.data());
+  run.dead_band(halves(), dead_band_values(c, work));
+  run.join(bins_, work.halves.data(), work.passed.data());
   bins_fft_.forward_lanes(work.passed, work.bins_spectrum, work.fft_work, isa_);
   run.loop(constants(observation), loop_parameters(c),
            {work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(), work.sway.data(), work.observe.data(),
@@ -403,8 +407,10 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
                     {work.sway_spectrum.data(), work.loop_spectrum.data(), sums.data()});
   std::fill(work.sway_spectrum.begin() + 2 * frequencies_ * lanes, work.sway_spectrum.end(), 0.0);
   bins_fft_.inverse_lanes(work.loop_spectrum, work.by_passed, work.fft_work, isa_);
-  run.dead_band_gradient(bins(), dead_band_values(c, work),
-                         {work.by_passed.data(), work.by_velocity.data(), by_gain.data(), by_theta.data()});
+  run.join_gradient(bins_, work.by_passed.data(), work.by_halves.data());
+  run.dead_band_gradient(halves(), dead_band_values(c, work),
+                         {work.by_halves.data(), work.by_fine.data(), by_gain.data(), by_theta.data()});
+  run.refine_gradient(bins_ + 1, work.by_fine.data(), work.by_velocity.data());
   noise_.gradient(work.by_velocity.data(), gradient.data(), work.noise_work.data(), isa_);
 
   const auto noises = static_cast<std::size_t>(noise_.size());

@@ -2,10 +2,11 @@
 // sensor's noise, where the recording starts and how it is scaled; with its exact gradient, for `lanes` chains at once.
 //
 // The dead band acts on the platform's velocity plus noise, never on the body: a kink without memory, then a linear
-// system. So the sway is the transform of what passes the dead band, in bins of some 50 ms, times the transfer function
-// of the simulator's own 1 ms steps. It is taken on the contour s = c + i w, c > 0: with the damped transform the start
-// from rest is exact and nothing wraps around. Sway is averaged to some 10 Hz and looked at below 3 Hz,
-// less and less up to 5 Hz. What sin(a) lacks of a is a torque that the recorded sway gives.
+// system. So the sway is the transform of what passes the dead band, in bins of some 50 ms with two straight halves and
+// the first moment of their difference, times the transfer function of the simulator's own 1 ms steps. It is taken on
+// the contour s = c + i w, c > 0: with the damped transform the start from rest is exact and nothing wraps around. Sway
+// is averaged to some 10 Hz and looked at below 3 Hz, less and less up to 5 Hz. What sin(a) lacks of a is a torque that
+// the recorded sway gives.
 //
 // Coordinates, all with a standard normal prior but for the noise's: parameter p = low + range * Phi(x), so uniform in
 // its range; logarithm of the sensor's noise; start and gain as parameters; coefficients w of the vestibular noise,
@@ -13,7 +14,7 @@
 // and so w does not change with Nv where that is not tiny.
 //
 // Sensor noise: white, its level unknown, through a first-order high-pass at drift_hz: slow drift is no evidence. The
-// model's own error, which bins of 50 ms bring, is taken for noise too: 0.0005 degrees in the mean of a block.
+// model's own error is taken for noise too: 0.0005 degrees in the mean of a block.
 #pragma once
 
 #include <optional>
@@ -107,10 +108,11 @@ class Density {
 
    private:
     friend class Density;
-    AlignedVector<double> velocity, passed, by_low, by_high, by_theta, by_passed, by_velocity;
+    AlignedVector<double> velocity, fine, by_fine, halves, by_halves, passed, by_low, by_high, by_theta, by_passed,
+        by_velocity;
     AlignedVector<double> bins_spectrum, sway_spectrum, delayed, inverse, sway, observe, loop_spectrum, modelled,
         residual;
-    AlignedVector<double> fft_work, noise_work, column, columns, products, noise_column, response;
+    AlignedVector<double> fft_work, noise_work, column, columns, products, noise_column, fine_column, response;
   };
 
   // These throw Error for spans of other sizes, and for the observation of another density.
@@ -137,7 +139,7 @@ class Density {
   struct Chains;  // what each chain's coordinates mean, chain by chain
   Chains chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const;
   LoopParameters loop_parameters(const Chains& chains) const;
-  DeadBandBins bins() const;
+  DeadBandBins halves() const;
   DeadBandValues dead_band_values(const Chains& chains, Workspace& work) const;
   LoopConstants constants(const Observation& observation) const;
   void check(const Observation& observation, std::span<const double> x, std::size_t results,

@@ -124,19 +124,30 @@ void Density::information(const Observation& observation, std::span<const double
     run.product(frequencies_, work.loop_spectrum.data(), work.response.data(), work.sway_spectrum.data());
     write_column(column, factors);
   };
-  const auto all_bins = static_cast<std::size_t>(bins_) * lanes;
   std::fill(work.by_passed.begin(), work.by_passed.end(), 0.0);
-  std::copy_n(work.by_theta.begin(), all_bins, work.by_passed.begin());
+  run.join(bins_, work.by_theta.data(), work.by_passed.data());
   passed_column(noises + sim::Theta, c.by_coordinate[sim::Theta]);
-  for (std::size_t i = 0; i < all_bins; ++i)
-    work.by_passed[i] = work.by_low[i] * work.velocity[i] + work.by_high[i] * work.velocity[i + lanes];
+  for (std::size_t i = 0; i < work.halves.size(); ++i)
+    work.halves[i] = work.by_low[i] * work.fine[i] + work.by_high[i] * work.fine[i + lanes];
+  run.join(bins_, work.halves.data(), work.by_passed.data());
   std::array<double, lanes> of_nv;
   for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = c.by_nv[l] * c.by_coordinate[sim::Nv][l];
   passed_column(noises + sim::Nv, of_nv);
   const DeadBandValues values = dead_band_values(c, work);
+  const auto bins = static_cast<std::size_t>(bins_);
+  work.fine_column.resize(2 * bins + 1);
+  // As Kernels::refine has it.
+  const auto fine = [&](std::size_t half) {
+    const double* at = work.noise_column.data() + half / 2;
+    if (half % 2 == 0) return at[0];
+    if (half == 1 || half + 1 == 2 * bins) return 0.5 * (at[0] + at[1]);
+    return std::fma(9.0 / 16, at[0] + at[1], -(1.0 / 16 * (at[-1] + at[2])));
+  };
   for (std::size_t i = 0; i < noises; ++i) {
     noise_.column(static_cast<int>(i), work.noise_column);
-    run.dead_band_change(bins_, values, work.noise_column.data(), work.by_passed.data());
+    for (std::size_t half = 0; half <= 2 * bins; ++half) work.fine_column[half] = fine(half);
+    run.dead_band_change(2 * bins_, values, work.fine_column.data(), work.halves.data());
+    run.join(bins_, work.halves.data(), work.by_passed.data());
     passed_column(i, c.noise_gain);
   }
   std::fill(work.loop_spectrum.begin(), work.loop_spectrum.end(), 0.0);

@@ -59,10 +59,8 @@ NoiseBasis::NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, 
     const double from = k == first_ ? noise.low_hz : std::max(noise.low_hz, (k - 0.5) / period_s_);
     const double to = k == last ? high : std::min(high, (k + 0.5) / period_s_);
     if (!(to > from)) continue;
-    const double frequency_hz = k / period_s_, phase = sim::pi * k / points_;
-    // Lines between edges, their means in bins, the bins held: cos and sinc of the phase are what that leaves.
-    const double left = cos_small(phase) * sin_small(phase) / phase;
-    deviations_.push_back(scale * std::sqrt(power(from, to, noise.exponent)) * 2.0 * sim::pi * frequency_hz / left);
+    const double frequency_hz = k / period_s_;
+    deviations_.push_back(scale * std::sqrt(power(from, to, noise.exponent)) * 2.0 * sim::pi * frequency_hz);
   }
   for (int r = 0; r < phases_; ++r) {
     for (std::size_t i = 0; i < deviations_.size(); ++i) {

@@ -16,7 +16,8 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
                 format("give %zu and twice %zu", all, results));
   const Chains c = chains(x, {});
   noise_.synthesize(x.data(), work.velocity.data(), work.noise_work.data(), isa_);
-  kernels(isa_).dead_band(bins(), dead_band_values(c, work));
+  kernels(isa_).refine(bins_ + 1, work.velocity.data(), work.fine.data());
+  kernels(isa_).dead_band(halves(), dead_band_values(c, work));
   std::array<double, lanes> tilt{};
   for (std::size_t edge = 0; edge < static_cast<std::size_t>(edges()); ++edge) {
     // Without the damping of the transforms.
@@ -25,7 +26,7 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
       const std::size_t at = edge * lanes + l;
       noise_rad_s[at] = c.noise_gain[l] * work.velocity[at];
       tilt_rad[at] = tilt[l];
-      tilt[l] += undamp_s * work.passed[at];
+      tilt[l] += undamp_s * 0.5 * (work.halves[2 * edge * lanes + l] + work.halves[(2 * edge + 1) * lanes + l]);
     }
   }
 }

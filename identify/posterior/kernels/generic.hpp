@@ -81,6 +81,89 @@ void dead_band(const DeadBandBins& bins, const DeadBandValues& values) {
 }
 
 template <class V>
+void refine(int count, const double* coarse, double* fine) {
+  using D = typename V::D;
+  const D nine = V::set(9.0 / 16), one = V::set(1.0 / 16), half = V::set(0.5);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const double* in = coarse + v * V::width;
+    double* out = fine + v * V::width;
+    const auto at = [in](std::ptrdiff_t i) { return V::load(in + i * lanes); };
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      V::store(out + 2 * i * lanes, at(i));
+      if (i + 1 == count) break;
+      const D near = at(i) + at(i + 1);
+      const bool inner = i > 0 && i + 2 < count;
+      V::store(out + (2 * i + 1) * lanes, inner ? V::fma(nine, near, -(one * (at(i - 1) + at(i + 2)))) : half * near);
+    }
+  }
+}
+
+template <class V>
+void refine_gradient(int count, const double* by_fine, double* by_coarse) {
+  using D = typename V::D;
+  const D nine = V::set(9.0 / 16), one = V::set(1.0 / 16), half = V::set(0.5);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const double* in = by_fine + v * V::width;
+    double* out = by_coarse + v * V::width;
+    // Of the point behind value i, what goes to a value beside it and to one farther away; nothing before and behind.
+    const auto between = [in](std::ptrdiff_t i) { return V::load(in + (2 * i + 1) * lanes); };
+    const auto inner = [count](std::ptrdiff_t i) { return i > 0 && i + 2 < count; };
+    const auto beside = [&](std::ptrdiff_t i, D sum) {
+      if (i < 0 || i + 1 >= count) return sum;
+      return V::fma(inner(i) ? nine : half, between(i), sum);
+    };
+    const auto farther = [&](std::ptrdiff_t i, D sum) {
+      return i >= 0 && inner(i) ? V::fma(-one, between(i), sum) : sum;
+    };
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      const D own = V::load(in + 2 * i * lanes);
+      V::store(out + i * lanes, farther(i + 1, farther(i - 2, beside(i, beside(i - 1, own)))));
+    }
+  }
+}
+
+template <class V>
+void join(int count, const double* halves, double* bins) {
+  using D = typename V::D;
+  const D half = V::set(0.5), twelfth = V::set(1.0 / 12), zero = V::set(0.0);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const double* in = halves + v * V::width;
+    double* out = bins + v * V::width;
+    const auto sum = [&](std::ptrdiff_t i) { return V::load(in + 2 * i * lanes) + V::load(in + (2 * i + 1) * lanes); };
+    const auto difference = [&](std::ptrdiff_t i) {
+      if (i < 0 || i >= count) return zero;
+      return V::load(in + (2 * i + 1) * lanes) - V::load(in + 2 * i * lanes);
+    };
+    D before = zero, here = difference(0);
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      const D next = difference(i + 1);
+      V::store(out + i * lanes, V::fma(twelfth, before - next, half * sum(i)));
+      before = here;
+      here = next;
+    }
+  }
+}
+
+template <class V>
+void join_gradient(int count, const double* by_bins, double* by_halves) {
+  using D = typename V::D;
+  const D half = V::set(0.5), twelfth = V::set(1.0 / 12), zero = V::set(0.0);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const double* in = by_bins + v * V::width;
+    double* out = by_halves + v * V::width;
+    D before = zero, here = V::load(in);
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      const D next = i + 1 < count ? V::load(in + (i + 1) * lanes) : zero;
+      const D moved = twelfth * (next - before);
+      V::store(out + 2 * i * lanes, V::fma(half, here, -moved));
+      V::store(out + (2 * i + 1) * lanes, V::fma(half, here, moved));
+      before = here;
+      here = next;
+    }
+  }
+}
+
+template <class V>
 void dead_band_gradient(const DeadBandBins& bins, const DeadBandValues& values, const DeadBandGradient& gradient) {
   using D = typename V::D;
   for (int v = 0; v < vectors<V>; ++v) {
@@ -287,6 +370,10 @@ void product(int count, const double* a, const double* b, double* out) {
 template <class V>
 constexpr Kernels kernel_table{.dead_band = dead_band<V>,
                                .dead_band_gradient = dead_band_gradient<V>,
+                               .refine = refine<V>,
+                               .refine_gradient = refine_gradient<V>,
+                               .join = join<V>,
+                               .join_gradient = join_gradient<V>,
                                .dead_band_change = dead_band_change<V>,
                                .loop = loop<V>,
                                .loop_gradient = loop_gradient<V>,

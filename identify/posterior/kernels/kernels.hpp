@@ -81,6 +81,16 @@ struct LoopGradient {
 struct Kernels {
   void (*dead_band)(const DeadBandBins&, const DeadBandValues&);
   void (*dead_band_gradient)(const DeadBandBins&, const DeadBandValues&, const DeadBandGradient&);
+  /// Between values the cubic through four of them, at the ends a line: fine has 2 count - 1 values a chain.
+  void (*refine)(int count, const double* coarse, double* fine);
+  /// From derivatives by fine values to those by the coarse ones.
+  void (*refine_gradient)(int count, const double* by_fine, double* by_coarse);
+  /// Of halves of bins, two a bin: their mean, and what they differ as mass that is moved, with which a bin is more
+  /// than a mean that is held. bins[i] = (h[2 i] + h[2 i + 1]) / 2 + d[i - 1] - d[i + 1], d[i] = (h[2 i + 1] - h[2 i])
+  /// / 12.
+  void (*join)(int count, const double* halves, double* bins);
+  /// From derivatives by the bins to those by their halves.
+  void (*join_gradient)(int count, const double* by_bins, double* by_halves);
   /// How `passed` changes with noise that is the same for all chains: count + 1 values at the bins' edges.
   void (*dead_band_change)(int count, const DeadBandValues&, const double* noise, double* passed);
   void (*loop)(const LoopConstants&, const LoopParameters&, const LoopState&);

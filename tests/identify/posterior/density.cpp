@@ -161,16 +161,22 @@ TEST_CASE("Density: what is perceived is the noise, and what of it and the platf
       const double factor = nv / std::sqrt(nv * nv + 0.05 * 0.05) * x[static_cast<std::size_t>(i) * lanes + l];
       for (std::size_t edge = 0; edge < column.size(); ++edge) expected[edge] += factor * column[edge];
     }
-    // Step by step, as the simulator integrates; bins take the tilt's velocity for straight lines.
+    // Half-way between edges the cubic through four of them, at the ends the line.
+    const auto middle = [&](std::size_t edge) {
+      const double near = expected[edge] + expected[edge + 1];
+      return edge == 0 ? 0.5 * near : (9.0 * near - expected[edge - 1] - expected[edge + 2]) / 16.0;
+    };
+    // Step by step, as the simulator integrates; halves of bins take velocities for straight lines.
     double estimate = 0.0, largest = 0.0, worst = 0.0;
     for (std::size_t edge = 0; edge < static_cast<std::size_t>(density.edges()); ++edge) {
       CHECK(within(noise[edge * lanes + l], expected[edge], 1e-12));
       worst = std::max(worst, std::abs(tilt[edge * lanes + l] - estimate));
       largest = std::max(largest, std::abs(estimate));
       for (int j = 0; j < 50 && edge + 1 < static_cast<std::size_t>(density.edges()); ++j) {
-        const double between = (j + 0.5) / 50.0;
-        const double velocity = stimulus.rate_at(static_cast<int>(edge) * 50 + j) + (1.0 - between) * expected[edge] +
-                                between * expected[edge + 1];
+        const double between = (j % 25 + 0.5) / 25.0;
+        const double low = j < 25 ? expected[edge] : middle(edge), high = j < 25 ? middle(edge) : expected[edge + 1];
+        const double velocity =
+            stimulus.rate_at(static_cast<int>(edge) * 50 + j) + (1.0 - between) * low + between * high;
         estimate += sim::integration_step_s * (velocity - std::clamp(velocity, -theta, theta));
       }
     }

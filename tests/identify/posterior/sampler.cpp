@@ -30,7 +30,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are t
   sampler.begin_adapting(0.3);
   // Small steps, or small Nv, where all noise is in a narrow neck, is left out.
   for (int i = 0; i < 200; ++i) {
-    sampler.move(16);
+    sampler.move(48);
     sampler.adapt(0.95);
   }
   sampler.end_adapting();
@@ -38,7 +38,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are t
   std::array<double, Density::globals> sum{}, squares{};
   double noise_squares = 0.0, accepted = 0.0;
   for (int i = 0; i < draws; ++i) {
-    sampler.move(16);
+    sampler.move(48);
     for (int chain = 0; chain < lanes; ++chain) {
       const auto l = static_cast<std::size_t>(chain);
       accepted += sampler.acceptance()[l];
