@@ -26,7 +26,7 @@ enum class Stream : std::uint32_t {
   posterior = 10,        ///< item: group of chains; its starts, momenta and choices
   walkers = 11,          ///< item: walker; its start, jumps and choices
   predictive = 12,       ///< item: trial simulated from a posterior's draws (its sensor noise: with bit 63 set)
-  recording = 13,        ///< item: trial; how it is recorded (0: start, 1: gain)
+  recording = 13,        ///< item: trial; how it is recorded (sim/conditions.cpp)
 };
 
 /// One block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.

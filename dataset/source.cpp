@@ -75,7 +75,7 @@ class StreamSource final : public TrialSource {
     simulate_stream(
         simulator_, seed_, numbers, [&](std::size_t place, const sim::Parameters& parameters, std::span<double> sway) {
           thread_local std::vector<float> stored;
-          sim::add_sensor_noise(protocol().noise.sensor, seed_, numbers[place], sway);
+          sim::record(protocol(), seed_, numbers[place], sway);
           stored.resize(sway.size());
           std::ranges::transform(sway, stored.begin(), [](double value) { return static_cast<float>(value); });
           take(place, parameters, stored);

@@ -59,7 +59,7 @@ using TakeExact = std::function<void(std::size_t place, const sim::Parameters& p
 void simulate_stream(const sim::Simulator& simulator, std::uint64_t seed, std::span<const std::uint64_t> numbers,
                      const TakeExact& take);
 
-/// Trials simulated when they are asked for, each used in one epoch only; sensor noise is that of item `number`.
+/// Trials simulated when they are asked for, each used in one epoch only, recorded as item `number`.
 /// Validation trials are the first numbers. Throws Error for a protocol that is not valid, or fewer than one trial of
 /// either.
 std::unique_ptr<TrialSource> stream_source(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch,

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "sim/checker.hpp"
 #include "sim/controller.hpp"
 
 namespace decid::sim {
@@ -23,17 +24,20 @@ static_assert(longest_delay_s * steps_per_second <= Pendulums::longest_lag);
 
 Course course_of(const Experiment& experiment, const Stimulus& stimulus) {
   Course course{};
-  const double mgh = experiment.body.mgh();
   course.step_s = integration_step_s;
-  for (std::size_t i = 0; i < std::size(sine_coefficients); ++i) {
-    course.sine[i] = integration_step_s / experiment.body.inertia_kgm2 * mgh * sine_coefficients[i];
-  }
   course.steps_per_sample = experiment.steps_per_sample();
   course.per_step = 1.0 / course.steps_per_sample;
   const std::size_t intervals = stimulus.rate_rad_s.size() / static_cast<std::size_t>(experiment.samples());
   course.interval_steps = course.steps_per_sample / static_cast<int>(intervals);
   course.sway_limit_rad = sway_limit_rad;
   return course;
+}
+
+std::array<double, 3> sine_of(const Body& body) {
+  std::array<double, 3> all{};
+  for (std::size_t i = 0; i < all.size(); ++i)
+    all[i] = integration_step_s / body.inertia_kgm2 * body.mgh() * sine_coefficients[i];
+  return all;
 }
 
 Setup::Setup(Protocol valid_protocol, Isa isa_used)
@@ -52,7 +56,6 @@ Lanes::Lanes(const Setup& setup)
     : setup_(setup),
       advance_(simulator_kernels(setup.isa).advance_pendulums),
       samples_(static_cast<std::size_t>(setup.samples)),
-      step_over_inertia_(integration_step_s / setup.protocol.experiment.body.inertia_kgm2),
       lanes_(std::make_unique<Pendulums>()),
       silence_((samples_ + 1) * fft_lanes, 0.0),
       sways_(std::make_unique_for_overwrite<double[]>((Pendulums::count + 1) * samples_)) {
@@ -95,7 +98,9 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     const std::size_t column = waiting_.size();
     const TrialInput trial = trial_of(index);
     check_parameters(trial.parameters);
-    waiting_.push_back({index, trial.parameters, nullptr, silence_.data()});
+    if (trial.body) check_body(Checker(setup_.protocol.name), *trial.body);
+    waiting_.push_back(
+        {index, trial.parameters, trial.body.value_or(setup_.protocol.experiment.body), nullptr, silence_.data()});
     nv.push_back(trial.parameters[Nv]);
     random.push_back(trial.noise);
     if (trial.parameters[Nv] == 0.0) continue;
@@ -118,20 +123,23 @@ Lanes::NoiseBlock* Lanes::free_noise() {
 }
 
 void Lanes::rest(int lane) {
-  begin(lane, {-1, Parameters(Delay + 1), nullptr, silence_.data()}, sways_.get() + Pendulums::count * samples_);
+  begin(lane, {-1, Parameters(Delay + 1), setup_.protocol.experiment.body, nullptr, silence_.data()},
+        sways_.get() + Pendulums::count * samples_);
   lanes_->k1[lane] = lanes_->k2[lane] = 0.0;
 }
 
 void Lanes::begin(int lane, const Prepared& trial, double* sway) {
   Pendulums& p = *lanes_;
   const Parameters& parameters = trial.parameters;
-  const double c = step_over_inertia_;
+  const double c = integration_step_s / trial.body.inertia_kgm2;
   p.kp[lane] = 2.0 * c * parameters[Kp];
   p.kd[lane] = 2.0 * c * parameters[Kd];
   p.passive[lane] = c * parameters[Kp_pass];
   p.damping[lane] = c * parameters[Kd_pass];
-  p.k1[lane] = c * (setup_.protocol.experiment.body.mgh() - parameters[Kp_pass]);
+  p.k1[lane] = c * (trial.body.mgh() - parameters[Kp_pass]);
   p.k2[lane] = 1.0 - p.damping[lane];
+  const std::array<double, 3> sine = sine_of(trial.body);
+  for (std::size_t i = 0; i < sine.size(); ++i) p.sine[i][lane] = sine[i];
   p.theta[lane] = 0.5 * parameters[Theta];
   p.minus_theta[lane] = -p.theta[lane];
   const Lag lag(parameters[Delay]);

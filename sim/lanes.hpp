@@ -26,6 +26,8 @@ struct Setup {
 
 /// What a step computes with that does not change from trial to trial.
 Course course_of(const Experiment& experiment, const Stimulus& stimulus);
+/// step / J m g h times the coefficients of the polynomial for (sin a - a) / a^3, lowest first.
+std::array<double, 3> sine_of(const Body& body);
 
 class Lanes {
  public:
@@ -45,6 +47,7 @@ class Lanes {
   struct Prepared {
     int index;
     Parameters parameters;
+    Body body;
     NoiseBlock* noise;  // null: none
     const double* noise_rate;
   };
@@ -71,7 +74,6 @@ class Lanes {
   const Setup& setup_;
   AdvancePendulums advance_;
   std::size_t samples_, intervals_;  // intervals: of the stimulus, a sample
-  double step_over_inertia_;
   Course course_{};
   std::unique_ptr<Pendulums> lanes_;
   std::array<Work, Pendulums::count> works_{};

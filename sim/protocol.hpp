@@ -1,9 +1,10 @@
-// A protocol is data: an experiment and the noise that disturbs it; everything about a trial but the parameters of the
-// controller.
+// A protocol is data: an experiment, the noise that disturbs it, and how it is recorded; everything about a trial but
+// the parameters of the controller.
 #pragma once
 
 #include <string>
 
+#include "sim/conditions.hpp"
 #include "sim/experiment.hpp"
 
 namespace decid::sim {
@@ -37,9 +38,10 @@ struct Protocol {
   std::string name = "default";
   Experiment experiment;
   Noise noise;
+  Conditions conditions;
 
-  /// Throws Error as Experiment::validate does, and for noise out of its bounds or without a harmonic of the trial in
-  /// its band; all that follows assumes a valid protocol.
+  /// Throws Error as Experiment::validate does, for noise out of its bounds or without a harmonic of the trial in its
+  /// band, and for conditions out of theirs; all that follows assumes a valid protocol.
   void validate() const;
   /// Throws Error for what can be simulated but is no experiment: control characters in the name, and what
   /// Experiment::refuse_implausible refuses. To be asked of what people write: data sets and models may carry such

@@ -11,9 +11,21 @@ namespace decid::sim {
 
 namespace {
 
-Json sensor_noise_json(const SensorNoise& noise) {
-  if (noise.low_deg == noise.high_deg) return noise.low_deg;
-  return {noise.low_deg, noise.high_deg};
+/// A value, or the two that it is drawn between.
+Json range_json(double low, double high) {
+  if (low == high) return low;
+  return {low, high};
+}
+
+void read_range(const JsonObject& parent, const char* key, const Json& json, double& low, double& high) {
+  if (json.is_number()) {
+    low = high = json.get<double>();
+  } else if (json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number()) {
+    low = json[0].get<double>();
+    high = json[1].get<double>();
+  } else {
+    parent.wrong_type(key, "a number or [low, high]");
+  }
 }
 
 void read_body(const Json& json, const std::string& where, Body& body) {
@@ -62,14 +74,31 @@ void read_vestibular_noise(const Json& json, const std::string& where, Vestibula
   object.finish();
 }
 
-void read_sensor_noise(const JsonObject& parent, const Json& json, SensorNoise& noise) {
-  if (json.is_number()) {
-    noise.low_deg = noise.high_deg = json.get<double>();
-  } else if (json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number()) {
-    noise = {json[0].get<double>(), json[1].get<double>()};
-  } else {
-    parent.wrong_type("sensor_noise_deg", "a number or [low, high]");
+Json conditions_json(const Conditions& conditions) {
+  Json json = Json::object();
+  for (std::size_t c = 0; c < condition_count; ++c) {
+    const Severity& severity = conditions.severity[c];
+    if (severity.share == 0.0) continue;
+    json[info(static_cast<Condition>(c)).key] = {{"share", severity.share},
+                                                 {"size", range_json(severity.low, severity.high)}};
   }
+  return json;
+}
+
+void read_conditions(const Json& json, const std::string& where, Conditions& conditions) {
+  JsonObject object(json, where, "recording");
+  for (std::size_t c = 0; c < condition_count; ++c) {
+    const char* key = info(static_cast<Condition>(c)).key;
+    const Json* part = object.find(key);
+    if (part == nullptr) continue;
+    Severity& severity = conditions.severity[c];
+    JsonObject condition(*part, where, std::string("recording.") + key);
+    severity.share = 1.0;
+    condition.read("share", severity.share);
+    read_range(condition, "size", condition.require("size"), severity.low, severity.high);
+    condition.finish();
+  }
+  object.finish();
 }
 
 }  // namespace
@@ -87,7 +116,9 @@ std::string to_json(const Protocol& protocol) {
                               {"high_hz", noise.high_hz},
                               {"exponent", noise.exponent},
                               {"period_s", protocol.noise_period_s()}};
-  json["sensor_noise_deg"] = sensor_noise_json(protocol.noise.sensor);
+  json["sensor_noise_deg"] = range_json(protocol.noise.sensor.low_deg, protocol.noise.sensor.high_deg);
+  if (Json recording = conditions_json(protocol.conditions); !recording.empty())
+    json["recording"] = std::move(recording);
   return print_json(json);
 }
 
@@ -108,7 +139,10 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   bool repeats_with_trial = !is_written_by_people;
   if (const Json* part = object.find("vestibular_noise"))
     read_vestibular_noise(*part, where, protocol.noise.vestibular, repeats_with_trial);
-  if (const Json* part = object.find("sensor_noise_deg")) read_sensor_noise(object, *part, protocol.noise.sensor);
+  SensorNoise& sensor = protocol.noise.sensor;
+  if (const Json* part = object.find("sensor_noise_deg"))
+    read_range(object, "sensor_noise_deg", *part, sensor.low_deg, sensor.high_deg);
+  if (const Json* part = object.find("recording")) read_conditions(*part, where, protocol.conditions);
   object.finish();
   try {
     protocol.experiment.validate(protocol.name);

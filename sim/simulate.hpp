@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "base/random.hpp"
@@ -34,6 +35,7 @@ struct Outcome {
 struct TrialInput {
   Parameters parameters;
   Random noise;
+  std::optional<Body> body = {};  ///< another than the protocol's
 };
 
 /// Simulates trials of one protocol. Immutable: one serves all threads. Trials are computed many at a time, in the

@@ -92,11 +92,11 @@ sim::TrialInput Generator::trial_of(long long attempt) const {
   return {parameters, Random(request_.seed, Stream::child_noise, item)};
 }
 
-/// Parents are found on the exact sway; what is stored is that plus the sensor's noise.
+/// Parents are found on the exact sway; what is stored is what is recorded of it.
 Generator::Result Generator::finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const {
   const double width = peak_to_peak(sway_rad);
   const std::uint64_t item = static_cast<std::uint64_t>(attempt) | (making_children() ? child_sensor_noise : 0);
-  sim::add_sensor_noise(request_.protocol.noise.sensor, request_.seed, item, sway_rad);
+  sim::record(request_.protocol, request_.seed, item, sway_rad);
   std::ranges::transform(sway_rad, stored.begin(), [](double value) { return static_cast<float>(value); });
   return {true, width};
 }

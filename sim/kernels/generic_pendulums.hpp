@@ -97,7 +97,8 @@ class Group {
       drive_[v] = drive_[v] + drive_slope_[v];
       next = V::fma(V::load(p_.k1 + lane(v)), sway_[v], next);
       const D z = sway_[v] * sway_[v];
-      const D sine = V::fma(V::fma(sine_[2], z, sine_[1]), z, sine_[0]);
+      const D sine = V::fma(V::fma(V::load(p_.sine[2] + lane(v)), z, V::load(p_.sine[1] + lane(v))), z,
+                            V::load(p_.sine[0] + lane(v)));
       next = V::fma(sway_[v] * z, sine, next);
       rate_[v] = next;
       sway_[v] = V::fma(next, step_s_, sway_[v]);
@@ -110,7 +111,6 @@ class Group {
   const Course& course_;
   int first_;
   D step_s_ = V::set(course_.step_s);
-  D sine_[3] = {V::set(course_.sine[0]), V::set(course_.sine[1]), V::set(course_.sine[2])};
   D sway_[vectors], rate_[vectors], error_[vectors], newer_[vectors], largest_[vectors], noise_[vectors];
   D slope_[vectors], platform_rate_[vectors], drive_[vectors], drive_slope_[vectors];
 };

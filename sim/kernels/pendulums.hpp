@@ -17,7 +17,6 @@ namespace decid::sim {
 /// What does not change from trial to trial.
 struct Course {
   double step_s;
-  double sine[3];        ///< c m g h times the coefficients of P, lowest first
   double per_step;       ///< 1 / steps_per_sample
   int steps_per_sample;  ///< divided by interval_steps without remainder
   int interval_steps;    ///< of the stimulus
@@ -37,6 +36,7 @@ struct Pendulums {
   alignas(64) double passive[count];  // c Kp_pass
   alignas(64) double damping[count];  // c Kd_pass
   alignas(64) double k1[count], k2[count];
+  alignas(64) double sine[3][count];                    // c m g h times the coefficients of P, lowest first
   alignas(64) double theta[count], minus_theta[count];  // half of it
   alignas(64) double fraction[count];                   // of the delay, in steps, beyond a whole number of them
   // Their state.

@@ -199,30 +199,18 @@ class Network {
   std::optional<Identifier> identifier_;
 };
 
-/// Sway as somebody records it who starts so many samples after the protocol: from rest before it, by cubics between
-/// samples, and straight on behind the last.
-std::vector<double> started_later(const std::vector<double>& sway, double samples) {
-  const auto count = static_cast<long long>(sway.size());
-  const auto at = [&](long long i) {
-    if (i < 0) return 0.0;
-    const double last = sway[sway.size() - 1], before = sway[sway.size() - 2];
-    return i < count ? sway[static_cast<std::size_t>(i)] : last + static_cast<double>(i - count + 1) * (last - before);
-  };
-  std::vector<double> later;
-  for (long long i = 0; i < count; ++i) {
-    const double place = static_cast<double>(i) + samples, floor = std::floor(place), t = place - floor;
-    const auto j = static_cast<long long>(floor);
-    later.push_back(-t * (t - 1.0) * (t - 2.0) / 6.0 * at(j - 1) + (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0 * at(j) -
-                    (t + 1.0) * t * (t - 2.0) / 2.0 * at(j + 1) + (t + 1.0) * t * (t - 1.0) / 6.0 * at(j + 2));
-  }
-  return later;
+/// As it is recorded where start and gain are as their priors say.
+sim::Protocol recorded(sim::Protocol protocol, const posterior::Priors& priors) {
+  if (priors.start_s > 0.0) protocol.conditions[sim::Condition::start] = {.share = 1.0, .high = priors.start_s};
+  if (priors.gain > 0.0) protocol.conditions[sim::Condition::gain] = {.share = 1.0, .high = priors.gain};
+  return protocol;
 }
 
 /// Valid trials of the seed from this attempt on, with start and gain from their priors.
 class Trials {
  public:
   Trials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed, std::uint64_t first)
-      : simulator_(protocol), ranges_(protocol.ranges()), priors_(priors), seed_(seed), next_(first) {}
+      : simulator_(recorded(protocol, priors)), ranges_(protocol.ranges()), seed_(seed), next_(first) {}
 
   struct Trial {
     std::uint64_t attempt;
@@ -238,26 +226,15 @@ class Trials {
       const std::uint64_t attempt = next_++;
       const sim::TrialInput input = dataset::base_trial(ranges_, seed_, attempt);
       if (!simulator_.run(input.parameters, input.noise, sway).valid) continue;
-      record(attempt, sway);
-      sim::add_sensor_noise(protocol.noise.sensor, seed_, attempt, sway);
+      sim::record(protocol, seed_, attempt, sway);
       return {attempt, input.parameters, {sway.begin(), sway.end()}};
     }
     throw Error("protocol " + protocol.name, "10,000 trials in a row fell", "use a smaller stimulus or less noise");
   }
 
  private:
-  void record(std::uint64_t attempt, std::vector<double>& sway) const {
-    if (priors_.start_s == 0.0 && priors_.gain == 0.0) return;
-    const Random random(seed_, Stream::recording, attempt);
-    const double start_s = random.uniform(0, -priors_.start_s, priors_.start_s);
-    const double gain = random.uniform(1, 1.0 - priors_.gain, 1.0 + priors_.gain);
-    sway = started_later(sway, start_s * simulator_.protocol().experiment.sample_rate_hz);
-    for (double& value : sway) value *= gain;
-  }
-
   sim::Simulator simulator_;
   sim::ParameterTable ranges_;
-  posterior::Priors priors_;
   std::uint64_t seed_, next_;
 };
 

@@ -107,7 +107,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
           ? format("--kp-pass and twice --kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp", stiffness,
                    mgh)
           : "shorten --delay, lower --kp or raise --kd");
-  sim::add_sensor_noise(simulator.protocol().noise.sensor, options.seed, 0, sway);
+  sim::record(simulator.protocol(), options.seed, 0, sway);
   to_degrees(sway);
   auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
   columns.insert(columns.begin() + 1, std::move(sway));
@@ -135,7 +135,7 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
             .valid;
       },
       "shorten --delay or --hip-delay, or bring the gains of ankle and hip nearer to their defaults");
-  sim::add_sensor_noise(simulator.protocol().noise.sensor, options.seed, 0, com);
+  sim::record(simulator.protocol(), options.seed, 0, com);
   auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
   for (std::vector<double>* angles : {&com, &leg, &trunk}) to_degrees(*angles);
   columns.insert(columns.begin() + 1, std::move(com));

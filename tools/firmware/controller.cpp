@@ -2,6 +2,7 @@
 #include "tools/firmware/controller.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 #include "base/error.hpp"
@@ -64,6 +65,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
                         define("DECID_FW_TEST_STEPS", samples * protocol.experiment.steps_per_sample()));
 
   const sim::Course course = sim::course_of(protocol.experiment, stimulus);
+  const std::array<double, 3> sine = sim::sine_of(protocol.experiment.body);
   std::string source = "/* " + origin + R"(
    Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
    -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math. The self-test tells if the bits are right. */
@@ -72,8 +74,8 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_FMA_FLOAT"}) source += define(unused, 0);
   source += define("USES_FMA_DOUBLE", 1) + define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
             define_double("STEP_OVER_INERTIA", course.step_s / protocol.experiment.body.inertia_kgm2) +
-            define_double("BODY_MGH", protocol.experiment.body.mgh()) + define_double("SINE_0", course.sine[0]) +
-            define_double("SINE_1", course.sine[1]) + define_double("SINE_2", course.sine[2]) +
+            define_double("BODY_MGH", protocol.experiment.body.mgh()) + define_double("SINE_0", sine[0]) +
+            define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
             define("STEPS_PER_SAMPLE", course.steps_per_sample) + define("STEPS_PER_INTERVAL", course.interval_steps) +
             define("TEST_INTERVALS", intervals) +
             format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(hash));

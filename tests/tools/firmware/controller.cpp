@@ -1,5 +1,6 @@
 // Exported controllers: the sway of whole trials, to the bit, beside the simulator's.
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
@@ -17,13 +18,14 @@ using test::shell;
 std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim::Parameters& p, const Random& noise) {
   const sim::Protocol& protocol = simulator.protocol();
   const sim::Course course = sim::course_of(protocol.experiment, simulator.stimulus());
+  const std::array<double, 3> sine = sim::sine_of(protocol.experiment.body);
   const auto samples = static_cast<std::size_t>(simulator.samples());
   const std::size_t intervals = simulator.stimulus().rate_rad_s.size() / samples;
   std::vector<double> trial{course.step_s / protocol.experiment.body.inertia_kgm2,
                             protocol.experiment.body.mgh(),
-                            course.sine[0],
-                            course.sine[1],
-                            course.sine[2],
+                            sine[0],
+                            sine[1],
+                            sine[2],
                             p[sim::Kp_pass],
                             p[sim::Kd_pass],
                             static_cast<double>(samples),
