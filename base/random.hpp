@@ -27,6 +27,7 @@ enum class Stream : std::uint32_t {
   walkers = 11,          ///< item: walker; its start, jumps and choices
   predictive = 12,       ///< item: trial simulated from a posterior's draws (its sensor noise: with bit 63 set)
   recording = 13,        ///< item: trial; how it is recorded (sim/conditions.cpp)
+  body = 14,             ///< item: attempt; index 0: height
 };
 
 /// One block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.

@@ -30,8 +30,8 @@ std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
 
 }  // namespace
 
-void Encoding::encode(std::span<const float> sway_rad, std::span<float> input) const {
-  images.make(sway_rad, input);
+void Encoding::encode(const Sway& sway, std::span<float> input) const {
+  images.make(sway, input);
   if (!rows.mean.empty()) rows.apply(input, images.shape().columns);
 }
 
@@ -40,7 +40,8 @@ namespace {
 /// Trials that wait for others to share lanes with.
 struct Waiting {
   std::vector<std::size_t> places;
-  std::vector<std::vector<float>> sways;
+  std::vector<std::vector<float>> sways_rad;
+  std::vector<double> heights;
   std::vector<float> images;
 };
 
@@ -54,15 +55,16 @@ class Collector {
         values_(static_cast<std::size_t>(encoding.images.shape().size())),
         together_(static_cast<std::size_t>(encoding.images.trials_together())) {}
 
-  void take(std::size_t place, std::span<const float> sway_rad) {
+  void take(std::size_t place, const Sway& sway) {
     if (place >= inputs_.size() / values_)
       throw Error("images",
                   "place " + std::to_string(place) + " in room for " + std::to_string(inputs_.size() / values_),
                   "make room for all of them");
-    if (together_ == 1) return encoding_.encode(sway_rad, inputs_.subspan(place * values_, values_));
+    if (together_ == 1) return encoding_.encode(sway, inputs_.subspan(place * values_, values_));
     std::unique_ptr<Waiting> waiting = pick();
-    if (waiting->sways.size() == waiting->places.size()) waiting->sways.emplace_back();
-    waiting->sways[waiting->places.size()].assign(sway_rad.begin(), sway_rad.end());
+    if (waiting->sways_rad.size() == waiting->places.size()) waiting->sways_rad.emplace_back();
+    waiting->sways_rad[waiting->places.size()].assign(sway.rad.begin(), sway.rad.end());
+    waiting->heights.push_back(sway.height);
     waiting->places.push_back(place);
     if (waiting->places.size() == together_) encode(*waiting);
     const std::lock_guard lock(mutex_);
@@ -84,8 +86,8 @@ class Collector {
 
   void encode(Waiting& waiting) const {
     const std::size_t count = waiting.places.size();
-    std::vector<std::span<const float>> sways(waiting.sways.begin(),
-                                              waiting.sways.begin() + static_cast<std::ptrdiff_t>(count));
+    std::vector<Sway> sways;
+    for (std::size_t i = 0; i < count; ++i) sways.emplace_back(waiting.sways_rad[i], waiting.heights[i]);
     waiting.images.resize(count * values_);
     encoding_.images.make_all(sways, waiting.images);
     for (std::size_t i = 0; i < count; ++i) {
@@ -94,6 +96,7 @@ class Collector {
       std::ranges::copy(image, inputs_.begin() + static_cast<std::ptrdiff_t>(waiting.places[i] * values_));
     }
     waiting.places.clear();
+    waiting.heights.clear();
   }
 
   const Encoding& encoding_;
@@ -108,7 +111,7 @@ class Collector {
 void encode_all(const Encoding& encoding, const std::function<void(const TakeSway& take)>& hand_over,
                 std::span<float> inputs) {
   Collector collector(encoding, inputs);
-  hand_over([&](std::size_t place, std::span<const float> sway_rad) { collector.take(place, sway_rad); });
+  hand_over([&](std::size_t place, const Sway& sway) { collector.take(place, sway); });
   collector.finish();
 }
 
@@ -125,11 +128,10 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
     std::vector<int> indices(static_cast<std::size_t>(std::min(source.trials_at_once(), trials - first)));
     std::iota(indices.begin(), indices.end(), first);
     const auto hand_over = [&](const TakeSway& take) {
-      source.take(Part::training, 0, indices,
-                  [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
-                    parameters[static_cast<std::size_t>(first) + place] = truth;
-                    take(place, sway);
-                  });
+      source.take(Part::training, 0, indices, [&](std::size_t place, const sim::Parameters& truth, const Sway& sway) {
+        parameters[static_cast<std::size_t>(first) + place] = truth;
+        take(place, sway);
+      });
     };
     if (standardize) {
       drawn.resize(indices.size() * values);
@@ -137,10 +139,10 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
       for (std::size_t place = 0; place < indices.size(); ++place)
         rows.add(std::span(drawn).subspan(place * values, values));
     } else {
-      hand_over([](std::size_t, std::span<const float>) {});
+      hand_over([](std::size_t, const Sway&) {});
     }
   }
-  return {standardize ? rows.finish() : RowScaling{}, target_scaling(source.protocol().parameters(), parameters)};
+  return {standardize ? rows.finish() : RowScaling{}, target_scaling(source.protocol().ranges(), parameters)};
 }
 
 namespace {
@@ -216,11 +218,11 @@ void Feed::fill(Block& block, int epoch, std::vector<int> indices) const {
       encoding_,
       [&](const TakeSway& take) {
         source_.take(Part::training, epoch, indices,
-                     [&](std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad) {
+                     [&](std::size_t place, const sim::Parameters& parameters, const Sway& sway) {
                        const auto target = targets_.scale(parameters);
                        std::ranges::copy(target,
                                          block.targets.begin() + static_cast<std::ptrdiff_t>(place * target.size()));
-                       take(place, sway_rad);
+                       take(place, sway);
                      });
       },
       block.images);

@@ -23,12 +23,12 @@ struct Encoding {
   const ImageMaker& images;
   const RowScaling& rows;  ///< empty: images as they are
 
-  /// sway_rad: of a trial's length; input: images.shape().size() values.
-  void encode(std::span<const float> sway_rad, std::span<float> input) const;
+  /// sway: of a trial's length; input: images.shape().size() values.
+  void encode(const Sway& sway, std::span<float> input) const;
 };
 
-/// Takes the sway of the trial at a place: in any order and from many threads; sway_rad is valid only within the call.
-using TakeSway = std::function<void(std::size_t place, std::span<const float> sway_rad)>;
+/// Takes the sway of the trial at a place: in any order and from many threads; it is valid only within the call.
+using TakeSway = std::function<void(std::size_t place, const Sway& sway)>;
 /// Encodes the trials that `hand_over` gives to the TakeSway it is called with. inputs: of place 0, of place 1, ...
 /// Trials whose images share lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are
 /// encode()'s. Throws Error for a place without room, and what hand_over throws.

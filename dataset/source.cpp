@@ -73,12 +73,12 @@ class StreamSource final : public TrialSource {
     std::vector<std::uint64_t> numbers;
     for (const int index : indices) numbers.push_back(first + static_cast<std::uint64_t>(index));
     simulate_stream(
-        simulator_, seed_, numbers, [&](std::size_t place, const sim::Parameters& parameters, std::span<double> sway) {
+        simulator_, seed_, numbers, [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
           thread_local std::vector<float> stored;
           sim::record(protocol(), seed_, numbers[place], sway);
           stored.resize(sway.size());
           std::ranges::transform(sway, stored.begin(), [](double value) { return static_cast<float>(value); });
-          take(place, parameters, stored);
+          take(place, trial.parameters, {stored, trial.height});
         });
   }
 
@@ -110,14 +110,16 @@ TrialIdentity identity_of(const StoredDataset& data) {
 void simulate_stream(const sim::Simulator& simulator, std::uint64_t seed, std::span<const std::uint64_t> numbers,
                      const TakeExact& take) {
   constexpr int attempts = 1024;
+  const sim::ParameterTable ranges = simulator.protocol().ranges();
   simulator.run_until_valid(
       static_cast<int>(numbers.size()), attempts,
       [&](int i, int attempt) {
-        return base_trial(simulator.protocol().parameters(), seed,
-                          numbers[static_cast<std::size_t>(i)] * attempts + static_cast<std::uint64_t>(attempt));
+        return base_trial(ranges, seed,
+                          numbers[static_cast<std::size_t>(i)] * attempts + static_cast<std::uint64_t>(attempt),
+                          simulator.protocol().heights);
       },
-      [&](int i, const sim::Parameters& parameters, std::span<double> sway) {
-        take(static_cast<std::size_t>(i), parameters, sway);
+      [&](int i, const sim::TrialInput& trial, std::span<double> sway) {
+        take(static_cast<std::size_t>(i), trial, sway);
       });
 }
 

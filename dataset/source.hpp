@@ -39,9 +39,8 @@ class TrialSource {
   /// How many trials to ask for at once, 1 or more: asking for more costs memory, asking for fewer costs time.
   virtual int trials_at_once() const = 0;
 
-  /// Takes the trial at a place: in any order and from many threads; sway_rad is valid only within the call.
-  using Take =
-      std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<const float> sway_rad)>;
+  /// Takes the trial at a place: in any order and from many threads; the sway is valid only within the call.
+  using Take = std::function<void(std::size_t place, const sim::Parameters& parameters, const Sway& sway)>;
   /// Gives the part's trial at indices[place] to take, for every place. Throws Error for an index that is not from 0 to
   /// below trials(part).
   virtual void take(Part part, int epoch, std::span<const int> indices, const Take& take) const = 0;
@@ -52,10 +51,9 @@ std::unique_ptr<TrialSource> stored_source(StoredDataset data);
 
 /// Takes the trial at a place: in any order and from many threads; sway_rad may be changed, and is valid only within
 /// the call.
-using TakeExact = std::function<void(std::size_t place, const sim::Parameters& parameters, std::span<double> sway_rad)>;
-/// Simulates the trials of a stream at `numbers`, without sensor noise; that of numbers[place] is given to take. Trial
-/// `number` is the first valid one of attempts 1024 number, 1024 number + 1, ... of base_trial(): it depends on (seed,
-/// number) alone.
+using TakeExact = std::function<void(std::size_t place, const sim::TrialInput& trial, std::span<double> sway_rad)>;
+/// Simulates the trials of a stream at `numbers`, exact; that of numbers[place] is given to take. Trial `number` is the
+/// first valid one of attempts 1024 number, 1024 number + 1, ... of base_trial(): it depends on (seed, number) alone.
 void simulate_stream(const sim::Simulator& simulator, std::uint64_t seed, std::span<const std::uint64_t> numbers,
                      const TakeExact& take);
 

@@ -78,9 +78,8 @@ std::vector<float> images_of(const Model& model, const dataset::TrialSource& sou
   dataset::encode_all(
       model.encoding(),
       [&](const dataset::TakeSway& take) {
-        source.take(
-            dataset::Part::unseen, epoch, indices,
-            [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) { take(place, sway_rad); });
+        source.take(dataset::Part::unseen, epoch, indices,
+                    [&](std::size_t place, const sim::Parameters&, const dataset::Sway& sway) { take(place, sway); });
       },
       images);
   return images;

@@ -85,7 +85,7 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
   std::vector<Estimate> all(trials.size());
   for (std::size_t first = 0; first < trials.size(); first += at_once) {
     const std::size_t count = std::min(at_once, trials.size() - first);
-    std::vector<std::span<const float>> sways;
+    std::vector<dataset::Sway> sways;
     for (std::size_t i = 0; i < count; ++i) {
       all[first + i].trial = std::move(trials[first + i]);
       sways.emplace_back(all[first + i].trial.sway_rad());

@@ -60,9 +60,10 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
 
 Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture, const Head& head_)
     : protocol(checked(std::move(protocol_), image_)),
-      targets{sim::Parameters(parameters().size()), sim::Parameters(parameters().size())},
+      targets{sim::Parameters(protocol.parameters().size()), sim::Parameters(protocol.parameters().size())},
       network(network_input(dataset::ImageMaker(image_, protocol.experiment)), architecture),
       head(&head_),
+      ranges_(protocol.ranges()),
       images_(std::move(image_), protocol.experiment) {
   const auto outputs = static_cast<int>(head->outputs(parameters().size()));
   if (network.output_shape() != nn::Shape{outputs, 1, 1})

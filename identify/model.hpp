@@ -31,8 +31,8 @@ struct Model {
   Model(sim::Protocol protocol, dataset::ImageSettings image, const std::string& architecture,
         const Head& head = point_head());
 
-  /// What is identified.
-  const sim::ParameterTable& parameters() const { return protocol.parameters(); }
+  /// What is identified, in the ranges of the protocol's body.
+  const sim::ParameterTable& parameters() const { return ranges_; }
   /// The parameters that one trial's outputs stand for. Throws Error unless there are as many as the network has.
   sim::Parameters decode(std::span<const float> outputs) const;
 
@@ -41,10 +41,10 @@ struct Model {
   const dataset::ImageSettings& image() const { return images_.settings(); }
   /// How a trial becomes the network's input; refers to this model.
   dataset::Encoding encoding() const { return {images_, rows}; }
-  /// The image of a trial as the network sees it, row scaling applied. sway_rad: protocol.samples() values;
+  /// The image of a trial as the network sees it, row scaling applied. sway: of protocol.samples() values;
   /// image_values: images().shape().size(). Throws Error for a wrong number of either.
-  void make_input(std::span<const float> sway_rad, std::span<float> image_values) const {
-    encoding().encode(sway_rad, image_values);
+  void make_input(const dataset::Sway& sway, std::span<float> image_values) const {
+    encoding().encode(sway, image_values);
   }
   /// What images() drew as the network sees it, in place: row scaling applied. image_values: those of one image,
   /// images().shape().size().
@@ -53,6 +53,7 @@ struct Model {
   }
 
  private:
+  sim::ParameterTable ranges_;
   dataset::ImageMaker images_;
 };
 

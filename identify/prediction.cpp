@@ -55,7 +55,7 @@ Predicted predict(const Model& model, const dataset::TrialSource& source, datase
   Predicted predicted;
   predicted.truth.resize(static_cast<std::size_t>(source.trials(part)));
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
-    source.take(part, 0, indices, [&](std::size_t place, const sim::Parameters& truth, std::span<const float> sway) {
+    source.take(part, 0, indices, [&](std::size_t place, const sim::Parameters& truth, const dataset::Sway& sway) {
       predicted.truth[static_cast<std::size_t>(indices[place])] = truth;
       take(place, sway);
     });

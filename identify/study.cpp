@@ -165,10 +165,9 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
   const int index = typical(model, validation.scores, validation.truth);
   const auto place = static_cast<std::size_t>(index);
   std::vector<float> sway;
-  source->take(Part::validation, 0, std::vector<int>{index},
-               [&](std::size_t, const sim::Parameters&, std::span<const float> sway_rad) {
-                 sway.assign(sway_rad.begin(), sway_rad.end());
-               });
+  source->take(
+      Part::validation, 0, std::vector<int>{index},
+      [&](std::size_t, const sim::Parameters&, const dataset::Sway& of) { sway.assign(of.rad.begin(), of.rad.end()); });
   study.sample = make_sample(model, "validation half", index,
                              known_trial(model, sim::Simulator(model.protocol), validation.truth[place],
                                          scores_at(model, validation.scores, place), sway));
@@ -194,10 +193,10 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
     std::vector<std::uint64_t> numbers(sways.size());
     std::iota(numbers.begin(), numbers.end(), static_cast<std::uint64_t>(first));
     dataset::simulate_stream(simulator, seed, numbers,
-                             [&](std::size_t place, const sim::Parameters& parameters, std::span<double> sway) {
+                             [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
                                const std::size_t at = static_cast<std::size_t>(first) + place;
                                const auto [low, high] = std::ranges::minmax(sway);
-                               truth[at] = parameters;
+                               truth[at] = trial.parameters;
                                amplitude_deg[at] = (high - low) / sim::rad_per_deg;
                                sways[place].assign(sway.begin(), sway.end());
                              });

@@ -6,7 +6,6 @@
 
 namespace decid::sim {
 
-struct Body;
 struct Experiment;
 
 /// Ten significant digits, for computed values: "0.25", "121.0000001".
@@ -31,7 +30,6 @@ class Checker {
   std::string prefix_;
 };
 
-void check_body(const Checker& check, const Body& body);
 /// The stimulus alone; the sample rate is valid. Lengths are held to the bound of a trial, so that all of them fit int.
 void check_stimulus(const Checker& check, const Experiment& experiment);
 

@@ -24,12 +24,6 @@ void validate_length(const Checker& check, const Experiment& experiment) {
 
 }  // namespace
 
-void check_body(const Checker& check, const Body& body) {
-  check.positive("body mass_kg", body.mass_kg, 500.0);
-  check.positive("body com_height_m", body.com_height_m, 5.0);
-  check.positive("body inertia_kgm2", body.inertia_kgm2, 10'000.0);
-}
-
 void Experiment::validate(const std::string& protocol) const {
   const Checker check(protocol);
   check.within("sample_rate_hz", sample_rate_hz, 1.0, steps_per_second);
@@ -42,7 +36,9 @@ void Experiment::validate(const std::string& protocol) const {
                "change lead_out_s or sample_rate_hz");
   }
   validate_length(check, *this);
-  check_body(check, body);
+  check.positive("body mass_kg", body.mass_kg, 500.0);
+  check.positive("body com_height_m", body.com_height_m, 5.0);
+  check.positive("body inertia_kgm2", body.inertia_kgm2, 10'000.0);
 }
 
 void Experiment::refuse_implausible(const std::string& protocol) const {

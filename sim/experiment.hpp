@@ -23,6 +23,11 @@ struct Body {
 
   /// Gravitational stiffness m g h in N m/rad; 838.98 by default.
   double mgh() const { return mass_kg * gravity * com_height_m; }
+  /// A body of the same build so many times as tall, and lighter or heavier, so that m g h is the same: what parameters
+  /// over m g h do to it differs by its inertia alone.
+  Body of_height(double factor) const { return {mass_kg / factor, com_height_m * factor, inertia_kgm2 * factor}; }
+  /// So many times as tall as the other, if both are of one build: the ratio of J / (m g h).
+  double height_over(const Body& other) const { return inertia_kgm2 / mgh() / (other.inertia_kgm2 / other.mgh()); }
 
   friend bool operator==(const Body&, const Body&) = default;
 };

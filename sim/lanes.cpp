@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "base/error.hpp"
 #include "sim/checker.hpp"
 #include "sim/controller.hpp"
 
@@ -98,9 +99,11 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     const std::size_t column = waiting_.size();
     const TrialInput trial = trial_of(index);
     check_parameters(trial.parameters);
-    if (trial.body) check_body(Checker(setup_.protocol.name), *trial.body);
+    if (!(trial.height >= 0.1 && trial.height <= 10.0))
+      throw Error("trial", "has a body of " + given_text(trial.height) + " times the protocol's height",
+                  "give 0.1 to 10");
     waiting_.push_back(
-        {index, trial.parameters, trial.body.value_or(setup_.protocol.experiment.body), nullptr, silence_.data()});
+        {index, trial.parameters, setup_.protocol.experiment.body.of_height(trial.height), nullptr, silence_.data()});
     nv.push_back(trial.parameters[Nv]);
     random.push_back(trial.noise);
     if (trial.parameters[Nv] == 0.0) continue;

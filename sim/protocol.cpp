@@ -71,6 +71,8 @@ void Protocol::validate() const {
   experiment.validate(name);
   validate_noise(Checker(name), *this);
   validate_conditions(Checker(name), conditions);
+  Checker(name).within("body_heights high", heights.high, 0.5, 2.0);
+  Checker(name).within("body_heights low", heights.low, 0.5, heights.high);
 }
 
 void Protocol::refuse_implausible() const {

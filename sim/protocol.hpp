@@ -34,11 +34,20 @@ struct Noise {
   SensorNoise sensor;
 };
 
+/// Each trial of a stream has a body of its own, so many times as tall as the experiment's (Body::of_height), drawn
+/// uniformly.
+struct Heights {
+  double low = 1.0, high = 1.0;
+
+  bool vary() const { return low != 1.0 || high != 1.0; }
+};
+
 struct Protocol {
   std::string name = "default";
   Experiment experiment;
   Noise noise;
   Conditions conditions;
+  Heights heights;
 
   /// Throws Error as Experiment::validate does, for noise out of its bounds or without a harmonic of the trial in its
   /// band, and for conditions out of theirs; all that follows assumes a valid protocol.

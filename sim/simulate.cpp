@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -105,7 +106,7 @@ void Simulator::run_all(int count, const TrialOf& trial_of, const Finished& fini
 void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const {
   Indices indices(count);
   std::vector<int> attempt(static_cast<std::size_t>(count), 0);
-  std::vector<Parameters> parameters(static_cast<std::size_t>(count));
+  std::vector<std::optional<TrialInput>> trials(static_cast<std::size_t>(count));
   parallel_for(indices.threads(), [&](int) {
     std::vector<int> again;  // trials that fell in this thread's lanes stay with it
     const auto next = [&] {
@@ -118,13 +119,12 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
         next,
         [&](int index) {
           const auto i = static_cast<std::size_t>(index);
-          TrialInput trial = trial_of(index, attempt[i]++);
-          parameters[i] = trial.parameters;
-          return trial;
+          trials[i] = trial_of(index, attempt[i]++);
+          return *trials[i];
         },
         [&](int index, const Outcome& outcome, std::span<double> sway) {
           const auto i = static_cast<std::size_t>(index);
-          if (outcome.valid) return finished(index, parameters[i], sway);
+          if (outcome.valid) return finished(index, *trials[i], sway);
           if (attempt[i] == attempts) {
             throw Error("protocol " + protocol().name, std::to_string(attempts) + " trials in a row leave 5 degrees",
                         "reduce the tilt's amplitude or the noise");

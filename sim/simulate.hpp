@@ -9,7 +9,6 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 
 #include "base/random.hpp"
@@ -35,7 +34,7 @@ struct Outcome {
 struct TrialInput {
   Parameters parameters;
   Random noise;
-  std::optional<Body> body = {};  ///< another than the protocol's
+  double height = 1.0;  ///< of the body over that of the protocol's (Body::of_height), 0.1 to 10
 };
 
 /// Simulates trials of one protocol. Immutable: one serves all threads. Trials are computed many at a time, in the
@@ -66,7 +65,7 @@ class Simulator {
   /// Makes an attempt at trial `index`: 0, 1, ...
   using AttemptOf = std::function<TrialInput(int index, int attempt)>;
   /// As Finished, for the attempt that was valid.
-  using Valid = std::function<void(int index, const Parameters& parameters, std::span<double> sway_rad)>;
+  using Valid = std::function<void(int index, const TrialInput& trial, std::span<double> sway_rad)>;
   /// As run_all(), trying each index until its trial is valid; finished is called for that one only. Also throws Error
   /// if `attempts` in a row are not valid.
   void run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const;

@@ -48,10 +48,9 @@ void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, con
     dataset::encode_all(
         encoding,
         [&](const dataset::TakeSway& take) {
-          source->take(dataset::Part::training, 0, indices,
-                       [&](std::size_t place, const sim::Parameters&, std::span<const float> sway_rad) {
-                         take(place, sway_rad);
-                       });
+          source->take(
+              dataset::Part::training, 0, indices,
+              [&](std::size_t place, const sim::Parameters&, const dataset::Sway& sway) { take(place, sway); });
         },
         made);
   };

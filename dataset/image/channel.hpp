@@ -21,6 +21,8 @@ enum class Channel {
   sway,           ///< asinh(x / knee) of the means of blocks of the sway
   sway_change,    ///< of their differences from block to block
   sway_bend,      ///< of the differences of these
+  torque,         ///< of the ankle torque over m g h that moves the body so, of the block before
+  height,         ///< of the body over that of the experiment's, less 1, over height_unit
   tilt,           ///< the platform's tilt, means of blocks over tilt_unit_rad
   tilt_velocity,  ///< and its velocity over tilt_unit_rad a second
 };
@@ -34,6 +36,7 @@ inline constexpr double modulus_floor_rad = 1e-6;
 inline constexpr double asinh_knee_rad = 1e-3;
 /// The knees of series: about what sway, its changes and their changes are in blocks of 0.1 s.
 inline constexpr double sway_knee_rad = 5e-3, sway_change_knee_rad = 1e-3, sway_bend_knee_rad = 5e-4;
-inline constexpr double tilt_unit_rad = 0.01;
+inline constexpr double torque_knee_rad = 5e-3;
+inline constexpr double tilt_unit_rad = 0.01, height_unit = 0.1;
 
 }  // namespace decid::dataset

@@ -20,7 +20,7 @@ namespace {
 
 static_assert(image_lanes == sim::fft_lanes);
 
-constexpr std::array<std::pair<Channel, const char*>, 15> channel_names{{
+constexpr std::array<std::pair<Channel, const char*>, 17> channel_names{{
     {Channel::modulus, "modulus"},
     {Channel::log_modulus, "log_modulus"},
     {Channel::phase, "phase"},
@@ -34,6 +34,8 @@ constexpr std::array<std::pair<Channel, const char*>, 15> channel_names{{
     {Channel::sway, "sway"},
     {Channel::sway_change, "sway_change"},
     {Channel::sway_bend, "sway_bend"},
+    {Channel::torque, "torque"},
+    {Channel::height, "height"},
     {Channel::tilt, "tilt"},
     {Channel::tilt_velocity, "tilt_velocity"},
 }};
@@ -80,7 +82,7 @@ void ImageSettings::validate() const {
     if (is_of_series(channel) != (block > 0))
       throw Error("image",
                   std::string("a channel '") + name(channel) + "' of " + (block > 0 ? "time series" : "spectra"),
-                  block > 0 ? "use sway, sway_change, sway_bend, tilt or tilt_velocity"
+                  block > 0 ? "use sway, sway_change, sway_bend, torque, height, tilt or tilt_velocity"
                             : "set block to use channels of time series");
   if (block > 0 && (window != ImageSettings{}.window || half_spectrum || fold != 1 || rows != 0))
     throw Error("image", "time series with window, half_spectrum, fold or rows",
@@ -166,11 +168,12 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experimen
   }
   if (experiment != nullptr) {
     show_tilt(*experiment);
+    bend_over_lean_s2_ = experiment->body.inertia_kgm2 / experiment->body.mgh();
     return;
   }
   for (const Channel channel : settings_.channels)
-    if (channel == Channel::tilt || channel == Channel::tilt_velocity)
-      throw Error("image", std::string("there is no tilt for the channel '") + name(channel) + "'",
+    if (channel == Channel::tilt || channel == Channel::tilt_velocity || channel == Channel::torque)
+      throw Error("image", std::string("there is no tilt or body for the channel '") + name(channel) + "'",
                   "give the experiment of the trials");
 }
 
@@ -199,29 +202,30 @@ int ImageMaker::trials_together() const noexcept {
   return std::max(1, image_lanes / shape().columns);
 }
 
-void ImageMaker::make(std::span<const float> sway_rad, std::span<float> image, Isa isa) const {
-  make_all({&sway_rad, 1}, image, isa);
+void ImageMaker::make(const Sway& sway, std::span<float> image, Isa isa) const {
+  make_all({&sway, 1}, image, isa);
 }
 
-void ImageMaker::make_all(std::span<const std::span<const float>> sways_rad, std::span<float> images, Isa isa) const {
+void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, Isa isa) const {
   const ImageShape size = shape();
   const auto image_size = static_cast<std::size_t>(size.size());
-  for (const std::span<const float> sway : sways_rad) {
-    if (sway.size() != static_cast<std::size_t>(samples_)) {
-      throw Error("image",
-                  "a trial of " + std::to_string(sway.size()) + " samples for images of " + std::to_string(samples_),
-                  "make images of trials of one length");
+  for (const Sway& sway : sways) {
+    if (sway.rad.size() != static_cast<std::size_t>(samples_)) {
+      throw Error(
+          "image",
+          "a trial of " + std::to_string(sway.rad.size()) + " samples for images of " + std::to_string(samples_),
+          "make images of trials of one length");
     }
   }
-  if (images.size() != sways_rad.size() * image_size) {
+  if (images.size() != sways.size() * image_size) {
     throw Error("image",
-                "room for " + std::to_string(images.size()) + " values for " + std::to_string(sways_rad.size()) +
+                "room for " + std::to_string(images.size()) + " values for " + std::to_string(sways.size()) +
                     " images of " + std::to_string(image_size),
                 "make room for all of them");
   }
   if (settings_.block > 0) {
-    for (std::size_t i = 0; i < sways_rad.size(); ++i)
-      make_series(sways_rad[i], images.subspan(i * image_size, image_size), isa);
+    for (std::size_t i = 0; i < sways.size(); ++i)
+      make_series(sways[i], images.subspan(i * image_size, image_size), isa);
     return;
   }
   const ImageKernels& kernels = image_kernels(isa);
@@ -240,7 +244,7 @@ void ImageMaker::make_all(std::span<const std::span<const float>> sways_rad, std
   grow(work, 2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
   grow(mean, 2 * bins * lanes);
   grow(residual, bins * lanes);
-  const std::size_t all = sways_rad.size() * columns;  // columns of all images, one after another
+  const std::size_t all = sways.size() * columns;  // columns of all images, one after another
   for (std::size_t first = 0; first < all; first += lanes) {
     const std::size_t here = std::min(lanes, all - first);
     for (std::size_t cycle = 0; cycle < fold; ++cycle) {
@@ -248,7 +252,7 @@ void ImageMaker::make_all(std::span<const std::span<const float>> sways_rad, std
       std::array<const float*, lanes> windows{};
       for (std::size_t lane = 0; lane < here; ++lane) {
         const std::size_t trial = (first + lane) / columns, column = (first + lane) % columns;
-        windows[lane] = sways_rad[trial].data() + static_cast<std::size_t>(settings_.first_sample) +
+        windows[lane] = sways[trial].rad.data() + static_cast<std::size_t>(settings_.first_sample) +
                         (cycle * columns + column) * window;
       }
       if (here == 1) {

@@ -52,30 +52,38 @@ struct ImageShape {
   int size() const { return channels * rows * columns; }
 };
 
+/// What an image is made of: a trial's sway, and the body that swayed.
+struct Sway {
+  std::span<const float> rad;
+  double height = 1.0;  ///< of the body over that of the experiment's (sim::Body::height_over)
+
+  Sway(std::span<const float> sway_rad, double body_height = 1.0) : rad(sway_rad), height(body_height) {}
+  Sway(const std::vector<float>& sway_rad, double body_height = 1.0) : rad(sway_rad), height(body_height) {}
+};
+
 /// Makes images of trials of a fixed length; immutable, one serves all threads.
 class ImageMaker {
  public:
   /// samples: length of a trial; what is too short for a window or block at its end is left out.
-  /// Throws Error if no window or block fits, or for a channel of the tilt.
+  /// Throws Error if no window or block fits, or for a channel of the tilt or the body.
   ImageMaker(ImageSettings settings, int samples);
-  /// Of an experiment's trials, whose tilt channels may show.
+  /// Of an experiment's trials, whose tilt and body channels may show.
   ImageMaker(ImageSettings settings, const sim::Experiment& experiment);
 
   const ImageSettings& settings() const noexcept { return settings_; }
   ImageShape shape() const noexcept;
-  /// sway_rad: `samples` values. image: shape().size() values, channel-major, rows (frequency) before columns (time).
+  /// sway: of `samples` values. image: shape().size() values, channel-major, rows (frequency) before columns (time).
   /// isa: tests and benchmarks may ask for another.
-  void make(std::span<const float> sway_rad, std::span<float> image, Isa isa = chosen_isa()) const;
+  void make(const Sway& sway, std::span<float> image, Isa isa = chosen_isa()) const;
   /// The images of several trials, one after another, each with the bits that it has alone. Eight windows are
   /// transformed side by side: trials that have fewer share the lanes, so give `trials_together` at once, or many.
-  void make_all(std::span<const std::span<const float>> sways_rad, std::span<float> images,
-                Isa isa = chosen_isa()) const;
+  void make_all(std::span<const Sway> sways, std::span<float> images, Isa isa = chosen_isa()) const;
   int trials_together() const noexcept;
 
  private:
   ImageMaker(ImageSettings settings, int samples, const sim::Experiment* experiment);
   void show_tilt(const sim::Experiment& experiment);
-  void make_series(std::span<const float> sway_rad, std::span<float> image, Isa isa) const;
+  void make_series(const Sway& sway, std::span<float> image, Isa isa) const;
   /// The spectrum of one window in lane 0.
   void transform_alone(std::span<const float> window, std::span<double> spectrum) const;
 
@@ -84,6 +92,8 @@ class ImageMaker {
   sim::RealFft fft_;
   int rows_;
   std::vector<float> tilt_, tilt_velocity_;  // as the channels show them
+  double bend_over_lean_s2_ = 0.0;           // J / (m g h)
+  double block_s_ = 1.0;
 };
 
 /// Mean and standard deviation of each row (channel, frequency) over a training set's images and times.

@@ -13,7 +13,7 @@ void ImageMaker::show_tilt(const sim::Experiment& experiment) {
   if (settings_.block == 0) return;
   const sim::Stimulus stimulus = sim::make_stimulus(experiment);
   const int steps = experiment.steps_per_sample();
-  const double block_s = settings_.block / experiment.sample_rate_hz;
+  block_s_ = settings_.block / experiment.sample_rate_hz;
   double before = 0.0;
   for (int row = 0; row < rows_; ++row) {
     double sum = 0.0;
@@ -22,21 +22,22 @@ void ImageMaker::show_tilt(const sim::Experiment& experiment) {
     const double tilt = sum / settings_.block;
     if (row == 0) before = tilt;
     tilt_.push_back(static_cast<float>(tilt / tilt_unit_rad));
-    tilt_velocity_.push_back(static_cast<float>((tilt - before) / block_s / tilt_unit_rad));
+    tilt_velocity_.push_back(static_cast<float>((tilt - before) / block_s_ / tilt_unit_rad));
     before = tilt;
   }
 }
 
-void ImageMaker::make_series(std::span<const float> sway_rad, std::span<float> image, Isa isa) const {
+void ImageMaker::make_series(const Sway& sway, std::span<float> image, Isa isa) const {
   const auto rows = static_cast<std::size_t>(rows_), block = static_cast<std::size_t>(settings_.block);
   constexpr std::size_t lanes = image_lanes;
+  const double per_bend = bend_over_lean_s2_ / (block_s_ * block_s_);
   const std::size_t padded = (rows + lanes - 1) / lanes * lanes;
   thread_local std::vector<double> values, work;
   thread_local std::vector<float> shown;
   values.assign(padded, 0.0);
   shown.resize(padded);
   for (std::size_t row = 0; row < rows; ++row) {
-    const float* sample = sway_rad.data() + static_cast<std::size_t>(settings_.first_sample) + row * block;
+    const float* sample = sway.rad.data() + static_cast<std::size_t>(settings_.first_sample) + row * block;
     double sum = 0.0;
     for (std::size_t i = 0; i < block; ++i) sum += double{sample[i]};
     values[row] = sum / static_cast<double>(block);
@@ -61,6 +62,17 @@ void ImageMaker::make_series(std::span<const float> sway_rad, std::span<float> i
         differences(work, 1);
         differences(work, 2);
         draw(work, sway_bend_knee_rad, plane);
+        break;
+      case Channel::torque:
+        // J a'' = m g h a - torque, about the block before.
+        differences(work, 1);
+        differences(work, 2);
+        for (std::size_t row = rows; row-- > 0;)
+          work[row] = row < 2 ? 0.0 : values[row - 1] - sway.height * per_bend * work[row];
+        draw(work, torque_knee_rad, plane);
+        break;
+      case Channel::height:
+        std::ranges::fill(plane, static_cast<float>((sway.height - 1.0) / height_unit));
         break;
       case Channel::tilt:
         std::copy(tilt_.begin(), tilt_.end(), plane.begin());

@@ -17,11 +17,14 @@ constexpr const char* where = "data set";
 
 }  // namespace
 
-sim::TrialInput base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt) {
+sim::TrialInput base_trial(const sim::ParameterTable& ranges, std::uint64_t seed, std::uint64_t attempt,
+                           const sim::Heights& heights) {
   const Random random(seed, Stream::base_parameters, attempt);
-  sim::Parameters parameters(table.size());
-  for (std::size_t i = 0; i < table.size(); ++i) parameters[i] = random.uniform(i, table[i].low, table[i].high);
-  return {parameters, Random(seed, Stream::vestibular_noise, attempt)};
+  sim::Parameters parameters(ranges.size());
+  for (std::size_t i = 0; i < ranges.size(); ++i) parameters[i] = random.uniform(i, ranges[i].low, ranges[i].high);
+  const double height =
+      heights.vary() ? Random(seed, Stream::body, attempt).uniform(0, heights.low, heights.high) : 1.0;
+  return {parameters, Random(seed, Stream::vestibular_noise, attempt), height};
 }
 
 Dataset generate(const DatasetRequest& request, DatasetReport* report, const Progress& progress) {

@@ -52,8 +52,10 @@ struct DatasetReport {
 /// Called now and then from one thread with the number of trials done; returns false to stop (generate throws Error).
 using Progress = std::function<bool(int done, int total)>;
 
-/// Attempt `attempt` of the base trials: what is simulated. Each parameter is uniform over its range.
-sim::TrialInput base_trial(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t attempt);
+/// Attempt `attempt` of the base trials: what is simulated. Each parameter is uniform over its range, the body's height
+/// too.
+sim::TrialInput base_trial(const sim::ParameterTable& ranges, std::uint64_t seed, std::uint64_t attempt,
+                           const sim::Heights& heights = {});
 
 /// Generates the data set in memory (npz.hpp: generate_npz, straight into a file); the bits depend only on the request.
 /// Sensor noise is that of the trial's attempt, for children with bit 63 set. Throws Error if base > count, count < 1,

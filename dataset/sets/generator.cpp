@@ -33,6 +33,9 @@ DatasetRequest checked(DatasetRequest request) {
                 std::to_string(request.base) + " base trials of " + std::to_string(request.count) + " trials in all",
                 "choose from 1 to all trials as base trials, or 0 for all");
   }
+  if (request.protocol.heights.vary())
+    throw Error(generation, "a protocol with body_heights, while the bodies of a data set are one",
+                "leave out body_heights; decid train --stream draws them");
   return request;
 }
 
@@ -60,8 +63,9 @@ double peak_to_peak(std::span<const double> sway) {
 Generator::Generator(DatasetRequest request)
     : request_(checked(std::move(request))),
       base_(request_.base == 0 ? request_.count : request_.base),
+      ranges_(request_.protocol.ranges()),
       simulator_(request_.protocol) {
-  report_.base = report_.all = TrialDistributions(request_.protocol.parameters());
+  report_.base = report_.all = TrialDistributions(ranges_);
   const std::size_t trial_bytes = static_cast<std::size_t>(samples()) * sizeof(float);
   largest_chunk_ = static_cast<int>(std::clamp(most_bytes / trial_bytes, fewest_attempts, most_attempts));
 }
@@ -81,11 +85,11 @@ std::int32_t Generator::parent_of(long long attempt) const {
 
 sim::TrialInput Generator::trial_of(long long attempt) const {
   const auto item = static_cast<std::uint64_t>(attempt);
-  if (!making_children()) return base_trial(request_.protocol.parameters(), request_.seed, item);
+  if (!making_children()) return base_trial(ranges_, request_.seed, item);
   const Random random(request_.seed, Stream::child_parameters, item);
   sim::Parameters parameters = parents_parameters_[item % parents_.size()];
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const sim::ParameterInfo& info = request_.protocol.parameters()[i];
+    const sim::ParameterInfo& info = ranges_[i];
     const double change = random.uniform(i, -child_change, child_change) * info.range();
     parameters[i] = std::clamp(parameters[i] + change, info.low, info.high);
   }

@@ -63,6 +63,7 @@ class Generator {
 
   DatasetRequest request_;
   int base_;
+  sim::ParameterTable ranges_;
   sim::Simulator simulator_;
   int largest_chunk_;
   struct Buffer {

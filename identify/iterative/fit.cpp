@@ -224,7 +224,7 @@ Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std
            const Settings& settings) {
   if (starts.empty()) throw Error("fit", "no start", "give one or more");
   check_budget(settings, starts.size());
-  const sim::ParameterTable& table = simulator.protocol().parameters();
+  const sim::ParameterTable table = simulator.protocol().ranges();
   for (const Start& start : starts)
     if (start.parameters.size() != table.size())
       throw Error("fit", "a start with " + std::to_string(start.parameters.size()) + " parameters",

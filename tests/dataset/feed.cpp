@@ -28,16 +28,16 @@ sim::Protocol noisy_protocol() {
 struct Taken {
   sim::Parameters parameters;
   std::vector<float> sway;
-  bool operator==(const Taken& other) const { return parameters == other.parameters && sway == other.sway; }
+  double height = 1.0;
+  bool operator==(const Taken&) const = default;
 };
 
 /// Trial `wanted` of those that are asked for together.
 Taken training_trial(const TrialSource& from, int epoch, std::vector<int> indices, std::size_t wanted = 0) {
   Taken taken;
-  from.take(Part::training, epoch, indices,
-            [&](std::size_t place, const sim::Parameters& p, std::span<const float> sway) {
-              if (place == wanted) taken = {p, {sway.begin(), sway.end()}};
-            });
+  from.take(Part::training, epoch, indices, [&](std::size_t place, const sim::Parameters& p, const Sway& sway) {
+    if (place == wanted) taken = {p, {sway.rad.begin(), sway.rad.end()}, sway.height};
+  });
   return taken;
 }
 
@@ -59,7 +59,7 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   CHECK(training_trial(*source, 2, {3, 9, 0, 7, 1, 1, 8, 2, 5}, 3) == first);
   CHECK(training_trial(*source, 3, {7}).parameters != first.parameters);
   source->take(Part::validation, 0, std::vector<int>{0},
-               [&](std::size_t, const sim::Parameters& p, std::span<const float>) { CHECK(p != first.parameters); });
+               [&](std::size_t, const sim::Parameters& p, const Sway&) { CHECK(p != first.parameters); });
   // Another length of the epoch renumbers, but trial 4 + 2 * 10 + 7 stays what it is.
   CHECK(training_trial(*stream_source(noisy_protocol(), 3, 27, 4), 1, {0}) == first);
   CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
@@ -67,16 +67,15 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   check_error([] { stream_source(noisy_protocol(), 3, 10, 0); }, {"0 validation"});
   for (const int index : {-1, 10}) {
     const std::vector<int> wrong{index};
-    check_error([&] { source->take(Part::training, 0, wrong, [](std::size_t, const auto&, auto) {}); },
+    check_error([&] { source->take(Part::training, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
                 {"no trial", "0 to 9"});
-    check_error([&] { source->take(Part::validation, 0, wrong, [](std::size_t, const auto&, auto) {}); },
+    check_error([&] { source->take(Part::validation, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
                 {"no trial", "0 to 3"});
   }
   // What a training has not seen is the next epoch's.
-  source->take(Part::unseen, 2, std::vector<int>{7},
-               [&](std::size_t, const sim::Parameters& p, std::span<const float> sway) {
-                 CHECK(Taken{p, {sway.begin(), sway.end()}} == first);
-               });
+  source->take(Part::unseen, 2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, const Sway& sway) {
+    CHECK(Taken{p, {sway.rad.begin(), sway.rad.end()}} == first);
+  });
 }
 
 TEST_CASE("a data set's halves are its training and its validation trials") {
@@ -90,17 +89,19 @@ TEST_CASE("a data set's halves are its training and its validation trials") {
     std::vector<int> indices(halves[half].size());
     std::iota(indices.rbegin(), indices.rend(), 0);
     std::vector<int> visits(indices.size(), 0);
-    const auto take = [&](std::size_t place, const sim::Parameters& p, std::span<const float> sway) {
+    const auto take = [&](std::size_t place, const sim::Parameters& p, const Sway& sway) {
       const int trial = halves[half][static_cast<std::size_t>(indices[place])];
       ++visits[place];
       CHECK(p == data.parameters[static_cast<std::size_t>(trial)]);
-      CHECK(std::ranges::equal(sway, data.trial(trial)));
+      CHECK(std::ranges::equal(sway.rad, data.trial(trial)));
+      CHECK(sway.height == 1.0);
     };
     source->take(half == 0 ? Part::training : Part::validation, 0, indices, take);
     CHECK(std::ranges::all_of(visits, [](int n) { return n == 1; }));
   }
   const std::vector<int> beyond{source->trials(Part::training)};
-  check_error([&] { source->take(Part::training, 0, beyond, [](std::size_t, const auto&, auto) {}); }, {"no trial"});
+  check_error([&] { source->take(Part::training, 0, beyond, [](std::size_t, const auto&, const auto&) {}); },
+              {"no trial"});
   CHECK(source->identity() == stored_source(data)->identity());
   CHECK(source->identity() != stored_source(generate({noisy_protocol(), 21, 0, 6}))->identity());
   Dataset one_half = data;
@@ -135,6 +136,36 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
     }
   }
   omp_set_num_threads(before);
+}
+
+TEST_CASE("streamed bodies are as tall as the protocol says, and a lighter body's parameters smaller") {
+  sim::Protocol protocol = tiny_protocol();
+  protocol.heights = {0.8, 1.1};
+  const auto source = stream_source(protocol, 3, 200, 4);
+  std::vector<int> indices(200);
+  std::iota(indices.begin(), indices.end(), 0);
+  std::vector<double> heights(200);
+  source->take(Part::training, 0, indices,
+               [&](std::size_t place, const sim::Parameters&, const Sway& sway) { heights[place] = sway.height; });
+  CHECK(*std::ranges::min_element(heights) >= 0.8);
+  CHECK(*std::ranges::max_element(heights) <= 1.1);
+  // Of 200 uniform ones all are above 0.83 or below 1.07 once in 30 million.
+  CHECK(*std::ranges::min_element(heights) < 0.83);
+  CHECK(*std::ranges::max_element(heights) > 1.07);
+  const Taken alone = training_trial(*source, 0, {17});
+  CHECK(alone.height == heights[17]);
+  protocol.heights = {alone.height, alone.height};
+  CHECK(training_trial(*stream_source(protocol, 3, 200, 4), 0, {17}).sway == alone.sway);
+  check_error([&] { generate({protocol, 10, 0, 3}); }, {"body_heights", "one"});
+
+  sim::Protocol light = tiny_protocol();
+  light.experiment.body.mass_kg *= 0.7;
+  light.experiment.body.inertia_kgm2 *= 0.7;
+  const Taken heavy = training_trial(*stream_source(tiny_protocol(), 3, 10, 4), 0, {2});
+  const Taken of_light = training_trial(*stream_source(light, 3, 10, 4), 0, {2});
+  CHECK(near(of_light.parameters[sim::Kp], 0.7 * heavy.parameters[sim::Kp], 1e-12));
+  CHECK(of_light.parameters[sim::Delay] == heavy.parameters[sim::Delay]);
+  CHECK(within(of_light.sway[300], double{heavy.sway[300]}, 1e-7));
 }
 
 namespace {

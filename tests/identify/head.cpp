@@ -145,8 +145,8 @@ TEST_CASE("networks of fourteen parameters train with every head") {
     std::vector<sim::Parameters> decoded;
     for (int i = 0; i < 32; ++i) {
       source.take(dataset::Part::validation, 0, std::vector<int>{i},
-                  [&](std::size_t, const sim::Parameters&, std::span<const float> taken) {
-                    sway.assign(taken.begin(), taken.end());
+                  [&](std::size_t, const sim::Parameters&, const dataset::Sway& taken) {
+                    sway.assign(taken.rad.begin(), taken.rad.end());
                   });
       const auto outputs = predict(model, 1, 1, sways_in_memory([&](int) { return std::span<const float>(sway); }));
       CHECK(outputs.size() == head->outputs(14));

@@ -146,6 +146,18 @@ TEST_CASE("the noise's period: twice the trial's length in what people write, th
   check_error(parsing(R"({"sample_rate_hz": 0})"), {"my.json", "sample_rate_hz: is 0"});
 }
 
+TEST_CASE("bodies of other heights") {
+  const sim::Protocol protocol = sim::protocol_from_json(R"({"body_heights": [0.8, 1.1]})", "my.json");
+  CHECK(protocol.heights.low == 0.8);
+  CHECK(protocol.heights.high == 1.1);
+  CHECK(sim::protocol_from_json(to_json(protocol), "again").heights.high == 1.1);
+  CHECK(to_json(sim::Protocol{}).find("body_heights") == std::string::npos);
+  check_error(parsing(R"({"body_heights": [1.1, 0.8]})"), {"my.json", "body_heights low"});
+  check_error(parsing(R"({"body_heights": [0.1, 0.8]})"), {"my.json", "body_heights low"});
+  check_error(parsing(R"({"body_heights": [1, 3]})"), {"my.json", "body_heights high"});
+  check_error(parsing(R"({"body_heights": "tall"})"), {"'body_heights'", "a number or [low, high]"});
+}
+
 TEST_CASE("keys stand in the documented order") {
   const std::string text = to_json(sim::default_protocol());
   std::size_t last = 0;

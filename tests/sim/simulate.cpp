@@ -390,36 +390,32 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
 }
 
 TEST_CASE("Simulator::run_all: each trial with its own body") {
-  const auto body_of_trial = [](int index) {
-    const double height = 0.8 + 0.01 * index;
-    Body body;
-    body.mass_kg /= height;
-    body.com_height_m *= height;
-    body.inertia_kgm2 *= height;
-    return body;
-  };
-  const auto trial_of = [&](int index) {
+  const auto trial_of = [](int index) {
     TrialInput trial{single_pendulum().parameters.middle(),
                      Random(8, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
-    if (index % 3 > 0) trial.body = body_of_trial(index);
+    if (index % 3 > 0) trial.height = 0.8 + 0.01 * index;
     return trial;
   };
   const Simulator simulator(short_protocol());
   simulator.run_all(40, trial_of, [&](int index, const Outcome& outcome, std::span<double> sway) {
     const TrialInput trial = trial_of(index);
     Protocol own = short_protocol();
-    own.experiment.body = trial.body.value_or(Body{});
+    own.experiment.body = Body{}.of_height(trial.height);
     const Run expected = simulate(Simulator(own), trial.parameters, trial.noise);
     CHECK(outcome.largest_sway_rad == expected.outcome.largest_sway_rad);
     CHECK(std::equal(sway.begin(), sway.end(), expected.sway.begin()));
   });
-  const auto weightless = [&](int index) {
-    TrialInput trial = trial_of(index);
-    trial.body = Body{.mass_kg = 0.0};
-    return trial;
-  };
-  decid::test::check_error([&] { simulator.run_all(1, weightless, [](int, const Outcome&, std::span<double>) {}); },
-                           {"body mass_kg", "is 0"});
+  CHECK(near(Body{}.of_height(0.9).mgh(), Body{}.mgh(), 1e-15));
+  CHECK(near(Body{}.of_height(0.9).height_over(Body{}), 0.9, 1e-15));
+  for (const double height : {0.0, 10.1, std::numeric_limits<double>::quiet_NaN()}) {
+    const auto giant = [&](int index) {
+      TrialInput trial = trial_of(index);
+      trial.height = height;
+      return trial;
+    };
+    decid::test::check_error([&] { simulator.run_all(1, giant, [](int, const Outcome&, std::span<double>) {}); },
+                             {"times the protocol's height", "0.1 to 10"});
+  }
 }
 
 TEST_CASE("Simulator::run_all: nothing to do, and errors from inside") {

@@ -143,7 +143,7 @@ std::vector<Range> ranges(const FirmwarePlan& plan, const Model& model) {
   std::vector<int> indices(static_cast<std::size_t>(trials));
   std::iota(indices.begin(), indices.end(), 0);
   source->take(dataset::Part::training, 0, indices,
-               [&](std::size_t place, const sim::Parameters&, std::span<const float> sway) {
+               [&](std::size_t place, const sim::Parameters&, const dataset::Sway& sway) {
                  model.make_input(sway, std::span(images).subspan(place * size, size));
                });
   std::vector<std::vector<Range>> found(parts, std::vector<Range>(plan.maps.size()));
@@ -237,9 +237,9 @@ std::vector<float> predict_planned(const FirmwarePlan& plan, const Model& model,
   for (int first = 0; first < trials; first += at_once) {
     std::vector<int> indices(static_cast<std::size_t>(std::min(at_once, trials - first)));
     std::iota(indices.begin(), indices.end(), first);
-    sways(indices, [&](std::size_t place, std::span<const float> sway_rad) {
+    sways(indices, [&](std::size_t place, const dataset::Sway& sway) {
       std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
-      model.make_input(sway_rad, image);
+      model.make_input(sway, image);
       const std::vector<float> trial = run_plan(plan, image);
       std::ranges::copy(
           trial, result.begin() + static_cast<std::ptrdiff_t>((static_cast<std::size_t>(first) + place) * outputs));

@@ -22,7 +22,7 @@ void bench_image(benchmark::State& state, const dataset::ImageSettings& settings
   std::vector<float> sway_rad(samples), image(trials * static_cast<std::size_t>(maker.shape().size()));
   for (std::size_t i = 0; i < sway_rad.size(); ++i) sway_rad[i] = 1e-4F * static_cast<float>(i * 7919 % 100);
   FmaPeak peak(name(isa));
-  const std::vector<std::span<const float>> sways(trials, sway_rad);
+  const std::vector<dataset::Sway> sways(trials, sway_rad);
   const double seconds =
       best_seconds(state, peak, [&] { maker.make_all(sways, image, isa); }) / static_cast<double>(trials);
   state.counters["us"] = seconds * 1e6;

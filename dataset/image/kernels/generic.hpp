@@ -92,6 +92,8 @@ template <class V, Channel channel, class D = typename V::D>
     case Channel::sway:
     case Channel::sway_change:
     case Channel::sway_bend:
+    case Channel::torque:
+    case Channel::height:
     case Channel::tilt:
     case Channel::tilt_velocity:
       break;  // not of a bin
@@ -161,6 +163,8 @@ void draw(const DrawRequest& request) {
     case Channel::sway:
     case Channel::sway_change:
     case Channel::sway_bend:
+    case Channel::torque:
+    case Channel::height:
     case Channel::tilt:
     case Channel::tilt_velocity:
       return;  // not of spectra

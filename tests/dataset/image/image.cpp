@@ -198,7 +198,7 @@ TEST_CASE("image sizes and settings out of bounds are refused") {
   std::vector<float> sway(20), image(40);
   check_error([&] { maker.make(std::span(sway).first(19), image); }, {"a trial of 19 samples", "images of 20"});
   check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"room for 39 values for 1 images of 40"});
-  const std::array<std::span<const float>, 2> two{std::span<const float>(sway), std::span<const float>(sway).first(18)};
+  const std::array<Sway, 2> two{Sway(sway), Sway(std::span<const float>(sway).first(18))};
   std::vector<float> images(80);
   check_error([&] { maker.make_all(two, images); }, {"a trial of 18 samples", "images of 20"});
   check_error([&] { maker.make_all(std::span(two).first(1), images); }, {"room for 80 values for 1 images of 40"});
@@ -357,7 +357,7 @@ TEST_CASE("images of several trials are those of each alone, with every instruct
   constexpr int samples = 360;
   std::vector<std::vector<float>> sways;
   for (int i = 0; i < 19; ++i) sways.push_back(noise(samples, static_cast<std::uint64_t>(i)));
-  const std::vector<std::span<const float>> all(sways.begin(), sways.end());
+  const std::vector<Sway> all(sways.begin(), sways.end());
   // Windows of which a trial has 1, 2, 3 or 36: eight, four, two or one trial share the lanes.
   for (const auto& [settings_of_it, together] : {std::pair{ImageSettings{.window = 180, .fold = 2}, 8},
                                                  {{.window = 360}, 8},
@@ -388,17 +388,19 @@ TEST_CASE("images of several trials are those of each alone, with every instruct
 TEST_CASE("series: means of blocks, their changes and the changes of these, the tilt") {
   const sim::Protocol protocol = sim::default_protocol();
   const int samples = protocol.samples(), block = 10, lead = 7;
-  const ImageSettings settings{
-      .channels = {Channel::tilt_velocity, Channel::sway_bend, Channel::sway, Channel::tilt, Channel::sway_change},
-      .first_sample = lead,
-      .block = block};
+  const ImageSettings settings{.channels = {Channel::tilt_velocity, Channel::sway_bend, Channel::sway, Channel::tilt,
+                                            Channel::sway_change, Channel::torque, Channel::height},
+                               .first_sample = lead,
+                               .block = block};
   const ImageMaker maker(settings, protocol.experiment);
-  CHECK(maker.shape().channels == 5);
+  CHECK(maker.shape().channels == 7);
   CHECK(maker.shape().rows == (samples - lead) / block);
   CHECK(maker.shape().columns == 1);
   const std::vector<float> sway = noise(samples);
   const std::vector<float> image = image_of(maker, sway);
   const View view{image, maker.shape()};
+  std::vector<float> of_taller(image.size());
+  maker.make(Sway(sway, 1.2), of_taller);
   const auto mean = [&](int row) {
     double sum = 0.0;
     for (int i = 0; i < block; ++i) sum += double{sway[static_cast<std::size_t>(lead + row * block + i)]};
@@ -423,7 +425,16 @@ TEST_CASE("series: means of blocks, their changes and the changes of these, the 
     CHECK(within(view(1, row, 0), std::asinh((here - 2 * before + earlier) / 5e-4), 1e-6));
     CHECK(within(view(3, row, 0), tilt(row) / 0.01, 1e-6));
     CHECK(within(view(0, row, 0), (tilt(row) - tilt(row - 1)) / 0.1 / 0.01, 1e-5));
+    const double lean_s2 = protocol.experiment.body.inertia_kgm2 / protocol.experiment.body.mgh();
+    const double bend = (here - 2 * before + earlier) / 0.01;
+    CHECK(within(view(5, row, 0), std::asinh((before - lean_s2 * bend) / 5e-3), 1e-6));
+    CHECK(view(6, row, 0) == 0.0);
+    const View taller{of_taller, maker.shape()};
+    CHECK(within(taller(5, row, 0), std::asinh((before - 1.2 * lean_s2 * bend) / 5e-3), 1e-6));
+    CHECK(within(taller(6, row, 0), 2.0, 1e-6));
+    CHECK(taller(2, row, 0) == view(2, row, 0));
   }
+  CHECK(view(5, 1, 0) == 0.0);
   for (const Isa isa : available_isas()) {
     std::vector<float> again(image.size());
     maker.make(sway, again, isa);
@@ -435,6 +446,7 @@ TEST_CASE("series: means of blocks, their changes and the changes of these, the 
 TEST_CASE("series: errors") {
   const ImageSettings sway{.channels = {Channel::sway}, .block = 10}, tilt{.channels = {Channel::tilt}, .block = 10};
   check_error([&] { ImageMaker(tilt, 100); }, {"no tilt", "'tilt'"});
+  check_error([] { ImageMaker({.channels = {Channel::torque}, .block = 10}, 100); }, {"no tilt or body", "'torque'"});
   check_error([&] { ImageMaker(sway, 9); }, {"block of 10", "trial of 9"});
   check_error([] { ImageMaker({.channels = {Channel::sway}}, 1000); }, {"'sway'", "spectra"});
   check_error([] { ImageMaker({.channels = {Channel::phase}, .block = 10}, 1000); }, {"'phase'", "time series"});
