@@ -39,8 +39,9 @@ nn::Shape network_input(const dataset::ImageMaker& images) {
 /// The protocol, if it plays the cycles that the images fold.
 sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& image) {
   image.validate();
-  if (image.block > 0 || image.fold == 1) return protocol;
-  const int columns = std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
+  if (image.fold == 1) return protocol;
+  const int columns =
+      image.block > 0 ? 1 : std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
   const double cycle_samples = protocol.experiment.cycle_s() * protocol.experiment.sample_rate_hz;
   const double lead_in_samples = protocol.experiment.lead_in_s() * protocol.experiment.sample_rate_hz;
   if (image.fold == protocol.experiment.cycles() && columns * image.window == std::lround(cycle_samples) &&

@@ -30,6 +30,10 @@ enum class Channel {
 constexpr bool is_of_series(Channel channel) {
   return channel >= Channel::sway;
 }
+/// Whether a channel of a time series is of the sway, so that each cycle has its own.
+constexpr bool is_of_sway(Channel channel) {
+  return channel >= Channel::sway && channel <= Channel::torque;
+}
 /// log_modulus is log(max(|z|, this)): 1e-6 rad, below anything a sensor resolves. log_residual likewise.
 inline constexpr double modulus_floor_rad = 1e-6;
 /// Where asinh turns from linear to logarithmic: about the bins of good optical tracking's noise (0.01 degrees).

@@ -84,8 +84,8 @@ void ImageSettings::validate() const {
                   std::string("a channel '") + name(channel) + "' of " + (block > 0 ? "time series" : "spectra"),
                   block > 0 ? "use sway, sway_change, sway_bend, torque, height, tilt or tilt_velocity"
                             : "set block to use channels of time series");
-  if (block > 0 && (window != ImageSettings{}.window || half_spectrum || fold != 1 || rows != 0))
-    throw Error("image", "time series with window, half_spectrum, fold or rows",
+  if (block > 0 && (half_spectrum || rows != 0 || (fold == 1 && window != ImageSettings{}.window)))
+    throw Error("image", "time series with half_spectrum, rows, or a window that is not folded",
                 "leave these out, they are of spectra");
   if (first_sample < 0 || first_sample > 1'000'000'000) {
     throw Error("image", "a first_sample of " + std::to_string(first_sample), "choose 0 or more");
@@ -99,10 +99,12 @@ std::string to_json(const ImageSettings& settings) {
   std::vector<std::string> channels;
   for (const Channel channel : settings.channels) channels.emplace_back(name(channel));
   if (settings.block > 0) {
-    return print_json({{"block", settings.block},
-                       {"channels", channels},
-                       {"standardize_rows", settings.standardize_rows},
-                       {"first_sample", settings.first_sample}});
+    Json json{{"block", settings.block},
+              {"channels", channels},
+              {"standardize_rows", settings.standardize_rows},
+              {"first_sample", settings.first_sample}};
+    if (settings.fold > 1) json.update({{"fold", settings.fold}, {"window", settings.window}});
+    return print_json(json);
   }
   return print_json({{"window", settings.window},
                      {"half_spectrum", settings.half_spectrum},
@@ -149,14 +151,15 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experimen
     : settings_((settings.validate(), std::move(settings))),
       samples_(samples),
       fft_(settings_.window),
-      rows_(settings_.block > 0       ? std::max(samples - settings_.first_sample, 0) / settings_.block
+      rows_(settings_.block > 0       ? cycle_samples() / settings_.block
             : settings_.rows > 0      ? settings_.rows
             : settings_.half_spectrum ? fft_.bins()
                                       : settings_.window) {
   if (settings_.block > 0 && rows_ < 1) {
     throw Error("image",
-                "not one block of " + std::to_string(settings_.block) + " samples fits into a trial of " +
-                    std::to_string(samples) + " from sample " + std::to_string(settings_.first_sample) + " on",
+                "not one block of " + std::to_string(settings_.block) + " samples, times a fold of " +
+                    std::to_string(settings_.fold) + ", fits into a trial of " + std::to_string(samples) +
+                    " from sample " + std::to_string(settings_.first_sample) + " on",
                 "choose a shorter block or a longer trial");
   }
   if (shape().columns < 1) {
@@ -177,10 +180,19 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experimen
                   "give the experiment of the trials");
 }
 
-ImageShape ImageMaker::shape() const noexcept {
+int ImageMaker::cycle_samples() const noexcept {
   const int samples = std::max(samples_ - settings_.first_sample, 0);
-  return {static_cast<int>(settings_.channels.size()), rows_,
-          settings_.block > 0 ? 1 : samples / settings_.window / settings_.fold};
+  if (settings_.fold == 1) return samples;
+  return samples / settings_.fold < settings_.window ? 0 : settings_.window;
+}
+
+ImageShape ImageMaker::shape() const noexcept {
+  if (settings_.block > 0) {
+    const auto of_sway = static_cast<int>(std::ranges::count_if(settings_.channels, is_of_sway));
+    return {static_cast<int>(settings_.channels.size()) + (settings_.fold - 1) * of_sway, rows_, 1};
+  }
+  const int samples = std::max(samples_ - settings_.first_sample, 0);
+  return {static_cast<int>(settings_.channels.size()), rows_, samples / settings_.window / settings_.fold};
 }
 
 // A single window by itself has the same bits, without seven idle lanes, in an eighth of the memory.

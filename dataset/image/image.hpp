@@ -33,8 +33,9 @@ struct ImageSettings {
   /// log_residual shows how they differ. Columns cover one cycle. 1: each window by itself.
   int fold = 1;
   int rows = 0;  ///< only this many of the lowest frequencies, needs half_spectrum; 0: all
-  /// Above 0: in place of spectra a time series, of means of so many samples; its channels are those of series, and of
-  /// the other settings only first_sample and standardize_rows count.
+  /// Above 0: in place of spectra a time series, of means of so many samples; its channels are those of series. With a
+  /// fold, `window` is a cycle's length, and each channel of the sway is as many: of the cycles' mean, then of how they
+  /// differ (Helmert's contrasts: each cycle from the mean of those before it, scaled to the deviation of a cycle).
   int block = 0;
 
   /// Throws Error for a setting out of its bounds; largest_window is one of them.
@@ -82,6 +83,8 @@ class ImageMaker {
 
  private:
   ImageMaker(ImageSettings settings, int samples, const sim::Experiment* experiment);
+  /// Of a time series: of a cycle, or from first_sample to the end.
+  int cycle_samples() const noexcept;
   void show_tilt(const sim::Experiment& experiment);
   void make_series(const Sway& sway, std::span<float> image, Isa isa) const;
   /// The spectrum of one window in lane 0.

@@ -1,5 +1,6 @@
 // Time series as images: means of blocks, and how they change.
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "dataset/image/image.hpp"
@@ -27,61 +28,93 @@ void ImageMaker::show_tilt(const sim::Experiment& experiment) {
   }
 }
 
+namespace {
+
+/// The difference from the value before, 0 for the first `known`.
+void take_differences(std::vector<double>& of, std::size_t rows, std::size_t known) {
+  for (std::size_t row = rows; row-- > 0;) of[row] = row < known ? 0.0 : of[row] - of[row - 1];
+}
+
+/// The mean of the cycles and, from the second on, each less the mean of those before, times sqrt(k / (k + 1)): in
+/// place.
+void contrast(std::vector<std::vector<double>>& cycles, std::size_t rows) {
+  const auto fold = static_cast<double>(cycles.size());
+  for (std::size_t row = 0; row < rows; ++row) {
+    double sum = cycles[0][row];
+    for (std::size_t k = 1; k < cycles.size(); ++k) {
+      const auto before = static_cast<double>(k);
+      const double own = cycles[k][row];
+      cycles[k][row] = (own - sum / before) * std::sqrt(before / (before + 1.0));
+      sum += own;
+    }
+    cycles[0][row] = sum / fold;
+  }
+}
+
+}  // namespace
+
 void ImageMaker::make_series(const Sway& sway, std::span<float> image, Isa isa) const {
   const auto rows = static_cast<std::size_t>(rows_), block = static_cast<std::size_t>(settings_.block);
+  const auto fold = static_cast<std::size_t>(settings_.fold), window = static_cast<std::size_t>(settings_.window);
   constexpr std::size_t lanes = image_lanes;
   const double per_bend = bend_over_lean_s2_ / (block_s_ * block_s_);
   const std::size_t padded = (rows + lanes - 1) / lanes * lanes;
-  thread_local std::vector<double> values, work;
+  thread_local std::vector<std::vector<double>> cycles;
+  thread_local std::vector<double> work;
   thread_local std::vector<float> shown;
-  values.assign(padded, 0.0);
+  cycles.resize(fold);
   shown.resize(padded);
-  for (std::size_t row = 0; row < rows; ++row) {
-    const float* sample = sway.rad.data() + static_cast<std::size_t>(settings_.first_sample) + row * block;
-    double sum = 0.0;
-    for (std::size_t i = 0; i < block; ++i) sum += double{sample[i]};
-    values[row] = sum / static_cast<double>(block);
+  for (std::size_t cycle = 0; cycle < fold; ++cycle) {
+    cycles[cycle].assign(padded, 0.0);
+    for (std::size_t row = 0; row < rows; ++row) {
+      const float* sample =
+          sway.rad.data() + static_cast<std::size_t>(settings_.first_sample) + cycle * window + row * block;
+      double sum = 0.0;
+      for (std::size_t i = 0; i < block; ++i) sum += double{sample[i]};
+      cycles[cycle][row] = sum / static_cast<double>(block);
+    }
   }
-  const auto draw = [&](const std::vector<double>& of, double knee, std::span<float> plane) {
-    image_kernels(isa).asinh(static_cast<int>(padded), of.data(), knee, shown.data());
+  if (fold > 1) contrast(cycles, rows);
+  const auto draw = [&](double knee, std::span<float> plane) {
+    image_kernels(isa).asinh(static_cast<int>(padded), work.data(), knee, shown.data());
     std::copy_n(shown.begin(), rows, plane.begin());
   };
-  // The difference from the value before, 0 for the first `known`.
-  const auto differences = [&](std::vector<double>& of, std::size_t known) {
-    for (std::size_t row = rows; row-- > 0;) of[row] = row < known ? 0.0 : of[row] - of[row - 1];
-  };
-  for (std::size_t c = 0; c < settings_.channels.size(); ++c) {
-    const std::span<float> plane = image.subspan(c * rows, rows);
-    work = values;
-    switch (settings_.channels[c]) {
-      case Channel::sway_change:
-        differences(work, 1);
-        draw(work, sway_change_knee_rad, plane);
-        break;
-      case Channel::sway_bend:
-        differences(work, 1);
-        differences(work, 2);
-        draw(work, sway_bend_knee_rad, plane);
-        break;
-      case Channel::torque:
-        // J a'' = m g h a - torque, about the block before.
-        differences(work, 1);
-        differences(work, 2);
-        for (std::size_t row = rows; row-- > 0;)
-          work[row] = row < 2 ? 0.0 : values[row - 1] - sway.height * per_bend * work[row];
-        draw(work, torque_knee_rad, plane);
-        break;
-      case Channel::height:
-        std::ranges::fill(plane, static_cast<float>((sway.height - 1.0) / height_unit));
-        break;
-      case Channel::tilt:
-        std::copy(tilt_.begin(), tilt_.end(), plane.begin());
-        break;
-      case Channel::tilt_velocity:
-        std::copy(tilt_velocity_.begin(), tilt_velocity_.end(), plane.begin());
-        break;
-      default:
-        draw(work, sway_knee_rad, plane);
+  std::size_t planes = 0;
+  for (const Channel channel : settings_.channels) {
+    for (std::size_t cycle = 0; cycle < (is_of_sway(channel) ? fold : 1); ++cycle) {
+      const std::span<float> plane = image.subspan(planes++ * rows, rows);
+      const std::vector<double>& values = cycles[cycle];
+      work = values;
+      switch (channel) {
+        case Channel::sway_change:
+          take_differences(work, rows, 1);
+          draw(sway_change_knee_rad, plane);
+          break;
+        case Channel::sway_bend:
+          take_differences(work, rows, 1);
+          take_differences(work, rows, 2);
+          draw(sway_bend_knee_rad, plane);
+          break;
+        case Channel::torque:
+          // J a'' = m g h a - torque, about the block before.
+          take_differences(work, rows, 1);
+          take_differences(work, rows, 2);
+          for (std::size_t row = rows; row-- > 0;)
+            work[row] = row < 2 ? 0.0 : values[row - 1] - sway.height * per_bend * work[row];
+          draw(torque_knee_rad, plane);
+          break;
+        case Channel::height:
+          std::ranges::fill(plane, static_cast<float>((sway.height - 1.0) / height_unit));
+          break;
+        case Channel::tilt:
+          std::ranges::copy(tilt_, plane.begin());
+          break;
+        case Channel::tilt_velocity:
+          std::ranges::copy(tilt_velocity_, plane.begin());
+          break;
+        default:
+          draw(sway_knee_rad, plane);
+      }
     }
   }
 }

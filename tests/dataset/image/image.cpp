@@ -196,7 +196,7 @@ TEST_CASE("image sizes and settings out of bounds are refused") {
   check_error([] { ImageSettings{.channels = std::vector<Channel>(17)}.validate(); }, {"17 channels"});
   const ImageMaker maker({.window = 10}, 20);
   std::vector<float> sway(20), image(40);
-  check_error([&] { maker.make(std::span(sway).first(19), image); }, {"a trial of 19 samples", "images of 20"});
+  check_error([&] { maker.make(std::span<const float>(sway).first(19), image); }, {"a trial of 19 samples", "images of 20"});
   check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"room for 39 values for 1 images of 40"});
   const std::array<Sway, 2> two{Sway(sway), Sway(std::span<const float>(sway).first(18))};
   std::vector<float> images(80);
@@ -443,6 +443,39 @@ TEST_CASE("series: means of blocks, their changes and the changes of these, the 
   CHECK(image_settings_from_json(to_json(settings), "test") == settings);
 }
 
+TEST_CASE("series: cycles as their mean and contrasts") {
+  constexpr int cycle = 200, block = 10, lead = 5, samples = lead + 3 * cycle + 7;
+  const ImageSettings settings{.window = cycle,
+                               .channels = {Channel::sway, Channel::sway_change},
+                               .first_sample = lead,
+                               .fold = 3,
+                               .block = block};
+  const ImageMaker maker(settings, samples);
+  CHECK(maker.shape().channels == 6);
+  CHECK(maker.shape().rows == cycle / block);
+  const std::vector<float> sway = noise(samples);
+  const std::vector<float> image = image_of(maker, sway);
+  const View view{image, maker.shape()};
+  const auto mean = [&](int of, int row) {
+    double sum = 0.0;
+    for (int i = 0; i < block; ++i) sum += double{sway[static_cast<std::size_t>(lead + of * cycle + row * block + i)]};
+    return sum / block;
+  };
+  const auto parts = [&](int row) {
+    const double a = mean(0, row), b = mean(1, row), c = mean(2, row);
+    return std::array{(a + b + c) / 3.0, (b - a) * std::sqrt(0.5), (c - (a + b) / 2.0) * std::sqrt(2.0 / 3.0)};
+  };
+  for (int row = 1; row < maker.shape().rows; ++row) {
+    for (int part = 0; part < 3; ++part) {
+      const double here = parts(row)[static_cast<std::size_t>(part)];
+      const double before = parts(row - 1)[static_cast<std::size_t>(part)];
+      CHECK(within(view(part, row, 0), std::asinh(here / 5e-3), 1e-6));
+      CHECK(within(view(3 + part, row, 0), std::asinh((here - before) / 1e-3), 1e-6));
+    }
+  }
+  CHECK(image_settings_from_json(to_json(settings), "test") == settings);
+}
+
 TEST_CASE("series: errors") {
   const ImageSettings sway{.channels = {Channel::sway}, .block = 10}, tilt{.channels = {Channel::tilt}, .block = 10};
   check_error([&] { ImageMaker(tilt, 100); }, {"no tilt", "'tilt'"});
@@ -450,7 +483,8 @@ TEST_CASE("series: errors") {
   check_error([&] { ImageMaker(sway, 9); }, {"block of 10", "trial of 9"});
   check_error([] { ImageMaker({.channels = {Channel::sway}}, 1000); }, {"'sway'", "spectra"});
   check_error([] { ImageMaker({.channels = {Channel::phase}, .block = 10}, 1000); }, {"'phase'", "time series"});
-  check_error([] { ImageMaker({.channels = {Channel::sway}, .fold = 2, .block = 10}, 1000); }, {"fold"});
+  check_error([] { ImageMaker({.window = 501, .channels = {Channel::sway}, .fold = 2, .block = 10}, 1000); },
+              {"fold of 2", "trial of 1000"});
   check_error([] { ImageMaker({.window = 50, .channels = {Channel::sway}, .block = 10}, 1000); }, {"window"});
   check_error([] { ImageMaker({.channels = {Channel::sway}, .block = -1}, 1000); }, {"block of -1"});
 }
