@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dataset/recording/trial.hpp"
+#include "identify/distribution.hpp"
 #include "sim/frf.hpp"
 #include "sim/parameters.hpp"
 
@@ -17,6 +18,9 @@ struct Estimate {
   /// SI units. Those of a trial like the model's training lie in their ranges or a little outside; those of others may
   /// lie anywhere, below 0 too. A warning names each that is outside.
   sim::Parameters parameters;
+  /// How sure the network is of them; `parameters` are its means. Empty if the model's head gives point estimates
+  /// alone.
+  std::optional<Distribution> distribution = {};
   dataset::Trial trial;      ///< what was identified: the recording at the protocol's rate and length
   std::vector<float> image;  ///< of the trial, before row scaling, channel-major; its shape is the model's
   /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.

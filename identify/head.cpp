@@ -8,7 +8,6 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "base/random.hpp"
 #include "identify/mixture.hpp"
 #include "nn/loss.hpp"
 
@@ -35,7 +34,6 @@ class PointHead final : public Head {
 };
 
 constexpr int most_components = 16;
-constexpr double least_share = 1e-4;  // of a range, from its ends: what is nearer counts as there
 const double root_twelve = std::sqrt(12.0);
 
 class MixtureHead final : public Head {
@@ -69,10 +67,8 @@ class MixtureHead final : public Head {
       }
       std::vector<double> values(count), by_value(count), x(parameters);
       for (std::size_t o = 0; o < count; ++o) values[o] = double{outputs.at(lane, static_cast<int>(o), 0, 0)};
-      for (std::size_t p = 0; p < parameters; ++p) {
-        const double share = 0.5 + double{targets[sample * parameters + p]} / root_twelve;
-        x[p] = inverse_normal(std::clamp(share, least_share, 1.0 - least_share));
-      }
+      for (std::size_t p = 0; p < parameters; ++p)
+        x[p] = mixture_coordinate(0.5 + double{targets[sample * parameters + p]} / root_twelve);
       densities[sample] = mixture_log_density(components_, values, x, by_value);
       for (std::size_t o = 0; o < count; ++o)
         diff.at(lane, static_cast<int>(o), 0, 0) = static_cast<float>(factor * by_value[o]);
@@ -80,10 +76,12 @@ class MixtureHead final : public Head {
     return -std::accumulate(densities.begin(), densities.end(), 0.0);
   }
   void scores(std::span<const float> outputs, std::span<float> scores) const override {
-    const std::vector<double> values(outputs.begin(), outputs.end());
-    const Mixture mixture(components_, scores.size(), values);
+    const Mixture mixture = *distribution(outputs, scores.size());
     for (std::size_t p = 0; p < scores.size(); ++p)
       scores[p] = static_cast<float>((mixture.mean(p) - 0.5) * root_twelve);
+  }
+  std::optional<Mixture> distribution(std::span<const float> outputs, std::size_t parameters) const override {
+    return Mixture(components_, parameters, std::vector<double>(outputs.begin(), outputs.end()));
   }
 
  private:

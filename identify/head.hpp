@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "dataset/sets/dataset.hpp"
+#include "identify/mixture.hpp"
 #include "nn/tensor.hpp"
 
 namespace decid {
@@ -35,14 +37,21 @@ class Head {
   /// The z-scored point estimate of each parameter that one trial's outputs stand for. outputs: as many as outputs()
   /// says for scores.size() parameters. Throws Error for another number.
   virtual void scores(std::span<const float> outputs, std::span<float> scores) const = 0;
+  /// What one trial's outputs say of so many parameters, as shares of the ranges that scaling() was given; empty if
+  /// they are point estimates alone. Throws Error for a number of outputs that is not outputs().
+  virtual std::optional<Mixture> distribution(std::span<const float> outputs, std::size_t parameters) const {
+    (void)outputs;
+    (void)parameters;
+    return std::nullopt;
+  }
 };
 
 /// Z-scored parameters themselves, trained with the mean squared error: "point".
 const Head& point_head();
 
-/// A mixture of so many Gaussians (identify/mixture.hpp), 1 to 16, trained with minus the logarithm of its density at
-/// the targets, a parameter's scaled so that its range is +-sqrt(3): "mixture 1", ... The point estimate is the mean.
-/// Throws Error for another number.
+/// A distribution, a mixture of so many Gaussians (identify/mixture.hpp), 1 to 16, trained with minus the logarithm of
+/// its density at the targets, a parameter's scaled so that its range is +-sqrt(3): "mixture 1", ... The point estimate
+/// is the mean. Throws Error for another number.
 const Head& mixture_head(int components);
 
 /// Throws Error for a name that no head has; `where` names the model.

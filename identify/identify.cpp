@@ -100,7 +100,9 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
     predictor_.run(images, output, feature);
     for (std::size_t i = 0; i < count; ++i) {
       Estimate& estimate = all[first + i];
-      estimate.parameters = model_.decode(std::span(output).subspan(i * outputs, outputs));
+      const auto own = std::span<const float>(output).subspan(i * outputs, outputs);
+      estimate.parameters = model_.decode(own);
+      estimate.distribution = model_.distribution(own);
       if (features > 0)
         estimate.distance = model_.familiarity.distance(std::span(feature).subspan(i * features, features));
       warn_of_ranges(model_.parameters(), estimate);

@@ -8,12 +8,19 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "base/random.hpp"
 #include "identify/posterior/cholesky.hpp"
 
 namespace decid {
 namespace {
 
 constexpr double log_root_two_pi = 0.91893853320467274178;
+constexpr double least_share = 1e-4;  // of a range, from its ends
+
+/// What the density of a share has over that of its coordinate, as a logarithm.
+double log_stretch(double x) {
+  return 0.5 * x * x + log_root_two_pi;
+}
 
 std::size_t component_outputs(std::size_t parameters) {
   return 1 + parameters + parameters * (parameters + 1) / 2;
@@ -73,6 +80,10 @@ std::array<Node, nodes> make_nodes() {
 
 }  // namespace
 
+double mixture_coordinate(double share) {
+  return inverse_normal(std::clamp(share, least_share, 1.0 - least_share));
+}
+
 std::size_t mixture_outputs(std::size_t components, std::size_t parameters) {
   return components * component_outputs(parameters);
 }
@@ -117,7 +128,7 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
 }
 
 Mixture::Mixture(std::size_t components, std::size_t parameters, std::span<const double> outputs)
-    : parameters_(parameters) {
+    : parameters_(parameters), outputs_(outputs.begin(), outputs.end()) {
   check(components, parameters, outputs.size());
   std::vector<double> weights(components);
   for (std::size_t k = 0; k < components; ++k) weights[k] = Section(outputs, k, parameters).log_weight();
@@ -181,20 +192,47 @@ double Mixture::correlation(std::size_t a, std::size_t b) const {
   return scale > 0.0 ? std::clamp((second_moment(a, b) - mean(a) * mean(b)) / scale, -1.0, 1.0) : 0.0;
 }
 
-double Mixture::quantile(std::size_t parameter, double share) const {
-  const auto below = [&](double x) {
-    double sum = 0.0;
-    for (const Component& k : components_)
-      sum += k.weight *
-             normal_distribution((x - k.centre[parameter]) / std::sqrt(k.covariance[parameter * (parameters_ + 1)]));
-    return sum;
-  };
+double Mixture::below_coordinate(std::size_t parameter, double x) const {
+  double sum = 0.0;
+  for (const Component& k : components_)
+    sum += k.weight *
+           normal_distribution((x - k.centre[parameter]) / std::sqrt(k.covariance[parameter * (parameters_ + 1)]));
+  return sum;
+}
+
+double Mixture::below(std::size_t parameter, double share) const {
+  if (share <= 0.0) return 0.0;
+  return share < 1.0 ? below_coordinate(parameter, inverse_normal(share)) : 1.0;
+}
+
+double Mixture::quantile(std::size_t parameter, double probability) const {
   double low = -10.0, high = 10.0;
   for (int halving = 0; halving < 50; ++halving) {
     const double middle = 0.5 * (low + high);
-    (below(middle) < share ? low : high) = middle;
+    (below_coordinate(parameter, middle) < probability ? low : high) = middle;
   }
   return normal_distribution(0.5 * (low + high));
+}
+
+double Mixture::log_density(std::size_t parameter, double share) const {
+  const double x = mixture_coordinate(share);
+  std::vector<double> logs;
+  for (const Component& k : components_) {
+    if (k.weight <= 0.0) continue;
+    const double variance = k.covariance[parameter * (parameters_ + 1)], off = x - k.centre[parameter];
+    logs.push_back(decid::log(k.weight) - 0.5 * (off * off / variance + decid::log(variance)) - log_root_two_pi);
+  }
+  return normalise(logs) + log_stretch(x);
+}
+
+double Mixture::log_density(std::span<const double> shares) const {
+  std::vector<double> x, unused(outputs_.size());
+  double stretch = 0.0;
+  for (const double share : shares) {
+    x.push_back(mixture_coordinate(share));
+    stretch += log_stretch(x.back());
+  }
+  return mixture_log_density(components_.size(), outputs_, x, unused) + stretch;
 }
 
 }  // namespace decid

@@ -23,7 +23,12 @@ std::size_t mixture_outputs(std::size_t components, std::size_t parameters);
 double mixture_log_density(std::size_t components, std::span<const double> outputs, std::span<const double> x,
                            std::span<double> by_output);
 
-/// What such outputs say of each parameter, as a share of its range.
+/// Where a parameter at this share of its range lies. What is nearer to an end than 1e-4 counts as there, as
+/// coordinates are infinite at the ends.
+double mixture_coordinate(double share);
+
+/// What such outputs say of each parameter, as a share of its range. Densities are of these shares: a parameter that is
+/// known only to lie in its range has 1.
 class Mixture {
  public:
   /// Throws Error for a number of outputs that is not mixture_outputs.
@@ -32,9 +37,15 @@ class Mixture {
   std::size_t parameters() const noexcept { return parameters_; }
   double mean(std::size_t parameter) const;
   double deviation(std::size_t parameter) const;
-  /// 0 < share < 1.
-  double quantile(std::size_t parameter, double share) const;
+  /// The share of the range that the parameter is below with this probability, 0 < probability < 1.
+  double quantile(std::size_t parameter, double probability) const;
+  /// The probability that it is below this share: 0 and 1 outside of the range.
+  double below(std::size_t parameter, double share) const;
   double correlation(std::size_t a, std::size_t b) const;
+  /// Of one parameter, whatever the others are.
+  double log_density(std::size_t parameter, double share) const;
+  /// Of all together. Throws Error for another number of shares than parameters().
+  double log_density(std::span<const double> shares) const;
 
  private:
   struct Component {
@@ -42,8 +53,10 @@ class Mixture {
     std::vector<double> centre, covariance;  // covariance: a square, row after row
   };
   double second_moment(std::size_t a, std::size_t b) const;
+  double below_coordinate(std::size_t parameter, double x) const;
 
   std::size_t parameters_;
+  std::vector<double> outputs_;
   std::vector<Component> components_;
 };
 

@@ -72,14 +72,29 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
                 format("end it with fc %d", outputs));
 }
 
-sim::Parameters Model::decode(std::span<const float> outputs) const {
+void Model::require_outputs(std::span<const float> outputs) const {
   const std::size_t needed = head->outputs(parameters().size());
   if (outputs.size() != needed)
     throw Error("model", format("%zu outputs of a trial to be decoded", outputs.size()),
                 format("give the network's %zu", needed));
+}
+
+sim::Parameters Model::decode(std::span<const float> outputs) const {
+  require_outputs(outputs);
   std::vector<float> scores(parameters().size());
   head->scores(outputs, scores);
   return targets.unscale(scores);
+}
+
+std::optional<Distribution> Model::distribution(std::span<const float> outputs) const {
+  require_outputs(outputs);
+  std::optional<Mixture> mixture = head->distribution(outputs, parameters().size());
+  if (!mixture) return std::nullopt;
+  return Distribution(std::move(*mixture), parameters(), recalibration);
+}
+
+bool Model::gives_distribution() const {
+  return distribution(std::vector<float>(head->outputs(parameters().size()), 0.0F)).has_value();
 }
 
 std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
@@ -105,6 +120,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
     file.tensors.push_back({"familiarity.mean", {n}, model.familiarity.mean});
     file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
   }
+  if (model.recalibration.known()) file.metadata["recalibration"] = to_json(model.recalibration);
   nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
   return nn::to_safetensors(file);
 }
@@ -151,6 +167,11 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
       throw Error(where, "has a familiarity that cannot be read", remedy);
     }
     if (!(model.familiarity.usual > 0)) throw Error(where, "has a familiarity that is not positive", remedy);
+  }
+  if (file.metadata.contains("recalibration")) {
+    if (!model.gives_distribution())
+      throw Error(where, "has a recalibration of distributions that its head does not give", remedy);
+    model.recalibration = recalibration_from_json(text("recalibration"), model.parameters().size(), where);
   }
   nn::load_network(model.network, file, where, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
   return model;

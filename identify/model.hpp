@@ -3,12 +3,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "dataset/feed.hpp"
 #include "dataset/sets/dataset.hpp"
+#include "identify/distribution.hpp"
 #include "identify/familiarity.hpp"
 #include "identify/head.hpp"
 #include "identify/origin.hpp"
@@ -24,6 +26,7 @@ struct Model {
   nn::Network<float> network;
   const Head* head;  ///< what the network's outputs mean; outlives the model
   Familiarity familiarity;
+  Recalibration recalibration;  ///< of the head's distributions
   Origin origin;
 
   /// A fresh network for these images; weights are not initialised. Throws Error if the architecture does not fit the
@@ -35,6 +38,10 @@ struct Model {
   const sim::ParameterTable& parameters() const { return ranges_; }
   /// The parameters that one trial's outputs stand for. Throws Error unless there are as many as the network has.
   sim::Parameters decode(std::span<const float> outputs) const;
+  /// What they say of these parameters, recalibrated; empty if the head gives point estimates alone. Throws Error as
+  /// decode() does.
+  std::optional<Distribution> distribution(std::span<const float> outputs) const;
+  bool gives_distribution() const;
 
   /// Draws the images of trials.
   const dataset::ImageMaker& images() const { return images_; }
@@ -53,6 +60,8 @@ struct Model {
   }
 
  private:
+  void require_outputs(std::span<const float> outputs) const;
+
   sim::ParameterTable ranges_;
   dataset::ImageMaker images_;
 };

@@ -51,17 +51,24 @@ std::vector<float> scores_of(const Model& model, std::span<const float> outputs)
   return scores;
 }
 
-Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part) {
-  Predicted predicted;
-  predicted.truth.resize(static_cast<std::size_t>(source.trials(part)));
+OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch,
+                     int trials) {
+  OutputsOf made;
+  made.truth.resize(static_cast<std::size_t>(trials));
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
-    source.take(part, 0, indices, [&](std::size_t place, const sim::Parameters& truth, const dataset::Sway& sway) {
-      predicted.truth[static_cast<std::size_t>(indices[place])] = truth;
-      take(place, sway);
-    });
+    source.take(part, epoch, indices,
+                [&](std::size_t place, const sim::Parameters& truth, const dataset::Sway& sway) {
+                  made.truth[static_cast<std::size_t>(indices[place])] = truth;
+                  take(place, sway);
+                });
   };
-  predicted.scores = scores_of(model, predict(model, source.trials(part), source.trials_at_once(), sways));
-  return predicted;
+  made.outputs = predict(model, trials, source.trials_at_once(), sways);
+  return made;
+}
+
+Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part) {
+  OutputsOf found = outputs_of(model, source, part, 0, source.trials(part));
+  return {scores_of(model, found.outputs), std::move(found.truth)};
 }
 
 }  // namespace decid

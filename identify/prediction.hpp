@@ -21,6 +21,14 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
 /// The z-scored point estimates that such outputs stand for: scores[trial * parameters + parameter].
 std::vector<float> scores_of(const Model& model, std::span<const float> outputs);
 
+/// The outputs for trials of a source, and what these were simulated with.
+struct OutputsOf {
+  std::vector<float> outputs;
+  std::vector<sim::Parameters> truth;
+};
+/// Of the part's first `trials` in that epoch.
+OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch, int trials);
+
 /// The scores of a part of a source's trials, and what these were simulated with.
 struct Predicted {
   std::vector<float> scores;

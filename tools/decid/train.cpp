@@ -133,6 +133,7 @@ void train(const TrainOptions& options) {
                   "train without --resume");
   }
   model.familiarity = learn_familiarity(model, *source, preset.epochs);
+  model.recalibration = learn_recalibration(model, *source, preset.epochs);
   write_file(options.output, to_bytes(model));
   for (const std::string& path : {checkpoint, best_path}) std::filesystem::remove(path);
   const EpochLog& last = early ? state.log.at(static_cast<std::size_t>(best_epoch(state.log)) - 1) : state.log.back();
@@ -143,6 +144,8 @@ void train(const TrainOptions& options) {
                   nn::weights_sha256(model.network).c_str()));
   if (!model.familiarity.known())
     bar.line("too few trials, or another last layer than fc: identify will not recognise unfamiliar recordings");
+  if (model.gives_distribution() && !model.recalibration.known())
+    bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
   if (options.common.json)
     std::cout << Json{{"model", options.output},
                       {"epochs", state.log.size()},
