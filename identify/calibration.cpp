@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/parallel.hpp"
 #include "base/text.hpp"
 
 namespace decid {
@@ -25,16 +26,24 @@ double distance_from_uniform(std::vector<double> values) {
   return largest;
 }
 
-}  // namespace
-
-CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found) {
+/// Without `below`, and what chains have.
+template <class Found>
+CalibratedTrial beside(const sim::Parameters& truth, const Found& found) {
   CalibratedTrial trial;
   trial.truth = truth;
   trial.mean = trial.deviation = sim::Parameters(truth.size());
   for (std::size_t p = 0; p < truth.size(); ++p) {
-    const int quantity = static_cast<int>(p);
-    trial.mean[p] = found.mean(quantity);
-    trial.deviation[p] = found.deviation(quantity);
+    trial.mean[p] = found.mean(static_cast<int>(p));
+    trial.deviation[p] = found.deviation(static_cast<int>(p));
+  }
+  return trial;
+}
+
+}  // namespace
+
+CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found) {
+  CalibratedTrial trial = beside(truth, found);
+  for (std::size_t p = 0; p < truth.size(); ++p) {
     const auto below = std::ranges::count_if(
         found.states(), [&](const posterior::State& state) { return state.parameters[p] < truth[p]; });
     trial.below.push_back(static_cast<double>(below) / found.draws());
@@ -75,6 +84,33 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
     result.all.covered50 += of.covered50 / parameters;
     result.all.covered90 += of.covered90 / parameters;
     result.all.distance = std::max(result.all.distance, of.distance);
+  }
+  return result;
+}
+
+std::optional<NetworkCalibration> network_calibration(const Model& model, std::span<const float> outputs,
+                                                      std::span<const sim::Parameters> truth) {
+  if (!model.gives_distribution()) return std::nullopt;
+  const std::size_t parameters = model.parameters().size(), width = model.head->outputs(parameters);
+  std::vector<CalibratedTrial> trials(truth.size());
+  std::vector<double> scores(truth.size() * (parameters + 1));  // of all together last
+  parallel_for(static_cast<int>(truth.size()), [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    const ParameterDistribution found = *model.distribution(outputs.subspan(i * width, width));
+    trials[i] = beside(truth[i], found);
+    const auto own = std::span(scores).subspan(i * (parameters + 1), parameters + 1);
+    for (std::size_t p = 0; p < parameters; ++p) {
+      trials[i].below.push_back(found.below(static_cast<int>(p), truth[i][p]));
+      own[p] = found.log_density(static_cast<int>(p), truth[i][p]);
+    }
+    own[parameters] = found.log_density(truth[i]);
+  });
+  NetworkCalibration result{calibration_of(trials, model.targets.deviation), std::vector<double>(parameters)};
+  const auto count = static_cast<double>(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    for (std::size_t p = 0; p < parameters; ++p)
+      result.log_score_per_parameter[p] += scores[i * (parameters + 1) + p] / count;
+    result.log_score += scores[i * (parameters + 1) + parameters] / (count * static_cast<double>(parameters));
   }
   return result;
 }

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "identify/model.hpp"
 #include "identify/posterior/posterior.hpp"
 
 namespace decid {
@@ -50,6 +51,19 @@ struct Calibration {
 Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
 /// Of those whose chains agree alone.
 Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
+
+/// What the distributions that a network gives are worth, over trials.
+struct NetworkCalibration {
+  Calibration figures;  ///< of its distributions; nothing stands in network_mse
+  /// Mean logarithm of the density at the truth, of shares of the range, nats: 0 for a network that knows only the
+  /// ranges, 0.69 more halves what is left. Of each parameter whatever the others are; not recalibrated.
+  std::vector<double> log_score_per_parameter;
+  double log_score = 0.0;  ///< of all together, over their number
+};
+/// Trials by their outputs (see predict()) and parameters. Empty if the model's head gives point estimates alone.
+/// Throws Error without any trial.
+std::optional<NetworkCalibration> network_calibration(const Model& model, std::span<const float> outputs,
+                                                      std::span<const sim::Parameters> truth);
 
 /// Trials whose key lies between two values.
 struct CalibrationPart {

@@ -8,7 +8,8 @@
 
 namespace decid {
 
-Distribution::Distribution(Mixture mixture, const sim::ParameterTable& table, Recalibration recalibration)
+ParameterDistribution::ParameterDistribution(Mixture mixture, const sim::ParameterTable& table,
+                                             Recalibration recalibration)
     : mixture_(std::move(mixture)), low_(table.size()), range_(table.size()), recalibration_(std::move(recalibration)) {
   const std::size_t recalibrated = recalibration_.known() ? recalibration_.levels.size() : table.size();
   if (mixture_.parameters() != table.size() || recalibrated != table.size())
@@ -22,36 +23,36 @@ Distribution::Distribution(Mixture mixture, const sim::ParameterTable& table, Re
   }
 }
 
-double Distribution::mean(int quantity) const {
+double ParameterDistribution::mean(int quantity) const {
   const auto p = static_cast<std::size_t>(quantity);
   return low_[p] + range_[p] * mixture_.mean(p);
 }
 
-double Distribution::deviation(int quantity) const {
+double ParameterDistribution::deviation(int quantity) const {
   const auto p = static_cast<std::size_t>(quantity);
   return range_[p] * mixture_.deviation(p) * recalibration_.factor(p);
 }
 
-double Distribution::quantile(int quantity, double share) const {
+double ParameterDistribution::quantile(int quantity, double share) const {
   const auto p = static_cast<std::size_t>(quantity);
   return low_[p] + range_[p] * mixture_.quantile(p, recalibration_.level(p, share));
 }
 
-double Distribution::below(int quantity, double value) const {
+double ParameterDistribution::below(int quantity, double value) const {
   const auto p = static_cast<std::size_t>(quantity);
   return recalibration_.share(p, mixture_.below(p, share_of(p, value)));
 }
 
-double Distribution::correlation(int a, int b) const {
+double ParameterDistribution::correlation(int a, int b) const {
   return mixture_.correlation(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
 }
 
-double Distribution::log_density(int quantity, double value) const {
+double ParameterDistribution::log_density(int quantity, double value) const {
   const auto p = static_cast<std::size_t>(quantity);
   return mixture_.log_density(p, share_of(p, value));
 }
 
-double Distribution::log_density(const sim::Parameters& values) const {
+double ParameterDistribution::log_density(const sim::Parameters& values) const {
   if (values.size() != parameters())
     throw Error("distribution", format("%zu values for %zu parameters", values.size(), parameters()),
                 "give one for each");

@@ -9,11 +9,11 @@ namespace decid {
 
 /// In SI units, over the ranges of a model's parameters; a quantity is a parameter's number, as posterior::Posterior
 /// has it. Quantiles, deviations and below() are recalibrated; means, correlations and densities are the network's own.
-class Distribution {
+class ParameterDistribution {
  public:
   /// mixture: of shares of the table's ranges. Throws Error unless the mixture, and the recalibration if it is known,
   /// are of as many parameters as the table.
-  Distribution(Mixture mixture, const sim::ParameterTable& table, Recalibration recalibration = {});
+  ParameterDistribution(Mixture mixture, const sim::ParameterTable& table, Recalibration recalibration = {});
 
   std::size_t parameters() const noexcept { return low_.size(); }
   double mean(int quantity) const;

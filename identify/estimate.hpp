@@ -20,7 +20,7 @@ struct Estimate {
   sim::Parameters parameters;
   /// How sure the network is of them; `parameters` are its means. Empty if the model's head gives point estimates
   /// alone.
-  std::optional<Distribution> distribution = {};
+  std::optional<ParameterDistribution> distribution = {};
   dataset::Trial trial;      ///< what was identified: the recording at the protocol's rate and length
   std::vector<float> image;  ///< of the trial, before row scaling, channel-major; its shape is the model's
   /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.

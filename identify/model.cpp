@@ -86,11 +86,11 @@ sim::Parameters Model::decode(std::span<const float> outputs) const {
   return targets.unscale(scores);
 }
 
-std::optional<Distribution> Model::distribution(std::span<const float> outputs) const {
+std::optional<ParameterDistribution> Model::distribution(std::span<const float> outputs) const {
   require_outputs(outputs);
   std::optional<Mixture> mixture = head->distribution(outputs, parameters().size());
   if (!mixture) return std::nullopt;
-  return Distribution(std::move(*mixture), parameters(), recalibration);
+  return ParameterDistribution(std::move(*mixture), parameters(), recalibration);
 }
 
 bool Model::gives_distribution() const {

@@ -40,7 +40,7 @@ struct Model {
   sim::Parameters decode(std::span<const float> outputs) const;
   /// What they say of these parameters, recalibrated; empty if the head gives point estimates alone. Throws Error as
   /// decode() does.
-  std::optional<Distribution> distribution(std::span<const float> outputs) const;
+  std::optional<ParameterDistribution> distribution(std::span<const float> outputs) const;
   bool gives_distribution() const;
 
   /// Draws the images of trials.

@@ -15,7 +15,7 @@ namespace decid {
 namespace {
 
 constexpr int most_shown_trials = 10'240, least_shown_trials = 1'000;
-constexpr double step = 1.0 / (Recalibration::probabilities + 1);
+constexpr double share_step = 1.0 / (Recalibration::probabilities + 1);
 /// Levels of a network that is always sure and wrong would be 0 or 1, where there is nothing to ask for.
 constexpr double least_level = 1e-9;
 
@@ -39,9 +39,9 @@ double quantile_of(const std::vector<double>& sorted, double probability) {
 double Recalibration::level(std::size_t parameter, double share) const {
   if (!known()) return share;
   const Levels& all = levels[parameter];
-  const auto part = std::min(static_cast<std::size_t>(share / step), probabilities);
+  const auto part = std::min(static_cast<std::size_t>(share / share_step), probabilities);
   const double low = corner(all, part), high = corner(all, part + 1);
-  return low + (high - low) * (share / step - static_cast<double>(part));
+  return low + (high - low) * (share / share_step - static_cast<double>(part));
 }
 
 double Recalibration::share(std::size_t parameter, double level) const {
@@ -50,30 +50,30 @@ double Recalibration::share(std::size_t parameter, double level) const {
   const auto above = std::ranges::upper_bound(all, level);
   const auto part = static_cast<std::size_t>(above - all.begin());
   const double low = corner(all, part), high = corner(all, part + 1);
-  return step * (static_cast<double>(part) + (level - low) / (high - low));
+  return share_step * (static_cast<double>(part) + (level - low) / (high - low));
 }
 
-Recalibration recalibration_of(std::size_t parameters, const std::vector<double>& below,
-                               const std::vector<double>& error) {
-  const std::size_t trials = parameters > 0 ? below.size() / parameters : 0;
-  if (trials == 0 || below.size() != trials * parameters || error.size() != below.size())
-    throw Error(
-        "recalibration",
-        format("%zu probabilities and %zu errors for trials of %zu parameters", below.size(), error.size(), parameters),
-        "give one of each for each trial and parameter");
+// The factor weighs trials by what they promise: the mean of (error / deviation)^2 would be that of a few trials whose
+// deviation is next to nothing because they seem to lie at an end of the range.
+Recalibration recalibration_of(std::size_t parameters, std::span<const Said> said) {
+  if (parameters == 0 || said.empty() || said.size() % parameters != 0)
+    throw Error("recalibration", format("%zu values for trials of %zu parameters", said.size(), parameters),
+                "give one for each trial and parameter");
   Recalibration made;
   for (std::size_t p = 0; p < parameters; ++p) {
     std::vector<double> sorted;
-    double squares = 0.0;
-    for (std::size_t i = p; i < below.size(); i += parameters) {
-      sorted.push_back(below[i]);
-      squares += error[i] * error[i];
+    double errors = 0.0, variances = 0.0;
+    for (std::size_t i = p; i < said.size(); i += parameters) {
+      sorted.push_back(said[i].below);
+      errors += said[i].error * said[i].error;
+      variances += said[i].deviation * said[i].deviation;
     }
     std::ranges::sort(sorted);
     Recalibration::Levels& levels = made.levels.emplace_back();
     for (std::size_t i = 0; i < levels.size(); ++i)
-      levels[i] = std::clamp(quantile_of(sorted, step * static_cast<double>(i + 1)), least_level, 1.0 - least_level);
-    made.deviation_factor.push_back(std::sqrt(squares / static_cast<double>(trials)));
+      levels[i] =
+          std::clamp(quantile_of(sorted, share_step * static_cast<double>(i + 1)), least_level, 1.0 - least_level);
+    made.deviation_factor.push_back(std::sqrt(errors / variances));
   }
   return made;
 }
@@ -81,21 +81,22 @@ Recalibration recalibration_of(std::size_t parameters, const std::vector<double>
 Recalibration learn_recalibration(const Model& model, const dataset::TrialSource& source, int next_epoch) {
   const int trials = std::min(source.trials(dataset::Part::unseen), most_shown_trials);
   if (!model.gives_distribution() || trials < least_shown_trials) return {};
-  const std::size_t parameters = model.parameters().size();
+  const sim::ParameterTable& table = model.parameters();
   const OutputsOf shown = outputs_of(model, source, dataset::Part::unseen, next_epoch, trials);
-  const std::size_t width = shown.outputs.size() / shown.truth.size();
-  std::vector<double> below(shown.truth.size() * parameters), error(below.size());
+  const std::size_t width = model.head->outputs(table.size());
+  std::vector<Said> said(shown.truth.size() * table.size());
   parallel_for(trials, [&](int index) {
     const auto i = static_cast<std::size_t>(index);
-    const Distribution own(*model.head->distribution(std::span(shown.outputs).subspan(i * width, width), parameters),
-                           model.parameters());
-    for (std::size_t p = 0; p < parameters; ++p) {
+    const auto own = std::span<const float>(shown.outputs).subspan(i * width, width);
+    const ParameterDistribution found(*model.head->distribution(own, table.size()), table);
+    for (std::size_t p = 0; p < table.size(); ++p) {
       const int quantity = static_cast<int>(p);
-      below[i * parameters + p] = own.below(quantity, shown.truth[i][p]);
-      error[i * parameters + p] = (shown.truth[i][p] - own.mean(quantity)) / own.deviation(quantity);
+      const double truth = shown.truth[i][p];
+      said[i * table.size() + p] = {found.below(quantity, truth), truth - found.mean(quantity),
+                                    found.deviation(quantity)};
     }
   });
-  return recalibration_of(parameters, below, error);
+  return recalibration_of(table.size(), said);
 }
 
 std::string to_json(const Recalibration& recalibration) {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ struct Recalibration {
   using Levels = std::array<double, probabilities>;
 
   std::vector<Levels> levels;            ///< between 0 and 1, not falling
-  std::vector<double> deviation_factor;  ///< root mean square of (truth - mean) / deviation
+  std::vector<double> deviation_factor;  ///< root of the sum of (truth - mean)^2 over that of deviation^2
 
   bool known() const noexcept { return !levels.empty(); }
   /// What the network is to be asked for where a share is wanted, 0 <= share <= 1: piecewise linear from (0, 0) through
@@ -36,11 +37,14 @@ struct Recalibration {
   bool operator==(const Recalibration&) const = default;
 };
 
-/// From trials of known parameters, trial after trial: below[trial * parameters + parameter], how probable it was by
-/// the network that the parameter is lower than the truth; error[...], (truth - mean) / deviation.
-/// Throws Error without a whole trial, or for another number of errors.
-Recalibration recalibration_of(std::size_t parameters, const std::vector<double>& below,
-                               const std::vector<double>& error);
+/// What a network said of a parameter whose truth is known.
+struct Said {
+  double below;             ///< how probable it was that the parameter is lower than the truth
+  double error, deviation;  ///< truth - mean, and the deviation that was promised, in any one unit
+};
+/// From trials of known parameters: said[trial * parameters + parameter]. Throws Error unless they are whole trials,
+/// one at least.
+Recalibration recalibration_of(std::size_t parameters, std::span<const Said> said);
 
 /// Learned from 10,240 trials that the network was not trained on, or as many as there are: the next epoch's of a
 /// stream, the validation half of a data set. What intervals of 50 and 90 % then cover has a standard error of 0.5 and

@@ -6,6 +6,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/npz/npz.hpp"
+#include "identify/calibration.hpp"
 #include "identify/prediction.hpp"
 #include "identify/training/training.hpp"
 #include "tools/decid/command.hpp"
@@ -45,6 +46,41 @@ std::string split_of(const EvaluateOptions& options, const Origin& origin, const
   return split;
 }
 
+/// One of the figures of each parameter, by name.
+template <class Figure>
+Json of_each(const sim::ParameterTable& table, const Calibration& calibration, Figure figure) {
+  std::vector<double> values;
+  for (const ParameterCalibration& of : calibration.parameters) values.push_back(of.*figure);
+  return by_parameter(table, values);
+}
+
+void add_promises(Json& json, const sim::ParameterTable& table, const NetworkCalibration& found) {
+  const auto add = [&](const std::string& key, double ParameterCalibration::*figure) {
+    json[key] = found.figures.all.*figure;
+    json[key + "_per_parameter"] = of_each(table, found.figures, figure);
+  };
+  add("covered50", &ParameterCalibration::covered50);
+  add("covered90", &ParameterCalibration::covered90);
+  add("promised", &ParameterCalibration::promised);
+  json["log_score"] = number_or_null(found.log_score);
+  json["log_score_per_parameter"] = by_parameter(table, found.log_score_per_parameter);
+}
+
+std::string promises_text(const sim::ParameterTable& table, const Evaluation& result, const NetworkCalibration& found) {
+  std::string text = format("  %-8s %8s %9s %9s %9s %10s\n", "", "MSE", "promised", "in 50 %", "in 90 %", "log score");
+  const auto line = [&](const std::string& what, double mse, const ParameterCalibration& of, double log_score) {
+    text += format("  %-8s %8.4f %9.4f %8.1f%% %8.1f%% %10.3f\n", what.c_str(), mse, of.promised, 100.0 * of.covered50,
+                   100.0 * of.covered90, log_score);
+  };
+  for (std::size_t p = 0; p < table.size(); ++p)
+    line(table[p].name, result.mse_per_parameter[p], found.figures.parameters[p], found.log_score_per_parameter[p]);
+  line("all", result.mse(), found.figures.all, found.log_score);
+  return text +
+         "  promised: mean variance, to be as large as the MSE; in 50 %, in 90 %: share of the truths in these "
+         "intervals;\n  log score: mean log density at the truth, of shares of the ranges, in nats a parameter; 0 "
+         "knows only the ranges\n";
+}
+
 void evaluate_model(const EvaluateOptions& options) {
   Model model = model_or_built_in(options.model);
   const dataset::StoredDataset stored(options.data);
@@ -76,8 +112,11 @@ void evaluate_model(const EvaluateOptions& options) {
   };
   const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
   const Evaluation result = evaluate(model.targets, scores_of(model, outputs), truth);
+  const std::optional<NetworkCalibration> promises = network_calibration(model, outputs, truth);
   if (options.common.json) {
-    std::cout << evaluation_json(model.parameters(), result).dump(2) << '\n';
+    Json json = evaluation_json(model.parameters(), result);
+    if (promises) add_promises(json, model.parameters(), *promises);
+    std::cout << json.dump(2) << '\n';
     return;
   }
   const sim::ParameterTable& table = model.parameters();
@@ -87,6 +126,10 @@ void evaluate_model(const EvaluateOptions& options) {
                       result.mse(), table.size())
             << format("MATLAB's loss %.4f (half the sum over the %zu; predicting the mean gives %g)\n",
                       result.matlab_loss(), table.size(), 0.5 * static_cast<double>(table.size()));
+  if (promises) {
+    std::cout << promises_text(table, result, *promises);
+    return;
+  }
   for (std::size_t p = 0; p < table.size(); ++p)
     std::cout << format("  %-8s %.4f\n", table[p].name.c_str(), result.mse_per_parameter[p]);
 }

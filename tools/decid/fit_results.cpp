@@ -62,7 +62,7 @@ void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protoco
   const Posterior& found = fitted.posterior;
   const sim::ParameterTable table = protocol.ranges();
   for (std::size_t p = 0; p < table.size(); ++p)
-    add_draws(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
+    add_found(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
   recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
   recording["start_s"] = quantity_json(found, Density::start);
@@ -99,9 +99,8 @@ std::string fits_text(const FittedRecordings& all) {
     const FitFigures& fitted = all.fits[i];
     const Posterior& found = fitted.posterior;
     text += headline(id);
-    text += format("  %-8s %12s %10s %24s %-10s %10s%s  %s\n", "",
-                   fitted.answer == FitFigures::Answer::network ? "network" : "mean", "sd", "90 % of the draws", "unit",
-                   "/ (m g h)", id.truth ? "         true" : "", "range");
+    text += table_heading(fitted.answer == FitFigures::Answer::network ? "network" : "mean", "90 % of the draws",
+                          id.truth.has_value());
     const sim::ParameterTable table = protocol.ranges();
     for (std::size_t p = 0; p < table.size(); ++p)
       text += parameter_line(found, p, table[p], id.estimate.parameters[p], protocol.experiment.body.mgh(), id.truth);

@@ -96,7 +96,7 @@ std::string frf_fit_json(const FrfReport& report) {
   const double mgh = protocol.experiment.body.mgh();
   Json parameters = parameters_json(ranges, means(report), mgh, report.truth);
   for (std::size_t p = 0; p < ranges.size(); ++p) {
-    add_draws(parameters[p], found, p, ranges[p], mgh);
+    add_found(parameters[p], found, p, ranges[p], mgh);
     parameters[p]["prior_sd"] = found.prior_deviation(static_cast<int>(p));
     parameters[p]["told"] = found.told(static_cast<int>(p));
   }
@@ -125,8 +125,7 @@ std::string frf_fit_text(const FrfReport& report) {
   const sim::ParameterTable ranges = protocol.ranges();
   const frf::Table& table = report.density.table();
   std::string text = headline(report);
-  text += format("  %-8s %12s %10s %24s %-10s %10s%s %6s  %s\n", "", "mean", "sd", "90 % of the draws", "unit",
-                 "/ (m g h)", report.truth ? "         true" : "", "told", "range");
+  text += table_heading("mean", "90 % of the draws", report.truth.has_value(), "   told");
   const sim::Parameters mean = means(report);
   for (std::size_t p = 0; p < ranges.size(); ++p)
     text += parameter_line(found, p, ranges[p], mean[p], protocol.experiment.body.mgh(), report.truth,

@@ -37,8 +37,9 @@ void run_identify(const IdentifyOptions& options) {
   refuse_alone(all.recordings);
   const std::string json = identifications_json(model_name(options.model), all);
   if (!options.report.empty())
-    write_file(options.report,
-               report_html({model_name(options.model), nn::weights_sha256(model.network), version}, all));
+    write_file(options.report, report_html({model_name(options.model), nn::weights_sha256(model.network), version,
+                                            model.recalibration.known()},
+                                           all));
   if (!options.output.empty()) write_file(options.output, json);
   std::cout << (options.common.json ? json : identifications_text(all));
   tell_errors("identify", all.recordings);

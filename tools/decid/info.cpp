@@ -61,11 +61,16 @@ void info(const InfoOptions& options) {
                       {"protocol", Json::parse(sim::to_json(model.protocol))},
                       {"image", Json::parse(dataset::to_json(model.image()))},
                       {"origin", Json::parse(to_json(model.origin))},
+                      {"head", model.head->name()},
+                      {"recalibrated", model.recalibration.known()},
                       {"weights_sha256", hash}}
                      .dump(2)
               << '\n';
     return;
   }
+  const char* const recalibrated = !model.gives_distribution()   ? ""
+                                   : model.recalibration.known() ? ", recalibrated"
+                                                                 : ", not recalibrated";
   std::cout << model_name(options.model) << '\n';
   std::cout << format("  %-48s %-16s %10s %12s\n", "layer", "output", "parameters", "FLOP");
   std::cout << format("  %-48s %-16s\n", "input", shape_text(network.input_shape()).c_str());
@@ -77,8 +82,8 @@ void info(const InfoOptions& options) {
   }
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
   std::cout << "protocol  " << compact(sim::to_json(model.protocol)) << "\nimage     "
-            << compact(dataset::to_json(model.image())) << "\norigin    " << to_json(model.origin)
-            << "\nweights   SHA-256 " << hash << '\n';
+            << compact(dataset::to_json(model.image())) << "\norigin    " << to_json(model.origin) << "\nhead      "
+            << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
 }
 
 }  // namespace

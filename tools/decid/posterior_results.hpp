@@ -1,5 +1,6 @@
-// What posteriors of recordings and of published frequency responses are reported with. Found: a type with mean(),
-// deviation(), quantile() and correlation() of its quantities, by number; the parameters come first.
+// What distributions are reported with, a network's and posteriors of recordings and of published frequency responses.
+// Found: a type with mean(), deviation(), quantile() and correlation() of its quantities, by number; the parameters
+// come first.
 #pragma once
 
 #include <initializer_list>
@@ -15,7 +16,7 @@
 
 namespace decid::tools {
 
-/// The limits that hold this share of the draws, over a divisor.
+/// The limits that hold this share, over a divisor.
 template <class Found>
 Json interval(const Found& found, int quantity, double share, double divisor = 1.0) {
   const double tail = 0.5 * (1.0 - share);
@@ -30,9 +31,9 @@ Json quantity_json(const Found& found, int quantity) {
           {"interval90", interval(found, quantity, 0.9)}};
 }
 
-/// Adds to a parameter's object what the draws say of it.
+/// Adds to a parameter's object what is found of it.
 template <class Found>
-void add_draws(Json& parameter, const Found& found, std::size_t p, const sim::ParameterInfo& info, double mgh) {
+void add_found(Json& parameter, const Found& found, std::size_t p, const sim::ParameterInfo& info, double mgh) {
   const int quantity = static_cast<int>(p);
   parameter["sd"] = found.deviation(quantity);
   parameter["interval50"] = interval(found, quantity, 0.5);
@@ -65,6 +66,12 @@ Json common_diagnostics(const Found& found, std::vector<std::string> names, std:
   return {{"rhat", std::move(rhat)},  {"effective_draws", std::move(effective)},
           {"agreed", found.agreed()}, {"chains", found.chains()},
           {"draws", found.draws()},   {"acceptance", found.acceptance()}};
+}
+
+/// The heading of parameter_line()s; value: what stands for a parameter, note: what parameter_line() has there.
+inline std::string table_heading(const char* value, const char* interval, bool truth, const std::string& note = {}) {
+  return format("  %-8s %12s %10s %24s %-10s %10s%s%s  %s\n", "", value, "sd", interval, "unit", "/ (m g h)",
+                truth ? "         true" : "", note.c_str(), "range");
 }
 
 /// A table's line of one parameter, up to its range; `value` stands for it, `note` before the range.

@@ -5,10 +5,45 @@
 
 #include "base/json_object.hpp"
 #include "base/text.hpp"
+#include "tools/decid/posterior_results.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
+namespace {
+
+std::string point_table(const Identification& id, const sim::Protocol& protocol) {
+  const sim::ParameterTable& table = protocol.parameters();
+  std::string text = format("  %-8s %12s %-10s %10s%s  %s\n", "", "identified", "unit", "/ (m g h)",
+                            id.truth ? "         true" : "", "range");
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const sim::ParameterInfo& info = table[p];
+    text += format("  %-8s %12.5g %-10s ", info.name.c_str(), id.estimate.parameters[p], info.shown_unit().c_str());
+    text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / protocol.experiment.body.mgh())
+                         : std::string(10, ' ');
+    if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
+    text += format("  %g to %g\n", info.low, info.high);
+  }
+  return text;
+}
+
+std::string distribution_table(const Identification& id, const sim::Protocol& protocol) {
+  const sim::ParameterTable& table = protocol.parameters();
+  std::string text = table_heading("identified", "90 % interval", id.truth.has_value());
+  for (std::size_t p = 0; p < table.size(); ++p)
+    text += parameter_line(*id.estimate.distribution, p, table[p], id.estimate.parameters[p],
+                           protocol.experiment.body.mgh(), id.truth);
+  return text;
+}
+
+void add_distribution(Json& recording, const ParameterDistribution& found, const sim::Protocol& protocol) {
+  const sim::ParameterTable& table = protocol.parameters();
+  for (std::size_t p = 0; p < table.size(); ++p)
+    add_found(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
+  recording["correlations"] = correlations_json(found, table.size());
+}
+
+}  // namespace
 
 Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   if (id.error) return {{"file", id.file}, {"error", id.error->what()}};
@@ -31,6 +66,7 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   }
   recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
   recording["warnings"] = id.warnings();
+  if (id.estimate.distribution) add_distribution(recording, *id.estimate.distribution, protocol);
   return recording;
 }
 
@@ -68,16 +104,7 @@ std::string identifications_text(const Identifications& all) {
       continue;
     }
     text += headline(id);
-    text += format("  %-8s %12s %-10s %10s%s  %s\n", "", "identified", "unit", "/ (m g h)",
-                   id.truth ? "         true" : "", "range");
-    for (std::size_t p = 0; p < all.protocol.parameters().size(); ++p) {
-      const sim::ParameterInfo& info = all.protocol.parameters()[p];
-      text += format("  %-8s %12.5g %-10s ", info.name.c_str(), id.estimate.parameters[p], info.shown_unit().c_str());
-      text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / all.protocol.experiment.body.mgh())
-                           : std::string(10, ' ');
-      if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
-      text += format("  %g to %g\n", info.low, info.high);
-    }
+    text += id.estimate.distribution ? distribution_table(id, all.protocol) : point_table(id, all.protocol);
     for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
   }
   return text;

@@ -9,7 +9,8 @@
 
 namespace decid::tools {
 
-/// {"model": ..., "recordings": [...]}: what scripts read.
+/// {"model": ..., "recordings": [...]}: what scripts read. Of a model that gives distributions each parameter also has
+/// "sd", "interval50", "interval90" and "normalized_interval90", each recording "correlations".
 std::string identifications_json(const std::string& model, const Identifications& all);
 /// What people read: a table for each recording.
 std::string identifications_text(const Identifications& all);

@@ -6,6 +6,8 @@
 #include <numeric>
 
 #include "base/json_object.hpp"
+#include "embedded/density_css.hpp"
+#include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
 #include "embedded/recordings_js.hpp"
@@ -23,17 +25,9 @@ constexpr int shown_draws = 800, rank_bins = 10;
 constexpr double shown_step_s = 0.1;
 constexpr double share_units = 9999.0;  // of the draws' own range
 
-Json interval(const Posterior& found, int quantity, double share) {
-  const double tail = 0.5 * (1.0 - share);
-  return {page_number(found.quantile(quantity, tail)), page_number(found.quantile(quantity, 1.0 - tail))};
-}
-
 void add_figures(Json& quantity_json, const Posterior& found, int quantity) {
   const auto place = static_cast<std::size_t>(quantity);
-  quantity_json["mean"] = page_number(found.mean(quantity));
-  quantity_json["sd"] = page_number(found.deviation(quantity));
-  quantity_json["interval50"] = interval(found, quantity, 0.5);
-  quantity_json["interval90"] = interval(found, quantity, 0.9);
+  add_intervals(quantity_json, found, quantity);
   quantity_json["rhat"] = page_number(found.rhat()[place]);
   quantity_json["effective_draws"] = page_number(found.effective_draws()[place]);
 }
@@ -204,12 +198,6 @@ Json signals_of(const Identification& recording, const FitFigures& fitted, const
 Json recording_to_json(const Identification& recording, const FitFigures& fitted, const Identifications& of) {
   const Posterior& found = fitted.posterior;
   const sim::ParameterTable table = of.protocol.ranges();
-  Json correlations = Json::array();
-  for (std::size_t a = 0; a < table.size(); ++a) {
-    Json& row = correlations.emplace_back(Json::array());
-    for (std::size_t b = 0; b < a; ++b)
-      row.push_back(std::round(100.0 * found.correlation(static_cast<int>(a), static_cast<int>(b))) / 100.0);
-  }
   const posterior::LeaveOneOut& left_out = fitted.inferred.left_out;
   return {{"file", recording.file},
           {"column", recording.column},
@@ -230,7 +218,7 @@ Json recording_to_json(const Identification& recording, const FitFigures& fitted
             {"unreliable", left_out.unreliable},
             {"blocks", fitted.inferred.sway_rad.low.size()},
             {"block_s", page_number(fitted.block_s)}}},
-          {"correlations", std::move(correlations)},
+          {"correlations", page_correlations(found, table.size())},
           {"draws", draws_of(found, table.size())},
           {"ranks", ranks_of(found, table.size())},
           {"signals", signals_of(recording, fitted, of)}};
@@ -253,8 +241,9 @@ std::string fit_report_html(const std::string& version, const FitRequest& reques
       {.title = "Posterior of posture control",
        .lead = "What recordings of body sway on a tilting platform say about the controller behind them, and "
                "how sure that is.",
-       .script = std::string(embedded::recordings_js()) + std::string(embedded::fit_js()),
-       .style = embedded::fit_css(),
+       .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
+                 std::string(embedded::fit_js()),
+       .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
        .chart_js = false},
       data);
 }

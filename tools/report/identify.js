@@ -1,4 +1,4 @@
-// Draws the report of decid identify, after common.js and recordings.js.
+// Draws the report of decid identify, after common.js, recordings.js and density.js.
 (() => {
 const colours = { sway: "#17527f", fitted: "#d1541f", tilt: "#6f7780" };
 
@@ -25,20 +25,27 @@ function rangeCell(parameter) {
       element("span", {}, fixed(parameter.high, decimals))));
 }
 
+// Of a network that gives a distribution.
+const isSure = recording => recording.parameters.some(parameter => "sd" in parameter);
+const finest = parameter => "sd" in parameter ? finestOf(parameter) : decimalsOf(parameter);
+const valueOf = parameter => fixed(parameter.value, finest(parameter)) +
+  ("sd" in parameter ? ` \u00b1 ${fixed(parameter.sd, finest(parameter))}` : "");
+
 function parameterTable(recording) {
-  const known = recording.parameters.some(parameter => "true" in parameter);
+  const known = recording.parameters.some(parameter => "true" in parameter), sure = isSure(recording);
   const number = text => element("th", { scope: "col", class: "number" }, text);
-  const head = element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Value"),
-    element("th", { scope: "col" }, "Unit"), known ? number("True") : null, number("Value / (m g h)"),
+  const head = element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(sure ? "Value \u00b1 deviation" : "Value"),
+    sure ? number("90 % interval") : null, element("th", { scope: "col" }, "Unit"), known ? number("True") : null, number("Value / (m g h)"),
     element("th", { scope: "col" }, "Place in the model\u2019s range"));
   const rows = recording.parameters.map(parameter => {
-    const decimals = decimalsOf(parameter);
+    const decimals = finest(parameter);
     const words = inOtherWords(parameter);
     const normalized = absent(parameter.value) ? "n/a"
       : absent(parameter.normalized) ? "\u2013" : fixed(parameter.normalized, 3) + normalizedUnit(parameter);
     return element("tr", {},
       element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, parameter.description)),
-      element("td", { class: "number value" }, fixed(parameter.value, decimals), words && element("small", {}, words)),
+      element("td", { class: "number value" }, valueOf(parameter), words && element("small", {}, words)),
+      sure ? element("td", { class: "number" }, between(parameter.interval90, decimals)) : null,
       element("td", {}, unitOf(parameter) || "\u2013"),
       known ? element("td", { class: "number" }, fixed(parameter.true, decimals)) : null,
       element("td", { class: "number" }, normalized), rangeCell(parameter));
@@ -50,6 +57,30 @@ function parameterTable(recording) {
       "The range is that of the data the model was trained on" +
       (known ? "; the upright red line is the true value." : ".")),
     element("thead", {}, head), element("tbody", {}, ...rows)));
+}
+
+// ---- how sure the network is ---------------------------------------------------------------------------------------
+
+function correlationTable({ parameters, correlations }) {
+  const cell = value => {
+    const made = element("td", {}, fixed(value, 2));
+    made.style.background = `rgb(23 82 127 / ${(0.5 * Math.abs(value)).toFixed(2)})`;
+    return made;
+  };
+  return element("div", { class: "scroll" }, element("table", { class: "correlations" },
+    element("caption", {}, "Correlations: which errors go together. Near 1 or \u22121 one of the two can make up for the other, and the " +
+      "recording fixes their combination better than either."),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, ""),
+      ...parameters.slice(0, -1).map(({ name }) => element("th", { scope: "col", class: "number" }, name)))),
+    element("tbody", {}, ...parameters.slice(1).map(({ name }, row) => element("tr", {},
+      element("th", { scope: "row" }, name), ...correlations[row + 1].map(cell))))));
+}
+
+function certainty(recording) {
+  return [densityFigure("How sure the network is", recording.parameters, recording.parameters.map(({ density }) => density),
+    "that the network gives", report.model.recalibrated
+      ? " The intervals are corrected by what trials that the network was not trained on have shown."
+      : " No trials beyond its training have shown whether it keeps what it promises."), correlationTable(recording)];
 }
 
 // ---- sway ----------------------------------------------------------------------------------------------------------
@@ -266,6 +297,7 @@ function section(recording, index) {
     figure("Variance accounted for", percent(recording.variance_accounted_for), "of the recording, by the re-simulated sway"),
     figure("Residual, rms", absent(recording.rms_residual_deg) ? "n/a" : fixed(recording.rms_residual_deg, 3) + " deg", "recorded minus re-simulated")));
   made.append(element("h3", {}, "Identified parameters"), parameterTable(recording));
+  if (isSure(recording)) made.append(...certainty(recording));
 
   const { sway, fitted } = recording.series;
   if (sway.length > 1) {
@@ -305,7 +337,7 @@ function footer() {
 }
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posture control report`;
-contents(parameter => fixed(parameter.value, decimalsOf(parameter)),
+contents(valueOf,
   ["Variance accounted for", recording => percent(recording.variance_accounted_for)]);
 failures("Not identified");
 report.recordings.forEach(section);

@@ -11,6 +11,9 @@
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
+#include "base/math.hpp"
+#include "embedded/density_css.hpp"
+#include "embedded/density_js.hpp"
 #include "embedded/frf_js.hpp"
 #include "embedded/identify_js.hpp"
 #include "embedded/recordings_js.hpp"
@@ -136,26 +139,62 @@ Json image_to_json(const Identification& recording, const Identifications& of) {
           {"channels", std::move(list)}};
 }
 
+// [place in the range, density], denser where the parameter probably is.
+Json density_to_json(const ParameterDistribution& found, int quantity, const sim::ParameterInfo& info) {
+  constexpr int coarse = 20, fine = 100;
+  constexpr double tail = 5e-4;
+  const auto place_of = [&](double share) { return (found.quantile(quantity, share) - info.low) / info.range(); };
+  const double low = place_of(tail), high = place_of(1.0 - tail);
+  std::vector<double> places;
+  for (int i = 0; i <= coarse; ++i) places.push_back(static_cast<double>(i) / coarse);
+  for (int i = 0; i <= fine; ++i) places.push_back(low + (high - low) * i / fine);
+  std::ranges::sort(places);
+  Json list = Json::array();
+  for (const double place : places)
+    list.push_back(Json{page_number(place),
+                        page_number(decid::exp(found.log_density(quantity, info.low + place * info.range())))});
+  return list;
+}
+
+void add_distribution(Json& recording, const ParameterDistribution& found, const sim::Protocol& protocol) {
+  const sim::ParameterTable& table = protocol.parameters();
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    Json& parameter = recording["parameters"][p];
+    add_intervals(parameter, found, static_cast<int>(p));
+    // What the model was trained on, for this body or another.
+    parameter["low"] = page_number(table[p].low);
+    parameter["high"] = page_number(table[p].high);
+    parameter["density"] = density_to_json(found, static_cast<int>(p), table[p]);
+  }
+  recording["correlations"] = page_correlations(found, table.size());
+}
+
 Json recording_to_json(const Identification& recording, const Identifications& of) {
   const Explanation& explanation = recording.explanation;
-  return {{"file", recording.file},
-          {"column", recording.column},
-          {"tilt", tilt_to_json(recording)},
-          {"protocol", protocol_figures(of.protocol)},
-          {"parameters", described_parameters(recording, of.protocol)},
-          {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
-          {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
-          {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
-          {"warnings", recording.warnings()},
-          {"series", series_to_json(recording, of.tilt_rad)},
-          {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
-          {"image", image_to_json(recording, of)}};
+  Json json{{"file", recording.file},
+            {"column", recording.column},
+            {"tilt", tilt_to_json(recording)},
+            {"protocol", protocol_figures(of.protocol)},
+            {"parameters", described_parameters(recording, of.protocol)},
+            {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
+            {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
+            {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
+            {"warnings", recording.warnings()},
+            {"series", series_to_json(recording, of.tilt_rad)},
+            {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
+            {"image", image_to_json(recording, of)}};
+  if (recording.estimate.distribution) add_distribution(json, *recording.estimate.distribution, of.protocol);
+  return json;
 }
 
 }  // namespace
 
 std::string report_html(const ReportModel& model, const Identifications& all) {
-  Json data = {{"model", {{"name", model.name}, {"sha256", model.sha256}, {"version", model.version}}},
+  Json data = {{"model",
+                {{"name", model.name},
+                 {"sha256", model.sha256},
+                 {"version", model.version},
+                 {"recalibrated", model.recalibrated}}},
                {"recordings", Json::array()}};
   data["failed"] = Json::array();
   for (const Identification& recording : all.recordings) {
@@ -168,8 +207,9 @@ std::string report_html(const ReportModel& model, const Identifications& all) {
   return page_html({.title = "Posture control report",
                     .lead = "Seven parameters of the DEC posture-control model, identified from body sway on a tilting "
                             "platform.",
-                    .script = std::string(embedded::recordings_js()) + std::string(embedded::frf_js()) +
-                              std::string(embedded::identify_js())},
+                    .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
+                              std::string(embedded::frf_js()) + std::string(embedded::identify_js()),
+                    .style = embedded::density_css()},
                    data);
 }
 

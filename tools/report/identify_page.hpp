@@ -12,6 +12,7 @@ struct ReportModel {
   std::string name;     ///< "built-in" or the model file
   std::string sha256;   ///< of its weights
   std::string version;  ///< decid's
+  bool recalibrated = false;
 };
 
 /// The page. Every string from outside (file names, warnings) is escaped. Deterministic: no dates, no random ids.

@@ -1,15 +1,41 @@
 // What the pages of `decid identify` and `decid fit` say of a recording alike.
 #pragma once
 
+#include <cmath>
 #include <span>
 
-#include "base/json.hpp"
+#include "base/json_object.hpp"
 #include "identify/recordings.hpp"
+#include "tools/report/page.hpp"
 
 namespace decid::tools {
 
 /// parameters_json() of its estimate, with "description", "low" and "high" of the range.
 Json described_parameters(const Identification& recording, const sim::Protocol& protocol);
+/// Adds "mean", "sd", "interval50" and "interval90" of a quantity. Found: as in tools/decid/posterior_results.hpp.
+template <class Found>
+void add_intervals(Json& json, const Found& found, int quantity) {
+  const auto interval = [&](double share) {
+    const double tail = 0.5 * (1.0 - share);
+    return Json{page_number(found.quantile(quantity, tail)), page_number(found.quantile(quantity, 1.0 - tail))};
+  };
+  json["mean"] = page_number(found.mean(quantity));
+  json["sd"] = page_number(found.deviation(quantity));
+  json["interval50"] = interval(0.5);
+  json["interval90"] = interval(0.9);
+}
+/// Below the diagonal, row by row.
+template <class Found>
+Json page_correlations(const Found& found, std::size_t parameters) {
+  Json correlations = Json::array();
+  for (std::size_t a = 0; a < parameters; ++a) {
+    Json& row = correlations.emplace_back(Json::array());
+    for (std::size_t b = 0; b < a; ++b)
+      row.push_back(std::round(100.0 * found.correlation(static_cast<int>(a), static_cast<int>(b))) / 100.0);
+  }
+  return correlations;
+}
+
 /// Its measured tilt: "column", "delay_s", "correlation", "gain"; null if there is none.
 Json tilt_to_json(const Identification& recording);
 
