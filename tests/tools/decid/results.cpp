@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/text.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "tests/near.hpp"
 #include "tests/sim/made_up_body.hpp"
@@ -60,11 +61,50 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
     CHECK(parameters[p].at("value") == values(2)[p]);
     CHECK(parameters[p].at("true") == values(1)[p]);
     CHECK(parameters[p].at("normalized").is_null() != info.per_mgh);
+    CHECK_FALSE(parameters[p].contains("sd"));  // point estimates do not say how sure they are
+    CHECK_FALSE(parameters[p].contains("interval90"));
     CHECK(text.find("  " + info.name + " ") != std::string::npos);
     CHECK(page.find("\"name\":\"" + info.name + "\"") != std::string::npos);
     CHECK(page.find("\"description\":\"" + info.description + "\"") != std::string::npos);
   }
   CHECK(text.find("Kp") == std::string::npos);
+  CHECK(text.find("interval") == std::string::npos);
+  CHECK_FALSE(recording.contains("correlations"));
+  CHECK(page.find("\"density\"") == std::string::npos);
+}
+
+TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
+  Identifications all = identified();
+  std::vector<double> outputs(mixture_outputs(1, 14), 0.0);
+  for (std::size_t i = 0; i < 14; ++i) outputs[1 + i] = outputs[15 + i] = 0.1 * static_cast<double>(i);
+  outputs[29] = 0.8;  // of the second and the first
+  all.recordings[0].estimate.distribution.emplace(Mixture(1, 14, outputs), table());
+  const ParameterDistribution& found = *all.recordings[0].estimate.distribution;
+  const Json recording = Json::parse(identifications_json("mine", all)).at("recordings").at(0);
+  const std::string text = identifications_text(all);
+  const double mgh = all.protocol.experiment.body.mgh();
+  REQUIRE(recording.at("correlations").size() == 14);
+  CHECK(recording.at("correlations")[1][0] == found.correlation(1, 0));
+  CHECK(recording.at("correlations")[1][0] < -0.5);
+  CHECK(recording.at("correlations")[13][13] == 1.0);
+  for (std::size_t p = 0; p < 14; ++p) {
+    const int quantity = static_cast<int>(p);
+    const Json& parameter = recording.at("parameters")[p];
+    CHECK(parameter.at("value") == values(2)[p]);
+    CHECK(parameter.at("sd") == found.deviation(quantity));
+    CHECK(parameter.at("interval50") == Json{found.quantile(quantity, 0.25), found.quantile(quantity, 0.75)});
+    const double low = found.quantile(quantity, 0.05), high = found.quantile(quantity, 0.95);
+    CHECK(test::near(parameter.at("interval90")[0].get<double>(), low, 1e-14));
+    CHECK(test::near(parameter.at("interval90")[1].get<double>(), high, 1e-14));
+    if (table()[p].per_mgh)
+      CHECK(test::near(parameter.at("normalized_interval90")[1].get<double>(), high / mgh, 1e-14));
+    else
+      CHECK(parameter.at("normalized_interval90").is_null());
+    CHECK(text.find(format("%.5g to %.5g", low, high)) != std::string::npos);
+  }
+  CHECK(text.find("90 % interval") != std::string::npos);
+  const std::string page = report_html({"mine", "0", "1"}, all);
+  CHECK(page.find("\"density\":[[0.0,") != std::string::npos);
 }
 
 TEST_CASE("fourteen parameters' errors, of a model and of methods") {

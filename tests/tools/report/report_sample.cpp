@@ -1,7 +1,7 @@
 // Writes a report of made-up recordings, for looking at and for report_chromium.sh:
 //   report_sample PAGE.html [several|folded|fit|dataset]
-// One simulated trial with known parameters; "several" adds one whose fit fell over and one with an odd name;
-// "fit": the report of fits; "dataset": of a data set.
+// One simulated trial with known parameters, one whose fit fell over and one with an odd name; "folded": with
+// densities; "fit": the report of fits; "dataset": of a data set.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -81,6 +81,21 @@ Identifications several(std::vector<decid::dataset::Channel> channels, int fold 
   return all;
 }
 
+/// Every recording with a distribution: most of it known well, two gains only together.
+Identifications sure(Identifications all) {
+  const std::size_t parameters = all.protocol.parameters().size();
+  std::vector<double> outputs(decid::mixture_outputs(1, parameters), 0.0);
+  for (std::size_t p = 0; p < parameters; ++p) {
+    outputs[1 + p] = 0.3 - 0.1 * static_cast<double>(p);
+    outputs[1 + parameters + p] = 0.4 * static_cast<double>(p);
+  }
+  outputs[1 + 2 * parameters] = 1.2;
+  for (Identification& made : all.recordings)
+    if (!made.error)
+      made.estimate.distribution.emplace(decid::Mixture(1, parameters, outputs), all.protocol.parameters());
+  return all;
+}
+
 std::string dataset_page() {
   decid::tools::DatasetFigures figures;
   figures.file = "</script><script>document.body.dataset.error='markup'</script>.npz";
@@ -99,7 +114,7 @@ std::string page_of(const std::string& kind) {
     return decid::tools::fit_report_html("0.1.0", decid::test::quick_request(), decid::test::fitted_recordings());
   const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
   if (kind == "folded")
-    return report_html(model, several({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2));
+    return report_html(model, sure(several({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2)));
   return report_html(
       model, several({Channel::modulus, Channel::phase, Channel::log_modulus, Channel::cos_phase, Channel::sin_phase}));
 }
