@@ -15,7 +15,6 @@ using decid::test::Folder;
 using decid::test::near;
 using decid::test::read_text;
 using decid::test::run_decid;
-using decid::test::within;
 using Json = nlohmann::json;
 
 namespace {
@@ -310,63 +309,6 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   const auto other = run_decid("evaluate --data " + folder / "data.npz");  // the built-in model knows another protocol
   CHECK(other.code == 2);
   CHECK(other.err.find("another experiment") != std::string::npos);
-}
-
-TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated, identifying") {
-  const Folder folder;
-  decid::test::write_text(
-      folder / "quick.json",
-      R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
-  decid::test::write_text(folder / "image.json", R"({"block": 10, "channels": ["sway", "sway_change"]})");
-  decid::test::write_text(folder / "layers.txt", "conv 8 15x1 stride 4x1\nrelu\nstatspool\nfc 16\nrelu\nfc 36\n");
-  const std::string protocol = " --protocol " + folder / "quick.json", model = " --model " + folder / "m.safetensors";
-  const auto trained = run_decid("train --stream --stream-trials 1000 --validation-trials 16 --epochs 1 --quiet" +
-                                 protocol + " --image " + folder / "image.json" + " --architecture " +
-                                 folder / "layers.txt" + " --head 'mixture 1' -o " + folder / "m.safetensors");
-  CAPTURE(trained.err);
-  REQUIRE(trained.code == 0);
-  CHECK(run_decid("info " + folder / "m.safetensors").out.find("head      mixture 1, recalibrated\n") !=
-        std::string::npos);
-  const Json info = Json::parse(run_decid("info --json " + folder / "m.safetensors").out);
-  CHECK(info.at("head") == "mixture 1");
-  CHECK(info.at("recalibrated") == true);
-  CHECK(run_decid("info").out.find("head      point\n") != std::string::npos);
-  CHECK(Json::parse(run_decid("info --json").out).at("recalibrated") == false);
-
-  REQUIRE(run_decid("dataset --count 400 --seed 5" + protocol + " -o " + folder / "data.npz").code == 0);
-  const std::string evaluate = "evaluate" + model + " --data " + folder / "data.npz";
-  const Json evaluation = Json::parse(run_decid(evaluate + " --json").out);
-  // Learnt from 1000 trials, seen in 400 of 7 parameters that may stand or fall together: five standard errors.
-  CHECK(within(evaluation.at("covered50").get<double>(), 0.5, 5.0 * std::sqrt(0.25 * (1.0 / 1000 + 1.0 / 400))));
-  CHECK(within(evaluation.at("covered90").get<double>(), 0.9, 5.0 * std::sqrt(0.09 * (1.0 / 1000 + 1.0 / 400))));
-  // Squares of uniform values deviate by sqrt(0.8) of their mean, those of others less.
-  CHECK(near(evaluation.at("promised").get<double>(), evaluation.at("mse").get<double>(),
-             5.0 * std::sqrt(0.8 * (1.0 / 1000 + 1.0 / 400))));
-  CHECK(evaluation.at("log_score").is_number());
-  for (const char* key : {"covered50", "covered90", "promised", "log_score"})
-    CHECK(evaluation.at(std::string(key) + "_per_parameter").size() == 7);
-  const std::string text = run_decid(evaluate).out;
-  for (const char* part : {"promised", "in 50 %", "log score", "  all "}) CHECK(text.find(part) != std::string::npos);
-
-  REQUIRE(run_decid("simulate" + protocol + " -o " + folder / "trial.csv").code == 0);
-  const auto identified =
-      run_decid("identify --json" + model + " --report " + folder / "r.html" + " " + folder / "trial.csv");
-  REQUIRE(identified.code == 0);
-  const Json recording = Json::parse(identified.out).at("recordings").at(0);
-  CHECK(recording.at("correlations").size() == 7);
-  for (const Json& parameter : recording.at("parameters"))
-    CHECK(parameter.at("interval90")[0].get<double>() < parameter.at("interval90")[1].get<double>());
-  CHECK(read_text(folder / "r.html").find("\"recalibrated\":true") != std::string::npos);
-  decid::test::check_refused("export c " + folder / "m.safetensors" + " -o " + folder / "out",
-                             {"of the kind 'mixture 1'"});
-
-  // Too few trials to learn from: the model says so.
-  const auto few = run_decid("train --stream --stream-trials 64 --validation-trials 16 --epochs 1" + protocol +
-                             " --image " + folder / "image.json" + " --architecture " + folder / "layers.txt" +
-                             " --head 'mixture 1' -o " + folder / "few.safetensors");
-  CHECK(few.code == 0);
-  CHECK(few.err.find("fewer than 1000 trials") != std::string::npos);
-  CHECK(run_decid("info " + folder / "few.safetensors").out.find("mixture 1, not recalibrated") != std::string::npos);
 }
 
 TEST_CASE("an interrupted training goes on, with its own data and settings only") {
