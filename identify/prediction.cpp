@@ -56,11 +56,10 @@ OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dat
   OutputsOf made;
   made.truth.resize(static_cast<std::size_t>(trials));
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
-    source.take(part, epoch, indices,
-                [&](std::size_t place, const sim::Parameters& truth, const dataset::Sway& sway) {
-                  made.truth[static_cast<std::size_t>(indices[place])] = truth;
-                  take(place, sway);
-                });
+    source.take(part, epoch, indices, [&](std::size_t place, const sim::Parameters& truth, const dataset::Sway& sway) {
+      made.truth[static_cast<std::size_t>(indices[place])] = truth;
+      take(place, sway);
+    });
   };
   made.outputs = predict(model, trials, source.trials_at_once(), sways);
   return made;

@@ -253,7 +253,8 @@ TEST_CASE("requests that cannot be met are refused") {
   check_error([&] { generate(quiet); }, {"none of the 5 base trials sways more than 0.05 rad", "more base trials"});
   DatasetRequest falling = request(10, 0);
   falling.protocol.sequence().amplitude_deg = 45.0;
-  falling.protocol.experiment.body.mass_kg = 400.0;  // more than any of the controllers can hold
+  falling.protocol.noise.vestibular = {.scale_deg = 100.0, .high_hz = 2.0, .exponent = 0.0};
+  falling.protocol.experiment.body = {86.283, 0.05, 0.3};  // it falls faster than the delays allow
   check_error([&] { generate(falling); }, {"of 10000 simulated trials stay within 5 degrees", "amplitude"});
   DatasetRequest invalid = request(10, 0);
   invalid.protocol.experiment.sample_rate_hz = -1.0;
