@@ -11,7 +11,7 @@ namespace decid {
 namespace {
 
 /// How many images go through the network together.
-constexpr std::size_t at_once = 64;
+constexpr std::size_t images_at_once = 64;
 
 void warn_of_ranges(const sim::ParameterTable& table, Estimate& estimate) {
   for (std::size_t p = 0; p < table.size(); ++p) {
@@ -69,10 +69,12 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
 Identifier::Identifier(const Model& model)
     : model_(model),
       explainer_(std::make_shared<const Explainer>(sim::Simulator(model.protocol))),
-      predictor_(model.network, at_once) {}
+      predictor_(model.network, images_at_once) {}
 
 Identifier::Identifier(const Identifier& other)
-    : model_(other.model_), explainer_(other.explainer_), predictor_(other.predictor_.shared_inference(), at_once) {}
+    : model_(other.model_),
+      explainer_(other.explainer_),
+      predictor_(other.predictor_.shared_inference(), images_at_once) {}
 
 std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
   const dataset::ImageMaker& maker = model_.images();
@@ -83,8 +85,8 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
     if (!std::ranges::all_of(trials[i].sway_rad(), [](float value) { return std::isfinite(value); }))
       throw Error(format("trial %zu", i), "has sway that is not finite", "interpolate what is missing");
   std::vector<Estimate> all(trials.size());
-  for (std::size_t first = 0; first < trials.size(); first += at_once) {
-    const std::size_t count = std::min(at_once, trials.size() - first);
+  for (std::size_t first = 0; first < trials.size(); first += images_at_once) {
+    const std::size_t count = std::min(images_at_once, trials.size() - first);
     std::vector<dataset::Sway> sways;
     for (std::size_t i = 0; i < count; ++i) {
       all[first + i].trial = std::move(trials[first + i]);
