@@ -467,9 +467,8 @@ TEST_CASE("series: cycles as their mean and contrasts") {
     return std::array{(a + b + c) / 3.0, (b - a) * std::sqrt(0.5), (c - (a + b) / 2.0) * std::sqrt(2.0 / 3.0)};
   };
   for (int row = 1; row < maker.shape().rows; ++row) {
-    for (int part = 0; part < 3; ++part) {
-      const double here = parts(row)[static_cast<std::size_t>(part)];
-      const double before = parts(row - 1)[static_cast<std::size_t>(part)];
+    for (std::size_t part = 0; part < 3; ++part) {
+      const double here = parts(row)[part], before = parts(row - 1)[part];
       CHECK(within(view(part, row, 0), std::asinh(here / 5e-3), 1e-6));
       CHECK(within(view(3 + part, row, 0), std::asinh((here - before) / 1e-3), 1e-6));
     }
