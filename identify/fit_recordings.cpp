@@ -58,7 +58,11 @@ class Fitter {
         request_(request),
         density_(protocol, request.priors),
         checker_(explainer_.simulator(), density_.block_s()) {
-    if (model != nullptr && model->protocol.experiment == protocol.experiment) network_.emplace(*model);
+    if (model == nullptr || !knows_body(*model, protocol.experiment.body)) return;
+    sim::Experiment same_body = protocol.experiment;
+    same_body.body = model->protocol.experiment.body;
+    if (same_body == model->protocol.experiment)
+      network_.emplace(*model, for_body(*model, "the model", protocol.experiment.body));
   }
 
   std::span<const float> tilt_rad() const { return explainer_.tilt_rad(); }
@@ -133,6 +137,7 @@ FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protoco
   Fitter fitter(model, protocol, request);
   FittedRecordings all;
   all.identified.protocol = protocol;
+  all.identified.body_assumed = !options.body;
   all.identified.tilt_rad.assign(fitter.tilt_rad().begin(), fitter.tilt_rad().end());
   all.identified.recordings = read_recordings(protocol, files, options);
   all.fits.resize(all.identified.recordings.size());

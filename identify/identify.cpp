@@ -66,13 +66,15 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
 
 }  // namespace
 
-Identifier::Identifier(const Model& model)
+Identifier::Identifier(const Model& model, ForBody body)
     : model_(model),
-      explainer_(std::make_shared<const Explainer>(sim::Simulator(model.protocol))),
+      body_(std::move(body)),
+      explainer_(std::make_shared<const Explainer>(sim::Simulator(body_.protocol))),
       predictor_(model.network, images_at_once) {}
 
 Identifier::Identifier(const Identifier& other)
     : model_(other.model_),
+      body_(other.body_),
       explainer_(other.explainer_),
       predictor_(other.predictor_.shared_inference(), images_at_once) {}
 
@@ -90,7 +92,7 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
     std::vector<dataset::Sway> sways;
     for (std::size_t i = 0; i < count; ++i) {
       all[first + i].trial = std::move(trials[first + i]);
-      sways.emplace_back(all[first + i].trial.sway_rad());
+      sways.emplace_back(all[first + i].trial.sway_rad(), body_.height);
     }
     std::vector<float> images(count * values), output(count * outputs), feature(count * features);
     maker.make_all(sways, images);
@@ -103,11 +105,11 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
     for (std::size_t i = 0; i < count; ++i) {
       Estimate& estimate = all[first + i];
       const auto own = std::span<const float>(output).subspan(i * outputs, outputs);
-      estimate.parameters = model_.decode(own);
-      estimate.distribution = model_.distribution(own);
+      estimate.parameters = body_.from_model(model_, model_.decode(own));
+      estimate.distribution = model_.distribution(own, body_.ranges);
       if (features > 0)
         estimate.distance = model_.familiarity.distance(std::span(feature).subspan(i * features, features));
-      warn_of_ranges(model_.parameters(), estimate);
+      warn_of_ranges(body_.ranges, estimate);
       warn_of_sway(estimate);
     }
   }
@@ -122,19 +124,20 @@ std::vector<Explanation> Identifier::explain(std::span<const Estimate> estimates
   return all;
 }
 
-Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
-                  const IdentifyOptions& options) {
+Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz, const IdentifyOptions& options,
+                  const std::optional<sim::Body>& body) {
   dataset::Recording recording = dataset::recording_of(sway_rad, rate_hz);
   dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol, options);
   std::vector<dataset::Trial> trials;
   trials.push_back(std::move(trial));
-  Estimate estimate = std::move(Identifier(model).estimate(std::move(trials)).front());
+  Estimate estimate =
+      std::move(Identifier(model, for_body(model, "the model", body)).estimate(std::move(trials)).front());
   estimate.warnings.insert(estimate.warnings.begin(), recording.warnings.begin(), recording.warnings.end());
   return estimate;
 }
 
-Explanation explain(const Model& model, const Estimate& estimate) {
-  return std::move(Identifier(model).explain(std::span(&estimate, 1)).front());
+Explanation explain(const Model& model, const Estimate& estimate, const std::optional<sim::Body>& body) {
+  return std::move(Identifier(model, for_body(model, "the model", body)).explain(std::span(&estimate, 1)).front());
 }
 
 }  // namespace decid

@@ -6,11 +6,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "identify/estimate.hpp"
 #include "identify/explanation.hpp"
+#include "identify/for_body.hpp"
 #include "identify/model.hpp"
 #include "nn/predictor.hpp"
 
@@ -21,24 +23,28 @@ using IdentifyOptions = dataset::TrialOptions;
 
 /// The estimate from a recording of the model's protocol. sway_rad: sway of the body's centre of mass, rad, 0 upright,
 /// positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate and length
-/// (dataset::bring_to_protocol). Throws Error for samples that are too short, not finite, or constant. Safe to call
-/// from many threads at once.
+/// (dataset::bring_to_protocol). body: the subject's; empty: the model's own is assumed (for_body.hpp). Throws Error
+/// for samples that are too short, not finite, or constant, and for a body of a height that the model does not know.
+/// Safe to call from many threads at once.
 Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
-                  const IdentifyOptions& options = {});
+                  const IdentifyOptions& options = {}, const std::optional<sim::Body>& body = {});
 
 /// How well the estimate explains the recording, and how familiar that looks to the model: trials are simulated from
-/// its parameters and compared with it.
-Explanation explain(const Model& model, const Estimate& estimate);
+/// its parameters and compared with it. body: as given to identify().
+Explanation explain(const Model& model, const Estimate& estimate, const std::optional<sim::Body>& body = {});
 
 /// For many recordings: makes once what the two functions above make at every call. One thread's plan: a copy shares
 /// the network's weights and the simulator, so make one for each thread. The model must outlive it.
 class Identifier {
  public:
-  explicit Identifier(const Model& model);
+  explicit Identifier(const Model& model) : Identifier(model, for_body(model, "the model", {})) {}
+  /// Of recordings of that body.
+  Identifier(const Model& model, ForBody body);
   Identifier(const Identifier& other);
   Identifier& operator=(const Identifier&) = delete;
 
   const Model& model() const noexcept { return model_; }
+  const ForBody& body() const noexcept { return body_; }
   const Explainer& explainer() const noexcept { return *explainer_; }
 
   /// The network's estimates, in the order of the trials: each image is drawn once, the network run once.
@@ -50,6 +56,7 @@ class Identifier {
 
  private:
   const Model& model_;
+  ForBody body_;
   std::shared_ptr<const Explainer> explainer_;
   nn::Predictor predictor_;
 };

@@ -86,11 +86,12 @@ sim::Parameters Model::decode(std::span<const float> outputs) const {
   return targets.unscale(scores);
 }
 
-std::optional<ParameterDistribution> Model::distribution(std::span<const float> outputs) const {
+std::optional<ParameterDistribution> Model::distribution(std::span<const float> outputs,
+                                                         const sim::ParameterTable& ranges) const {
   require_outputs(outputs);
   std::optional<Mixture> mixture = head->distribution(outputs, parameters().size());
   if (!mixture) return std::nullopt;
-  return ParameterDistribution(std::move(*mixture), parameters(), recalibration);
+  return ParameterDistribution(std::move(*mixture), ranges, recalibration);
 }
 
 bool Model::gives_distribution() const {

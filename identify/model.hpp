@@ -38,9 +38,13 @@ struct Model {
   const sim::ParameterTable& parameters() const { return ranges_; }
   /// The parameters that one trial's outputs stand for. Throws Error unless there are as many as the network has.
   sim::Parameters decode(std::span<const float> outputs) const;
-  /// What they say of these parameters, recalibrated; empty if the head gives point estimates alone. Throws Error as
-  /// decode() does.
-  std::optional<ParameterDistribution> distribution(std::span<const float> outputs) const;
+  /// What they say of these parameters, recalibrated; empty if the head gives point estimates alone. ranges: of
+  /// parameters(), or what they are for another body. Throws Error as decode() does.
+  std::optional<ParameterDistribution> distribution(std::span<const float> outputs,
+                                                    const sim::ParameterTable& ranges) const;
+  std::optional<ParameterDistribution> distribution(std::span<const float> outputs) const {
+    return distribution(outputs, parameters());
+  }
   bool gives_distribution() const;
 
   /// Draws the images of trials.

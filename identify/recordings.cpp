@@ -41,15 +41,16 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
   return all;
 }
 
-Identifications identify_files(const Model& model, const std::vector<std::filesystem::path>& files,
-                               const ReadOptions& options) {
-  Identifier identifier(model);
+Identifications identify_files(const Model& model, const std::string& name,
+                               const std::vector<std::filesystem::path>& files, const ReadOptions& options) {
+  Identifier identifier(model, for_body(model, name, options.body));
   const std::span<const float> tilt_rad = identifier.explainer().tilt_rad();
-  Identifications all{model.protocol,
+  Identifications all{identifier.body().protocol,
                       {tilt_rad.begin(), tilt_rad.end()},
                       model.image(),
                       model.images().shape(),
-                      read_recordings(model.protocol, files, options)};
+                      read_recordings(model.protocol, files, options),
+                      identifier.body().assumed};
   std::vector<Identification*> usable;
   std::vector<dataset::Trial> trials;
   for (Identification& id : all.recordings) {

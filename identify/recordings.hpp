@@ -17,6 +17,7 @@ struct ReadOptions {
   dataset::RecordingOptions recording;
   dataset::TrialOptions trial;
   std::optional<sim::Parameters> truth;  ///< known parameters, to be shown beside
+  std::optional<sim::Body> body = {};    ///< of the subject; empty: the protocol's is assumed
 };
 
 /// One recording, identified.
@@ -35,11 +36,12 @@ struct Identification {
 
 /// The recordings of one call, and what they have in common.
 struct Identifications {
-  sim::Protocol protocol;
+  sim::Protocol protocol;       ///< with the subject's body, or the one that is assumed
   std::vector<float> tilt_rad;  ///< the platform at the trials' samples
   dataset::ImageSettings image;
   dataset::ImageShape image_shape{};  ///< of Estimate::image, where that is not empty
   std::vector<Identification> recordings;
+  bool body_assumed = true;  ///< nobody said whose body it is
 };
 
 /// Each file as a trial of the protocol: everything of an Identification that needs no parameters. Estimate::warnings
@@ -48,8 +50,9 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
                                             const std::vector<std::filesystem::path>& files,
                                             const ReadOptions& options);
 
-/// Reads, identifies and explains recordings.
-Identifications identify_files(const Model& model, const std::vector<std::filesystem::path>& files,
-                               const ReadOptions& options);
+/// Reads, identifies and explains recordings; `name`: what errors call the model. Throws Error for a body that it does
+/// not know (for_body.hpp).
+Identifications identify_files(const Model& model, const std::string& name,
+                               const std::vector<std::filesystem::path>& files, const ReadOptions& options);
 
 }  // namespace decid

@@ -120,7 +120,7 @@ TEST_CASE("identify: files go the same way") {
     columns[1].push_back(sway[k]);
   }
   write_file(folder / "sway.csv", csv({"time", "sway_rad"}, columns, 17));
-  const Identifications read = identify_files(model(), {folder / "sway.csv", folder / "nothing.csv"}, {});
+  const Identifications read = identify_files(model(), "m", {folder / "sway.csv", folder / "nothing.csv"}, {});
   REQUIRE(read.recordings.size() == 2);
   const Identification& found = read.recordings.front();
   REQUIRE(!found.error);
@@ -219,6 +219,60 @@ TEST_CASE("identify: where the response cannot be measured, the warning says so 
   falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
   estimates.front().parameters = falling;
   CHECK(unlike().find("is not known, as the identified controller falls or has no noise") != std::string::npos);
+}
+
+TEST_CASE("a body of the model's height and another weight: the same sway, parameters times its m g h") {
+  sim::Body heavy = model().protocol.experiment.body;
+  heavy.mass_kg *= 1.5;
+  heavy.inertia_kgm2 *= 1.5;
+  const std::vector<double> sway = samples(3);
+  const Estimate assumed = identify(model(), sway, 100.0), told = identify(model(), sway, 100.0, {}, heavy);
+  const sim::ParameterTable& table = model().parameters();
+  for (std::size_t p = 0; p < table.size(); ++p)
+    CHECK(near(told.parameters[p], assumed.parameters[p] * (table[p].per_mgh ? 1.5 : 1.0), 1e-12));
+  CHECK(told.distance == assumed.distance);
+  CHECK(told.warnings == assumed.warnings);
+  const Explanation of_assumed = explain(model(), assumed), of_told = explain(model(), told, heavy);
+  CHECK(near(of_told.rms_residual_deg, of_assumed.rms_residual_deg, 1e-5));
+  CHECK(near(of_told.following, of_assumed.following, 1e-5));
+  const ForBody body = for_body(model(), "m", heavy);
+  CHECK_FALSE(body.assumed);
+  CHECK(near(body.ranges[sim::Kp].high, 1.5 * table[sim::Kp].high, 1e-12));
+  const sim::Parameters back = body.to_model(model(), told.parameters);
+  for (std::size_t p = 0; p < table.size(); ++p) CHECK(near(back[p], assumed.parameters[p], 1e-12));
+}
+
+TEST_CASE("bodies of other heights: refused by a model that does not know them, else shown to the network") {
+  const sim::Body taller = sim::Body{}.of_height(1.1);
+  CHECK(for_body(model(), "m", {}).assumed);
+  CHECK_FALSE(knows_body(model(), taller));
+  CHECK(knows_body(model(), sim::Body{}.of_height(1.005)));
+  check_error([&] { identify(model(), samples(3), 100.0, {}, taller); }, {"1.1 times as tall", "body_heights"});
+
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.heights = {0.8, 1.12};
+  Model knowing(protocol, {.channels = {dataset::Channel::sway, dataset::Channel::height}, .block = 100},
+                "conv 4 5x1; relu; statspool; fc 7");
+  knowing.network.initialise(3);
+  knowing.targets = model().targets;
+  const Estimate own = identify(knowing, samples(3), 100.0), tall = identify(knowing, samples(3), 100.0, {}, taller);
+  std::vector<float> input(static_cast<std::size_t>(knowing.images().shape().size())), output(7);
+  knowing.make_input(dataset::Sway(data().trial(3), 1.1), input);
+  nn::Predictor(knowing.network, 1).run(input, output);
+  for (std::size_t p = 0; p < 7; ++p) {
+    CHECK(near(tall.parameters[p], knowing.decode(output)[p], 1e-12));  // the same m g h
+    CHECK(tall.parameters[p] != own.parameters[p]);
+  }
+  check_error([&] { for_body(knowing, "m", sim::Body{}.of_height(1.2)); }, {"1.2 times", "0.8 to 1.12 times", "of m"});
+
+  // Data sets of another body, and of another experiment.
+  sim::Protocol trials = sim::default_protocol();
+  trials.experiment.body = taller;
+  CHECK(near(for_trials(knowing, "m", trials, "d.npz").height, 1.1, 1e-12));
+  CHECK(for_trials(knowing, "m", protocol, "d.npz").height == 1.0);
+  check_error([&] { for_trials(model(), "m", trials, "d.npz"); }, {"d.npz", "another experiment"});
+  trials.sequence().amplitude_deg = 2.0;
+  check_error([&] { for_trials(knowing, "m", trials, "d.npz"); }, {"d.npz", "another experiment"});
 }
 
 }  // namespace decid

@@ -48,7 +48,7 @@ Identification identified(const Model& model, double scale, double offset_deg) {
   file.close();
   ReadOptions options;
   options.recording.rate_hz = 100.0;
-  const std::vector<Identification> all = identify_files(model, {folder / "r.csv"}, options).recordings;
+  const std::vector<Identification> all = identify_files(model, "m", {folder / "r.csv"}, options).recordings;
   REQUIRE(all.size() == 1);
   REQUIRE_FALSE(all[0].error);
   return all[0];

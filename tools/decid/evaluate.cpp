@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "dataset/npz/npz.hpp"
 #include "identify/calibration.hpp"
+#include "identify/for_body.hpp"
 #include "identify/prediction.hpp"
 #include "identify/training/training.hpp"
 #include "tools/decid/command.hpp"
@@ -85,7 +86,7 @@ void evaluate_model(const EvaluateOptions& options) {
   Model model = model_or_built_in(options.model);
   const dataset::StoredDataset stored(options.data);
   const dataset::Dataset& data = stored.about();
-  require_same_experiment(model, model_name(options.model), data.protocol, options.data);
+  const ForBody body = for_trials(model, model_name(options.model), data.protocol, options.data);
   const dataset::TrialIdentity identity = dataset::identity_of(stored);
   const std::string split = split_of(options, model.origin, identity);
   if (const std::string other = noise_difference(model.protocol, data.protocol);
@@ -97,7 +98,7 @@ void evaluate_model(const EvaluateOptions& options) {
     const bool training = data.split[static_cast<std::size_t>(i)] == 0;
     if (split == "all" || training == (split == "training")) {
       chosen.push_back(i);
-      truth.push_back(data.parameters[static_cast<std::size_t>(i)]);
+      truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
     }
   }
   if (chosen.empty()) throw Error(options.data, "has no trial in its " + split + " half", "leave out --split");
@@ -107,7 +108,7 @@ void evaluate_model(const EvaluateOptions& options) {
       sway.resize(static_cast<std::size_t>(data.samples));
       const auto place = static_cast<std::size_t>(i);
       stored.read(chosen[static_cast<std::size_t>(indices[place])], sway);
-      take(place, sway);
+      take(place, {sway, body.height});
     });
   };
   const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);

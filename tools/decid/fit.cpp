@@ -27,7 +27,7 @@ struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
   std::string model, protocol, output, draws, table, report;
-  std::optional<double> mass_kg, height_m, amplitude_deg, prior_error;
+  std::optional<double> amplitude_deg, prior_error;
   FitRequest request;
 };
 
@@ -66,11 +66,7 @@ void check_outputs(const FitOptions& options, std::vector<std::string> inputs) {
 
 /// The protocol that was asked for, with the subject's body if one was described.
 sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
-  if (options.mass_kg.has_value() != options.height_m.has_value())
-    throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
-  if (options.mass_kg)
-    protocol.experiment.body =
-        sim::body_of(sim::segments_of({.mass_kg = *options.mass_kg, .height_m = *options.height_m}));
+  if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) protocol.sequence().amplitude_deg = *options.amplitude_deg;
   protocol.validate();
   return protocol;
@@ -103,6 +99,7 @@ void run_fit(const FitOptions& options) {
   const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
   reading.truth = options.recordings.known(protocol.parameters());
+  reading.body = options.recordings.body();
   const auto files = static_cast<long long>(options.recordings.files.size());
   constexpr long long parts = 100;  // of a recording, for the bar
   FittedRecordings all;
@@ -145,10 +142,7 @@ void add_fit(const Command& program) {
       .add_option("--amplitude", options->amplitude_deg,
                   "With --frf: peak to peak of the tilt in degrees; default: the protocol's")
       .range(1e-3, 20.0);
-  command
-      .add_option("--mass", options->mass_kg, "The subject's mass in kg, with --height; default: the protocol's body")
-      .range(1.0, 500.0);
-  command.add_option("--height", options->height_m, "The subject's height in m").range(0.3, 3.0);
+  add_body_options(command, options->recordings);
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
   command.add_option("--model", options->model,
                      "Model file for the protocol, and for an answer where chains disagree; default: the built-in one");

@@ -84,7 +84,7 @@ std::string fits_json(const std::string& model, const FittedRecordings& all) {
     Json& recording = recordings.emplace_back(recording_json(id, all.identified.protocol));
     if (!id.error) add_posterior(recording, all.fits[i], all.identified.protocol);
   }
-  return recordings_json(model, recordings);
+  return recordings_json(model, all.identified, recordings);
 }
 
 std::string fits_text(const FittedRecordings& all) {
@@ -118,7 +118,7 @@ std::string fits_text(const FittedRecordings& all) {
     text += check_text(fitted.check);
     for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
   }
-  return text;
+  return text + body_text(all.identified);
 }
 
 void write_draws(const std::filesystem::path& path, const FittedRecordings& all) {

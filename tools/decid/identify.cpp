@@ -33,7 +33,8 @@ void run_identify(const IdentifyOptions& options) {
 
   const Model model = model_or_built_in(options.model);
   reading.truth = options.recordings.known(model.parameters());
-  const Identifications all = identify_files(model, options.recordings.paths(), reading);
+  reading.body = options.recordings.body();
+  const Identifications all = identify_files(model, model_name(options.model), options.recordings.paths(), reading);
   refuse_alone(all.recordings);
   const std::string json = identifications_json(model_name(options.model), all);
   if (!options.report.empty())
@@ -51,13 +52,14 @@ void add_identify(const Command& program) {
   auto options = std::make_shared<IdentifyOptions>();
   const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
   add_recording_flags(command, options->recordings, "--begin,--start").required();
+  add_body_options(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.add_option("--model", options->model, "Model file; default: the built-in model");
   add_output_option(command, options->output, "JSON file to write");
   command.add_option("--report", options->report, "HTML report to write: one page that opens offline");
   add_common_options(command, options->common, true);
   command.footer(
-      "Examples: decid identify recording.csv --rate 100 -o result.json --report report.html\n"
+      "Examples: decid identify recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
       "          decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
       "          decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
       "A recording that cannot be used does not stop the others: it has an \"error\" in the JSON, and the exit code is "

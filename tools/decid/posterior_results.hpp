@@ -68,9 +68,14 @@ Json common_diagnostics(const Found& found, std::vector<std::string> names, std:
           {"draws", found.draws()},   {"acceptance", found.acceptance()}};
 }
 
+/// A value over m g h, or blanks for a parameter where that has no meaning.
+inline std::string over_mgh(const sim::ParameterInfo& info, double value, double mgh) {
+  return info.per_mgh ? format("%10.4f", value / mgh) : std::string(10, ' ');
+}
+
 /// The heading of parameter_line()s; value: what stands for a parameter, note: what parameter_line() has there.
 inline std::string table_heading(const char* value, const char* interval, bool truth, const std::string& note = {}) {
-  return format("  %-8s %12s %10s %24s %-10s %10s%s%s  %s\n", "", value, "sd", interval, "unit", "/ (m g h)",
+  return format("  %-8s %10s %12s %10s %24s %-10s%s%s  %s\n", "", "/ (m g h)", value, "sd", interval, "unit",
                 truth ? "         true" : "", note.c_str(), "range");
 }
 
@@ -80,9 +85,9 @@ std::string parameter_line(const Found& found, std::size_t p, const sim::Paramet
                            const std::optional<sim::Parameters>& truth, const std::string& note = {}) {
   const int quantity = static_cast<int>(p);
   const std::string between = format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
-  std::string text = format("  %-8s %12.5g %10.3g %24s %-10s ", info.name.c_str(), value, found.deviation(quantity),
-                            between.c_str(), info.shown_unit().c_str());
-  text += info.per_mgh ? format("%10.4f", value / mgh) : std::string(10, ' ');
+  std::string text = format("  %-8s ", info.name.c_str()) + over_mgh(info, value, mgh);
+  text +=
+      format(" %12.5g %10.3g %24s %-10s", value, found.deviation(quantity), between.c_str(), info.shown_unit().c_str());
   if (truth) text += format(" %12.5g", (*truth)[p]);
   return text + note + format("  %g to %g\n", info.low, info.high);
 }

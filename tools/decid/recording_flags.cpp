@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "sim/segments.hpp"
 
 namespace decid::tools {
 namespace {
@@ -39,6 +40,13 @@ ReadOptions RecordingFlags::read_options() const {
   return made;
 }
 
+std::optional<sim::Body> RecordingFlags::body() const {
+  if (mass_kg.has_value() != height_m.has_value())
+    throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
+  if (!mass_kg) return {};
+  return sim::body_of(sim::segments_of({.mass_kg = *mass_kg, .height_m = *height_m}));
+}
+
 std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& table) const {
   if (truth.empty()) return {};
   return table.from_text(truth, "--truth");
@@ -70,6 +78,12 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags, const 
                   "offset: subtract the mean of the whole cycles; linear: a drift too; default: none")
       .one_of({"none", "offset", "linear"});
   return recordings;
+}
+
+void add_body_options(const Command& command, RecordingFlags& flags) {
+  command.add_option("--mass", flags.mass_kg, "The subject's mass in kg, with --height; default: the protocol's body")
+      .range(1.0, 500.0);
+  command.add_option("--height", flags.height_m, "The subject's height in m").range(0.3, 3.0);
 }
 
 void add_truth_option(const Command& command, RecordingFlags& flags) {

@@ -13,14 +13,14 @@ namespace decid::tools {
 namespace {
 
 std::string point_table(const Identification& id, const sim::Protocol& protocol) {
-  const sim::ParameterTable& table = protocol.parameters();
-  std::string text = format("  %-8s %12s %-10s %10s%s  %s\n", "", "identified", "unit", "/ (m g h)",
+  const sim::ParameterTable table = protocol.ranges();
+  std::string text = format("  %-8s %10s %12s %-10s%s  %s\n", "", "/ (m g h)", "identified", "unit",
                             id.truth ? "         true" : "", "range");
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
-    text += format("  %-8s %12.5g %-10s ", info.name.c_str(), id.estimate.parameters[p], info.shown_unit().c_str());
-    text += info.per_mgh ? format("%10.4f", id.estimate.parameters[p] / protocol.experiment.body.mgh())
-                         : std::string(10, ' ');
+    text += format("  %-8s ", info.name.c_str()) +
+            over_mgh(info, id.estimate.parameters[p], protocol.experiment.body.mgh());
+    text += format(" %12.5g %-10s", id.estimate.parameters[p], info.shown_unit().c_str());
     if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
     text += format("  %g to %g\n", info.low, info.high);
   }
@@ -28,7 +28,7 @@ std::string point_table(const Identification& id, const sim::Protocol& protocol)
 }
 
 std::string distribution_table(const Identification& id, const sim::Protocol& protocol) {
-  const sim::ParameterTable& table = protocol.parameters();
+  const sim::ParameterTable table = protocol.ranges();
   std::string text = table_heading("identified", "90 % interval", id.truth.has_value());
   for (std::size_t p = 0; p < table.size(); ++p)
     text += parameter_line(*id.estimate.distribution, p, table[p], id.estimate.parameters[p],
@@ -37,7 +37,7 @@ std::string distribution_table(const Identification& id, const sim::Protocol& pr
 }
 
 void add_distribution(Json& recording, const ParameterDistribution& found, const sim::Protocol& protocol) {
-  const sim::ParameterTable& table = protocol.parameters();
+  const sim::ParameterTable table = protocol.ranges();
   for (std::size_t p = 0; p < table.size(); ++p)
     add_found(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
   recording["correlations"] = correlations_json(found, table.size());
@@ -70,15 +70,32 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   return recording;
 }
 
-std::string recordings_json(const std::string& model, const Json& recordings) {
+std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings) {
+  const sim::Body& body = all.protocol.experiment.body;
+  const Json body_json{{"mass_kg", body.mass_kg},
+                       {"com_height_m", body.com_height_m},
+                       {"inertia_kgm2", body.inertia_kgm2},
+                       {"assumed", all.body_assumed}};
   // A file name need not be UTF-8; other bytes are replaced.
-  return Json{{"model", model}, {"recordings", recordings}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return Json{{"model", model}, {"body", body_json}, {"recordings", recordings}}.dump(2, ' ', false,
+                                                                                      Json::error_handler_t::replace) +
+         "\n";
+}
+
+std::string body_text(const Identifications& all) {
+  const sim::Body& body = all.protocol.experiment.body;
+  const std::string text = format("Body: %.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad",
+                                  body.mass_kg, body.com_height_m, body.mgh());
+  if (!all.body_assumed) return text + ".\n";
+  return text +
+         ". It is assumed: stiffness and damping of another body of that height are these over its m g h "
+         "(--mass, --height).\n";
 }
 
 std::string identifications_json(const std::string& model, const Identifications& all) {
   Json recordings = Json::array();
   for (const Identification& id : all.recordings) recordings.push_back(recording_json(id, all.protocol));
-  return recordings_json(model, recordings);
+  return recordings_json(model, all, recordings);
 }
 
 std::string headline(const Identification& id) {
@@ -107,7 +124,7 @@ std::string identifications_text(const Identifications& all) {
     text += id.estimate.distribution ? distribution_table(id, all.protocol) : point_table(id, all.protocol);
     for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
   }
-  return text;
+  return text + body_text(all);
 }
 
 }  // namespace decid::tools

@@ -157,7 +157,7 @@ Json density_to_json(const ParameterDistribution& found, int quantity, const sim
 }
 
 void add_distribution(Json& recording, const ParameterDistribution& found, const sim::Protocol& protocol) {
-  const sim::ParameterTable& table = protocol.parameters();
+  const sim::ParameterTable table = protocol.ranges();
   for (std::size_t p = 0; p < table.size(); ++p) {
     Json& parameter = recording["parameters"][p];
     add_intervals(parameter, found, static_cast<int>(p));

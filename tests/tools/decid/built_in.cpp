@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "base/json_object.hpp"
 #include "base/random.hpp"
 #include "identify/identify.hpp"
 #include "identify/prediction.hpp"
@@ -104,6 +105,39 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
   sim::Protocol sine = model.protocol;
   sine.experiment.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5}}, .cycle_s = 121.0};
   CHECK(part_unfamiliar(model, recordings_of(sine, count)) >= 0.9);
+}
+
+TEST_CASE("another body: answers times its m g h, trials of it, and heights that the model does not know") {
+  const test::Folder folder;
+  REQUIRE(test::run_decid("simulate --seed 5 -o " + folder / "trial.csv").code == 0);
+  const std::string identify = "identify " + folder / "trial.csv";
+  const auto assumed = test::run_decid(identify),
+             told = test::run_decid(identify + " --mass 133.29 --height 1.80 --json");
+  CHECK(assumed.out.find("It is assumed") != std::string::npos);
+  const Json result = Json::parse(told.out), own = Json::parse(test::run_decid(identify + " --json").out);
+  CHECK(own.at("body").at("assumed") == true);
+  CHECK(result.at("body").at("assumed") == false);
+  CHECK(test::near(result.at("body").at("mass_kg").get<double>(), 1.5 * 86.283, 1e-3));
+  for (std::size_t p = 0; p < 7; ++p) {
+    const Json& a = own.at("recordings").at(0).at("parameters").at(p);
+    const Json& b = result.at("recordings").at(0).at("parameters").at(p);
+    const bool scales = !a.at("normalized").is_null();
+    // The default body is rounded to five digits.
+    CHECK(test::near(b.at("value").get<double>(), a.at("value").get<double>() * (scales ? 1.5 : 1.0), 1e-4));
+    if (scales) CHECK(test::near(b.at("normalized").get<double>(), a.at("normalized").get<double>(), 1e-4));
+  }
+  test::check_refused(identify + " --mass 70", {"--mass, --height", "one stands alone"});
+  test::check_refused(identify + " --mass 60 --height 1.5", {"times as tall", "built-in model", "body_heights"});
+
+  const auto error_on = [&](const std::string& mass) {
+    test::write_text(folder / "p.json", R"({"body": {"subject": {"mass_kg": )" + mass + R"(, "height_m": 1.80}}})");
+    REQUIRE(test::run_decid("dataset --count 60 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "d.npz")
+                .code == 0);
+    const Json found = Json::parse(test::run_decid("evaluate --json --data " + folder / "d.npz").out);
+    std::filesystem::remove(folder / "d.npz");
+    return found.at("mse").get<double>();
+  };
+  CHECK(test::near(error_on("133.29"), error_on("88.86"), 1e-3));
 }
 
 TEST_CASE("the built-in model is not measured on trials of the seed it was trained on") {
