@@ -183,7 +183,7 @@ void add_files(Guarded& all) {
   all["file/identify"] = []() -> Work {
     const auto file = std::make_shared<RecordedFile>();
     const auto model = std::make_shared<Model>(built_in_model());
-    return [file, model] { identify_files(*model, {file->path()}, {}); };
+    return [file, model] { identify_files(*model, "the model", {file->path()}, {}); };
   };
 }
 

@@ -7,9 +7,9 @@
 namespace decid {
 namespace {
 
-constexpr double margin = 0.01;
+constexpr double height_margin = 0.01;
 
-sim::Parameters over(const sim::ParameterTable& table, double ratio, sim::Parameters parameters) {
+sim::Parameters times_mgh(const sim::ParameterTable& table, double ratio, sim::Parameters parameters) {
   for (std::size_t p = 0; p < table.size(); ++p)
     if (table[p].per_mgh) parameters[p] *= ratio;
   return parameters;
@@ -22,17 +22,17 @@ double mgh_over(const ForBody& body, const Model& model) {
 }  // namespace
 
 sim::Parameters ForBody::from_model(const Model& model, const sim::Parameters& parameters) const {
-  return over(ranges, mgh_over(*this, model), parameters);
+  return times_mgh(ranges, mgh_over(*this, model), parameters);
 }
 
 sim::Parameters ForBody::to_model(const Model& model, const sim::Parameters& parameters) const {
-  return over(ranges, 1.0 / mgh_over(*this, model), parameters);
+  return times_mgh(ranges, 1.0 / mgh_over(*this, model), parameters);
 }
 
 bool knows_body(const Model& model, const sim::Body& body) {
   const double height = body.height_over(model.protocol.experiment.body);
   const sim::Heights& known = model.protocol.heights;
-  return height >= known.low * (1.0 - margin) && height <= known.high * (1.0 + margin);
+  return height >= known.low * (1.0 - height_margin) && height <= known.high * (1.0 + height_margin);
 }
 
 ForBody for_trials(const Model& model, const std::string& name, const sim::Protocol& trials, const std::string& file) {

@@ -28,7 +28,7 @@ void identify_file(benchmark::State& state) {
   for (auto _ : state) {
     peak.measure();
     const double start = bench::cpu_seconds();
-    benchmark::DoNotOptimize(identify_files(model, {file.path()}, {}));
+    benchmark::DoNotOptimize(identify_files(model, "the model", {file.path()}, {}));
     times.push_back(bench::cpu_seconds() - start);
     state.SetIterationTime(times.back());
   }

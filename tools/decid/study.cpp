@@ -53,7 +53,8 @@ void add_recording(const StudyOptions& options, const Model& model, Study& study
   how.recording.column = options.column;
   how.recording.rate_hz = options.rate;
   if (!options.unit.empty()) how.recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
-  study.recording = std::move(identify_files(model, {options.recording}, how).recordings.front());
+  study.recording =
+      std::move(identify_files(model, model_name(options.model), {options.recording}, how).recordings.front());
   if (study.recording->error) throw *study.recording->error;
   for (std::size_t p = 0; p < model.parameters().size(); ++p)
     study.recording_output.push_back((study.recording->estimate.parameters[p] - model.targets.mean[p]) /
