@@ -19,7 +19,7 @@ using posterior::Posterior;
 
 /// A recording that the posture model cannot explain has far more noise in its posterior than in its samples.
 constexpr double unexplained_noise = 3.0;
-/// Some four times the error of the model's bins.
+/// Of a sample: in a block of 0.1 s it is about the error of the model's bins.
 constexpr double least_believed_noise_deg = 2e-3;
 
 void warn_of_disagreement(const sim::ParameterTable& table, FitFigures::Answer answer, const Posterior& found,
@@ -41,7 +41,7 @@ void warn_of_noise(const posterior::Observation& observation, const Posterior& f
   const double noise_deg = found.mean(Density::sensor_noise);
   if (noise_deg < least_believed_noise_deg)
     warnings.push_back(format(
-        "the sensor's noise, %.2g degrees, is below the error of the model's own arithmetic: the intervals may be too "
+        "the sensor's noise, %.2g degrees, is about the error of the model's own arithmetic: the intervals may be too "
         "narrow",
         noise_deg));
   if (noise_deg > unexplained_noise * std::max(observation.noise_deg, 1e-3))
@@ -131,9 +131,10 @@ const char* name(FitFigures::Answer answer) {
   return answer == FitFigures::Answer::network ? "network" : "posterior";
 }
 
-FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,
+FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
                                 const FitRequest& request, const FitProgress& progress) {
+  if (options.body) protocol.experiment.body = *options.body;
   Fitter fitter(model, protocol, request);
   FittedRecordings all;
   all.identified.protocol = protocol;

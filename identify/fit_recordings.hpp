@@ -45,12 +45,12 @@ struct FittedRecordings {
 /// at a time; several recordings are fitted side by side.
 using FitProgress = std::function<bool(std::size_t recording, const posterior::Progress& progress)>;
 
-/// Reads each recording, samples its posterior in `protocol` and checks whether its draws predict the recording; if
-/// they do not, the explanation's first warning says so. If chains do not agree, a warning says so, and the estimate is
-/// the network's where `model`, which may be null, knows the protocol's experiment. A run that is stopped keeps what
-/// was drawn until then, and begins no other recording. What comes
-/// out does not depend on the number of threads. Throws Error if the protocol cannot be fitted.
-FittedRecordings fit_recordings(const Model* model, const sim::Protocol& protocol,
+/// Reads each recording, samples its posterior in `protocol`, with the body of `options` if it has one, and checks
+/// whether its draws predict the recording; if they do not, the explanation's first warning says so. If chains do not
+/// agree, a warning says so, and the estimate is the network's where `model`, which may be null, knows the protocol's
+/// experiment. A run that is stopped keeps what was drawn until then, and begins no other recording. What comes out
+/// does not depend on the number of threads. Throws Error if the protocol cannot be fitted.
+FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
                                 const FitRequest& request, const FitProgress& progress = {});
 

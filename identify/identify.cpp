@@ -24,10 +24,16 @@ void warn_of_ranges(const sim::ParameterTable& table, Estimate& estimate) {
   }
 }
 
-void warn_of_sway(Estimate& estimate) {
+/// How far a condition of the training moves what is recorded.
+double largest(const sim::Conditions& conditions, sim::Condition condition) {
+  return conditions[condition].share > 0.0 ? conditions[condition].high : 0.0;
+}
+
+void warn_of_sway(const sim::Conditions& trained, Estimate& estimate) {
   const std::vector<float>& sway_rad = estimate.trial.sway_rad();
   // Simulated trials swing about upright: of 2,000 none has a mean beyond this.
-  constexpr double largest_mean_deg = 0.8;
+  const double moved_deg = largest(trained, sim::Condition::offset) + largest(trained, sim::Condition::drift);
+  const double largest_mean_deg = 0.8 + moved_deg;
   double sum = 0;
   for (const float value : sway_rad) sum += static_cast<double>(value);
   const double mean_deg = sum / static_cast<double>(sway_rad.size()) / sim::rad_per_deg;
@@ -37,10 +43,12 @@ void warn_of_sway(Estimate& estimate) {
                "shifts the result, detrend by offset to subtract it",
                mean_deg));
   const auto [low, high] = std::ranges::minmax(sway_rad);
-  const double largest = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
-  if (largest > sim::sway_limit_rad && !estimate.trial.is_large)
-    estimate.warnings.push_back(
-        format("sway reaches %.1f degrees; trials beyond 5 degrees were never trained on", largest / sim::rad_per_deg));
+  const double reach = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
+  const double trained_rad =
+      sim::sway_limit_rad * (1.0 + largest(trained, sim::Condition::gain)) + moved_deg * sim::rad_per_deg;
+  if (reach > trained_rad && !estimate.trial.is_large)
+    estimate.warnings.push_back(format("sway reaches %.1f degrees; trials beyond %g degrees were never trained on",
+                                       reach / sim::rad_per_deg, trained_rad / sim::rad_per_deg));
 }
 
 /// Warns of recordings that look unlike anything the network was trained on.
@@ -110,7 +118,7 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
       if (features > 0)
         estimate.distance = model_.familiarity.distance(std::span(feature).subspan(i * features, features));
       warn_of_ranges(body_.ranges, estimate);
-      warn_of_sway(estimate);
+      warn_of_sway(model_.protocol.conditions, estimate);
     }
   }
   return all;

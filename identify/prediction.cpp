@@ -56,7 +56,11 @@ OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dat
   OutputsOf made;
   made.truth.resize(static_cast<std::size_t>(trials));
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
-    source.take(part, epoch, indices, [&](std::size_t place, const sim::Parameters& truth, const dataset::Sway& sway) {
+    // Spread over the part: a data set's base trials come before its children.
+    const auto all = static_cast<long long>(source.trials(part));
+    std::vector<int> places;
+    for (const int index : indices) places.push_back(static_cast<int>(index * all / trials));
+    source.take(part, epoch, places, [&](std::size_t place, const sim::Parameters& truth, const dataset::Sway& sway) {
       made.truth[static_cast<std::size_t>(indices[place])] = truth;
       take(place, sway);
     });

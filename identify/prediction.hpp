@@ -26,7 +26,7 @@ struct OutputsOf {
   std::vector<float> outputs;
   std::vector<sim::Parameters> truth;
 };
-/// Of the part's first `trials` in that epoch.
+/// Of so many trials of the part in that epoch, evenly spread over it.
 OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch, int trials);
 
 /// The scores of a part of a source's trials, and what these were simulated with.

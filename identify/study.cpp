@@ -178,7 +178,7 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
   constexpr int chunk = 512;
   const std::uint64_t seed = study.fresh_seed;
   require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "fresh trials");
-  const sim::Simulator simulator(model.protocol);
+  const sim::Simulator simulator(model.protocol.ideal());
   for (const double level : levels_deg)
     study.levels.push_back({level,
                             {},

@@ -28,27 +28,6 @@ std::uint64_t number(Condition condition) {
   return static_cast<std::uint64_t>(condition);
 }
 
-/// From rest before the protocol's start, by cubics between samples, and straight on behind the last.
-void start_later(std::span<double> sway, double samples) {
-  const std::vector<double> was(sway.begin(), sway.end());
-  const auto count = static_cast<long long>(was.size());
-  const auto at = [&](long long i) {
-    if (i < 0) return 0.0;
-    if (i < count) return was[static_cast<std::size_t>(i)];
-    const double last = was[was.size() - 1], before = was[was.size() - 2];
-    return last + static_cast<double>(i - count + 1) * (last - before);
-  };
-  const double whole = std::floor(samples), t = samples - whole;
-  const auto shift = static_cast<long long>(whole);
-  const double weights[4] = {-t * (t - 1.0) * (t - 2.0) / 6.0, (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
-                             -(t + 1.0) * t * (t - 2.0) / 2.0, (t + 1.0) * t * (t - 1.0) / 6.0};
-  for (long long i = 0; i < count; ++i) {
-    const long long j = i + shift;
-    sway[static_cast<std::size_t>(i)] =
-        weights[0] * at(j - 1) + weights[1] * at(j) + weights[2] * at(j + 1) + weights[3] * at(j + 2);
-  }
-}
-
 /// Ornstein and Uhlenbeck's noise.
 void add_slow_noise(std::span<double> sway, double deviation, const Random& random, double rate_hz) {
   const double memory_s = shortest_memory_s * decid::exp(random.uniform(of_kind + number(Condition::slow_noise)) *
@@ -70,7 +49,7 @@ void add_slow_noise(std::span<double> sway, double deviation, const Random& rand
 struct Gap {
   std::size_t first, end;
 };
-/// One of so many samples in each stretch, but not of the first sample nor of the last.
+/// One of so many samples in each stretch, with a sample between them, and one at either end.
 std::vector<Gap> gaps_of(std::size_t samples, std::size_t length, const Random& random, Condition condition,
                          double rate_hz) {
   const auto stretch = static_cast<std::size_t>(stretch_s * rate_hz);
@@ -78,7 +57,7 @@ std::vector<Gap> gaps_of(std::size_t samples, std::size_t length, const Random& 
   for (std::size_t first = 1, k = 0; first + length < samples; first += stretch, ++k) {
     const std::size_t room = std::min(stretch, samples - 1 - first);
     if (room <= length) break;
-    const std::size_t place = first + random.below(of_places * (1 + number(condition)) + k, room - length + 1);
+    const std::size_t place = first + random.below(of_places * (1 + number(condition)) + k, room - length);
     gaps.push_back({place, place + length});
   }
   return gaps;
@@ -146,6 +125,26 @@ void average(std::span<double> sway, std::size_t length, bool causal) {
 
 }  // namespace
 
+void begin_later(std::span<double> values, double samples) {
+  const std::vector<double> was(values.begin(), values.end());
+  const auto count = static_cast<long long>(was.size());
+  const auto at = [&](long long i) {
+    if (i < 0) return 0.0;
+    if (i < count) return was[static_cast<std::size_t>(i)];
+    const double last = was[was.size() - 1], before = was[was.size() - 2];
+    return last + static_cast<double>(i - count + 1) * (last - before);
+  };
+  const double whole = std::floor(samples), t = samples - whole;
+  const auto shift = static_cast<long long>(whole);
+  const double weights[4] = {-t * (t - 1.0) * (t - 2.0) / 6.0, (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+                             -(t + 1.0) * t * (t - 2.0) / 2.0, (t + 1.0) * t * (t - 1.0) / 6.0};
+  for (long long i = 0; i < count; ++i) {
+    const long long j = i + shift;
+    values[static_cast<std::size_t>(i)] =
+        weights[0] * at(j - 1) + weights[1] * at(j) + weights[2] * at(j + 1) + weights[3] * at(j + 2);
+  }
+}
+
 const ConditionInfo& info(Condition condition) {
   static constexpr std::array<ConditionInfo, condition_count> all{{{"start_s", 1.0, true},
                                                                    {"gain", 0.9, true},
@@ -186,7 +185,7 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
     return length == 0 ? std::vector<Gap>{} : gaps_of(sway_rad.size(), length, random, condition, rate_hz);
   };
 
-  if (const double start_s = size(Condition::start); start_s != 0.0) start_later(sway_rad, start_s * rate_hz);
+  if (const double start_s = size(Condition::start); start_s != 0.0) begin_later(sway_rad, start_s * rate_hz);
   if (const double gain = size(Condition::gain); gain != 0.0)
     for (double& value : sway_rad) value *= 1.0 + gain;
   if (const double offset = size(Condition::offset) * rad_per_deg; offset != 0.0)

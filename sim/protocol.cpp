@@ -71,8 +71,16 @@ void Protocol::validate() const {
   experiment.validate(name);
   validate_noise(Checker(name), *this);
   validate_conditions(Checker(name), conditions);
-  Checker(name).within("body_heights high", heights.high, 0.5, 2.0);
-  Checker(name).within("body_heights low", heights.low, 0.5, heights.high);
+  Checker(name).within("body_heights low", heights.low, 0.5, 1.0);
+  Checker(name).within("body_heights high", heights.high, 1.0, 2.0);
+}
+
+Protocol Protocol::ideal() const {
+  Protocol same = *this;
+  same.noise.sensor = {};
+  same.conditions = {};
+  same.heights = {};
+  return same;
 }
 
 void Protocol::refuse_implausible() const {

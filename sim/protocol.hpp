@@ -35,7 +35,7 @@ struct Noise {
 };
 
 /// Each trial of a stream has a body of its own, so many times as tall as the experiment's (Body::of_height), drawn
-/// uniformly.
+/// uniformly. The experiment's own is among them: low is 1 at most, high 1 at least.
 struct Heights {
   double low = 1.0, high = 1.0;
 
@@ -50,12 +50,14 @@ struct Protocol {
   Heights heights;
 
   /// Throws Error as Experiment::validate does, for noise out of its bounds or without a harmonic of the trial in its
-  /// band, and for conditions out of theirs; all that follows assumes a valid protocol.
+  /// band, and for conditions and heights out of theirs; all that follows assumes a valid protocol.
   void validate() const;
   /// Throws Error for what can be simulated but is no experiment: control characters in the name, and what
   /// Experiment::refuse_implausible refuses. To be asked of what people write: data sets and models may carry such
   /// protocols from before.
   void refuse_implausible() const;
+  /// The same with one body, recorded as it is: no sensor noise, no conditions.
+  Protocol ideal() const;
   /// The stimulus if it is a sequence; throws Error if it is of another kind.
   Sequence& sequence();
   const Sequence& sequence() const;

@@ -66,7 +66,7 @@ struct Sway {
 class ImageMaker {
  public:
   /// samples: length of a trial; what is too short for a window or block at its end is left out.
-  /// Throws Error if no window or block fits, or for a channel of the tilt or the body.
+  /// Throws Error if no window or block fits, or for a channel of the tilt or the torque.
   ImageMaker(ImageSettings settings, int samples);
   /// Of an experiment's trials, whose tilt and body channels may show.
   ImageMaker(ImageSettings settings, const sim::Experiment& experiment);

@@ -58,9 +58,9 @@ sim::TrialInput base_trial(const sim::ParameterTable& ranges, std::uint64_t seed
                            const sim::Heights& heights = {});
 
 /// Generates the data set in memory (npz.hpp: generate_npz, straight into a file); the bits depend only on the request.
-/// Sensor noise is that of the trial's attempt, for children with bit 63 set. Throws Error if base > count, count < 1,
-/// children are asked for but there is no parent, there is not enough memory, or, after 10,000 attempts, fewer than 1
-/// in 1000 are valid.
+/// Trials are recorded (sim::record) as their attempt, children's with bit 63 set. Throws Error if base > count, count
+/// < 1, the protocol has body_heights, children are asked for but there is no parent, there is not enough memory, or,
+/// after 10,000 attempts, fewer than 1 in 1000 are valid.
 Dataset generate(const DatasetRequest& request, DatasetReport* report = nullptr, const Progress& progress = {});
 
 /// group[i] is the index of a trial (0 .. trials - 1), otherwise Error; trials of equal group belong together.

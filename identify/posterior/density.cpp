@@ -149,8 +149,8 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   const auto rate_at = [&](int step) { return stimulus.rate_at(std::clamp(step, 0, steps - 1)); };
   for (int half = 0; half < 2 * bins_; ++half) {
     // The line of least squares through the half's steps.
-    const int bin_from = first_step_ + half / 2 * bin_steps_, first = std::max(1, bin_steps_ / 2);
-    const int from = bin_from + half % 2 * (bin_steps_ - first), count = half % 2 == 0 ? first : bin_steps_ - first;
+    const int bin_from = first_step_ + half / 2 * bin_steps_, first = bin_steps_ / 2;
+    const int from = bin_from + half % 2 * first, count = half % 2 == 0 ? first : bin_steps_ - first;
     const int length = std::max(1, count);  // a bin of one step has itself for both halves
     double mean = 0.0, slope = 0.0, squares = 0.0;
     for (int j = 0; j < length; ++j) {

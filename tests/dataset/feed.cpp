@@ -154,8 +154,10 @@ TEST_CASE("streamed bodies are as tall as the protocol says, and a lighter body'
   CHECK(*std::ranges::max_element(heights) > 1.07);
   const Taken alone = training_trial(*source, 0, {17});
   CHECK(alone.height == heights[17]);
-  protocol.heights = {alone.height, alone.height};
-  CHECK(training_trial(*stream_source(protocol, 3, 200, 4), 0, {17}).sway == alone.sway);
+  sim::Protocol of_that_body = tiny_protocol();
+  of_that_body.experiment.body = of_that_body.experiment.body.of_height(alone.height);
+  const Taken same = training_trial(*stream_source(of_that_body, 3, 200, 4), 0, {17});
+  for (std::size_t i = 0; i < same.sway.size(); ++i) CHECK(within(same.sway[i], double{alone.sway[i]}, 1e-7));
   check_error([&] { generate({protocol, 10, 0, 3}); }, {"body_heights", "one"});
 
   sim::Protocol light = tiny_protocol();
@@ -166,6 +168,21 @@ TEST_CASE("streamed bodies are as tall as the protocol says, and a lighter body'
   CHECK(near(of_light.parameters[sim::Kp], 0.7 * heavy.parameters[sim::Kp], 1e-12));
   CHECK(of_light.parameters[sim::Delay] == heavy.parameters[sim::Delay]);
   CHECK(within(of_light.sway[300], double{heavy.sway[300]}, 1e-7));
+}
+
+TEST_CASE("streamed trials are recorded as the protocol says") {
+  sim::Protocol protocol = noisy_protocol();
+  protocol.conditions[sim::Condition::gain] = {.share = 0.5, .low = 0.0, .high = 0.3};
+  protocol.conditions[sim::Condition::quantisation] = {.share = 1.0, .low = 0.01, .high = 0.1};
+  const auto source = stream_source(protocol, 3, 10, 4);
+  const std::vector<std::uint64_t> numbers{4 + 7};  // the seventh of epoch 0
+  simulate_stream(sim::Simulator(protocol), 3, numbers,
+                  [&](std::size_t, const sim::TrialInput& trial, std::span<double> sway) {
+                    sim::record(protocol, 3, numbers[0], sway);
+                    const Taken taken = training_trial(*source, 0, {7});
+                    CHECK(taken.parameters == trial.parameters);
+                    CHECK(taken.sway == std::vector<float>(sway.begin(), sway.end()));
+                  });
 }
 
 namespace {

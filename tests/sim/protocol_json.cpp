@@ -155,6 +155,14 @@ TEST_CASE("bodies of other heights") {
   check_error(parsing(R"({"body_heights": [1.1, 0.8]})"), {"my.json", "body_heights low"});
   check_error(parsing(R"({"body_heights": [0.1, 0.8]})"), {"my.json", "body_heights low"});
   check_error(parsing(R"({"body_heights": [1, 3]})"), {"my.json", "body_heights high"});
+  check_error(parsing(R"({"body_heights": 1.2})"), {"my.json", "body_heights low"});
+  check_error(parsing(R"({"body_heights": [0.8, 0.9]})"), {"my.json", "body_heights high"});
+  const sim::Protocol ideal =
+      sim::protocol_from_json(
+          R"({"name": "a", "body_heights": [0.8, 1.1], "sensor_noise_deg": 0.1, "recording": {"gain": {"size": 0.1}}})",
+          "my.json")
+          .ideal();
+  CHECK(to_json(ideal) == to_json(sim::protocol_from_json(R"({"name": "a"})", "my.json")));
   check_error(parsing(R"({"body_heights": "tall"})"), {"'body_heights'", "a number or [low, high]"});
 }
 

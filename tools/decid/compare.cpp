@@ -44,8 +44,7 @@ dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
     require_not_trained_on(model.origin, {TrialIdentity::Kind::stream, options.seed, {}}, Measured::all,
                            "fresh trials");
     dataset::DatasetRequest request;
-    request.protocol = model.protocol;
-    request.protocol.noise.sensor = {};
+    request.protocol = model.protocol.ideal();
     if (!options.sensor_noise_deg.empty())
       request.protocol.noise.sensor = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
     request.protocol.validate();
@@ -157,7 +156,7 @@ ComparisonFigures compare(const CompareOptions& options) {
   }
 
   const sim::Simulator simulator(data.protocol);
-  const sim::ParameterTable& table = data.protocol.parameters();
+  const sim::ParameterTable table = data.protocol.ranges();
   const auto fit_all = [&](bool from_network, const char* mean_name, const char* mean_text, const char* likeliest_name,
                            const char* likeliest_text) {
     const auto starts_of = [&](int trial) {

@@ -32,13 +32,15 @@ std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& 
 }
 
 /// The part that was asked for, if the model was not trained on it; the other half of its own data set if none was.
-std::string split_of(const EvaluateOptions& options, const Origin& origin, const dataset::TrialIdentity& data) {
+std::string split_of(const EvaluateOptions& options, const Model& model, const dataset::TrialIdentity& data) {
+  const Origin& origin = model.origin;
   std::string split = options.split.empty() ? "all" : options.split;
   if (options.split.empty() && trained_on(origin, data)) {
     split = "validation";
     if (!options.common.quiet)
       std::cerr << "note: the model was trained on half of " << options.data
-                << "; measured on the other, its validation\n";
+                << "; measured on the other, its validation"
+                << (model.recalibration.known() ? ", on which its intervals were recalibrated\n" : "\n");
   }
   const Measured part = split == "all"        ? Measured::all
                         : split == "training" ? Measured::training
@@ -88,7 +90,7 @@ void evaluate_model(const EvaluateOptions& options) {
   const dataset::Dataset& data = stored.about();
   const ForBody body = for_trials(model, model_name(options.model), data.protocol, options.data);
   const dataset::TrialIdentity identity = dataset::identity_of(stored);
-  const std::string split = split_of(options, model.origin, identity);
+  const std::string split = split_of(options, model, identity);
   if (const std::string other = noise_difference(model.protocol, data.protocol);
       !other.empty() && !options.common.quiet)
     std::cerr << "warning: " << options.data << ": " << other << '\n';

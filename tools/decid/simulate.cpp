@@ -72,6 +72,15 @@ void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol
   throw Error("simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
 }
 
+/// Time and tilt from where the recording begins.
+std::vector<std::vector<double>> recorded_tilt(const sim::Protocol& protocol, const sim::Stimulus& stimulus,
+                                               std::uint64_t seed) {
+  auto columns = time_and_tilt(protocol, stimulus);
+  const double start_s = sim::drawn(protocol.conditions, sim::Condition::start, seed, 0);
+  if (start_s != 0.0) sim::begin_later(columns[1], start_s * protocol.experiment.sample_rate_hz);
+  return columns;
+}
+
 void print_parameters(const char* title, const sim::Parameters& parameters) {
   std::cerr << title;
   for (std::size_t i = 0; i < parameters.size(); ++i)
@@ -109,7 +118,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
           : "shorten --delay, lower --kp or raise --kd");
   sim::record(simulator.protocol(), options.seed, 0, sway);
   to_degrees(sway);
-  auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
+  auto columns = recorded_tilt(simulator.protocol(), simulator.stimulus(), options.seed);
   columns.insert(columns.begin() + 1, std::move(sway));
   write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg"}, columns, csv_digits));
   if (options.common.quiet) return;
@@ -136,7 +145,7 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
       },
       "shorten --delay or --hip-delay, or bring the gains of ankle and hip nearer to their defaults");
   sim::record(simulator.protocol(), options.seed, 0, com);
-  auto columns = time_and_tilt(simulator.protocol(), simulator.stimulus());
+  auto columns = recorded_tilt(simulator.protocol(), simulator.stimulus(), options.seed);
   for (std::vector<double>* angles : {&com, &leg, &trunk}) to_degrees(*angles);
   columns.insert(columns.begin() + 1, std::move(com));
   columns.push_back(std::move(leg));

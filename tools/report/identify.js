@@ -53,7 +53,8 @@ function parameterTable(recording) {
   const { mgh, mass_kg, com_height_m } = recording.protocol;
   return element("div", { class: "scroll" }, element("table", {},
     element("caption", {}, `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of a body of ` +
-      `${compact(mass_kg)} kg above the ankles, its centre of mass at ${compact(com_height_m)} m. ` +
+      `${compact(mass_kg)} kg above the ankles, its centre of mass at ${compact(com_height_m)} m` +
+      (recording.body_assumed ? ", which is assumed: only values over m g h hold for another body of that height. " : ". ") +
       "The range is that of the data the model was trained on" +
       (known ? "; the upright red line is the true value." : ".")),
     element("thead", {}, head), element("tbody", {}, ...rows)));

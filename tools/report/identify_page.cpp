@@ -161,9 +161,6 @@ void add_distribution(Json& recording, const ParameterDistribution& found, const
   for (std::size_t p = 0; p < table.size(); ++p) {
     Json& parameter = recording["parameters"][p];
     add_intervals(parameter, found, static_cast<int>(p));
-    // What the model was trained on, for this body or another.
-    parameter["low"] = page_number(table[p].low);
-    parameter["high"] = page_number(table[p].high);
     parameter["density"] = density_to_json(found, static_cast<int>(p), table[p]);
   }
   recording["correlations"] = page_correlations(found, table.size());
@@ -175,6 +172,7 @@ Json recording_to_json(const Identification& recording, const Identifications& o
             {"column", recording.column},
             {"tilt", tilt_to_json(recording)},
             {"protocol", protocol_figures(of.protocol)},
+            {"body_assumed", of.body_assumed},
             {"parameters", described_parameters(recording, of.protocol)},
             {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
             {"variance_accounted_for", page_number(explanation.variance_accounted_for)},

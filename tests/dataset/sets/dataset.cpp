@@ -227,6 +227,22 @@ TEST_CASE("sensor noise is added to the stored sway, by attempt, and changes not
   }
 }
 
+TEST_CASE("trials are recorded as the protocol says, each as its own attempt") {
+  DatasetReport report;
+  const Dataset exact = generate(request(150, 100), &report);
+  DatasetRequest asked = request(150, 100);
+  asked.protocol.conditions[sim::Condition::gain] = {.share = 1.0, .low = 0.0, .high = 0.3};
+  const Dataset recorded = generate(asked);
+  const auto last_base = static_cast<std::uint64_t>(report.base_attempts - 1);
+  const auto last_child = static_cast<std::uint64_t>(report.child_attempts - 1) | std::uint64_t{1} << 63;
+  for (const auto& [trial, item] : {std::pair(99, last_base), std::pair(149, last_child)}) {
+    const double factor = 1.0 + sim::drawn(asked.protocol.conditions, sim::Condition::gain, 3, item);
+    CHECK(factor != 1.0);
+    for (std::size_t k = 0; k < 400; ++k)
+      CHECK(within(recorded.trial(trial)[k], factor * double{exact.trial(trial)[k]}, 0x1p-25));
+  }
+}
+
 TEST_CASE("progress rises to the total, and can stop the work") {
   int calls = 0, last = 0;
   generate(request(400, 300), nullptr, [&](int done, int total) {

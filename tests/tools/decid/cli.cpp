@@ -311,6 +311,41 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   CHECK(other.err.find("another experiment") != std::string::npos);
 }
 
+TEST_CASE("a model for bodies of many heights: trained, identified with, evaluated and studied") {
+  const Folder folder;
+  const std::string stimulus = R"("sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0})";
+  const auto protocol = [&](const std::string& name, const std::string& more) {
+    decid::test::write_text(folder / name, "{" + stimulus + more + "}");
+    return " --protocol " + folder / name;
+  };
+  const std::string many =
+      protocol("many.json", R"(, "body_heights": [0.8, 1.12], "recording": {"gain": {"size": 0.1}})");
+  decid::test::write_text(folder / "image.json",
+                          R"({"block": 20, "channels": ["sway", "sway_change", "tilt", "height"]})");
+  decid::test::write_text(folder / "network.txt", "conv 4 7x1 stride 4x1\nrelu\nstatspool\nfc 7\n");
+  REQUIRE(run_decid("train --stream --quiet --stream-trials 128 --validation-trials 16 --epochs 1 --batch 32" + many +
+                    " --image " + folder / "image.json" + " --architecture " + folder / "network.txt" + " -o " +
+                    folder / "m.safetensors")
+              .code == 0);
+  const std::string model = " --model " + folder / "m.safetensors";
+  REQUIRE(run_decid("simulate" + many + " -o " + folder / "trial.csv").code == 0);
+  const std::string identify = "identify --json " + folder / "trial.csv" + model;
+  const Json small = Json::parse(run_decid(identify + " --mass 60 --height 1.5").out);
+  const Json tall = Json::parse(run_decid(identify + " --mass 60 --height 1.9").out);
+  CHECK(small.at("body").at("assumed") == false);
+  const auto over_mgh = [](const Json& result) {
+    return result.at("recordings")[0].at("parameters")[0].at("normalized");
+  };
+  CHECK(over_mgh(small) != over_mgh(tall));
+  decid::test::check_refused(identify + " --mass 60 --height 1.3", {"times as tall", "m.safetensors"});
+  decid::test::check_refused("dataset --count 10" + many + " -o " + folder / "d.npz", {"body_heights"});
+  const std::string other = protocol("other.json", R"(, "body": {"subject": {"mass_kg": 60, "height_m": 1.65}})");
+  REQUIRE(run_decid("dataset --quiet --count 20 --seed 9" + other + " -o " + folder / "d.npz").code == 0);
+  CHECK(Json::parse(run_decid("evaluate --json --data " + folder / "d.npz" + model).out).at("trials") == 20);
+  CHECK(run_decid("study --quiet --trials 16 --realisations 3 --sensor-noise 0 -o " + folder / "study" + model).code ==
+        0);
+}
+
 TEST_CASE("an interrupted training goes on, with its own data and settings only") {
   const Folder folder;
   decid::test::write_text(
