@@ -24,7 +24,8 @@ struct Prior {
 
 }  // namespace
 
-TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are those of the prior") {
+TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are those of the prior" *
+                             doctest::test_suite("slow")) {
   Sampler sampler(density, observation, 3, 0);
   sampler.fix_noise(1e6);
   sampler.begin_adapting(0.3);
