@@ -100,7 +100,8 @@ void run_fit(const FitOptions& options) {
   const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
   reading.truth = options.recordings.known(protocol.parameters());
   reading.body = options.recordings.body();
-  if (!reading.body && given) reading.body = protocol.experiment.body;  // a protocol of one's own describes it
+  // A protocol of one's own may describe it.
+  if (!reading.body && given && given->experiment.body != sim::Body{}) reading.body = given->experiment.body;
   const auto files = static_cast<long long>(options.recordings.files.size());
   constexpr long long parts = 100;  // of a recording, for the bar
   FittedRecordings all;

@@ -126,6 +126,7 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(result.out.find("simulated anew, two-sided p: 0.05 to 0.2 Hz ") != std::string::npos);
   CHECK(result.out.find("the intervals may be too narrow") != std::string::npos);  // the trial has no sensor noise
   const Json json = Json::parse(read_text(folder / "o.json"));
+  CHECK(json["body"]["assumed"] == true);
   CHECK(json["recordings"][0].contains("error"));
   CHECK(json["recordings"][1]["diagnostics"]["draws"] == 64);
 }
