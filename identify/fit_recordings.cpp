@@ -40,10 +40,11 @@ void warn_of_noise(const posterior::Observation& observation, const Posterior& f
                    std::vector<std::string>& warnings) {
   const double noise_deg = found.mean(Density::sensor_noise);
   if (noise_deg < least_believed_noise_deg)
-    warnings.push_back(format(
-        "the sensor's noise, %.2g degrees, is about the error of the model's own arithmetic: the intervals may be too "
-        "narrow",
-        noise_deg));
+    warnings.push_back(
+        format("the sensor's noise, %.2g degrees, is at most about the error of the model's own arithmetic: the "
+               "intervals may be "
+               "too narrow",
+               noise_deg));
   if (noise_deg > unexplained_noise * std::max(observation.noise_deg, 1e-3))
     warnings.push_back(
         format("the model leaves %.3g degrees of the sway unexplained, the sensor's noise is %.3g: the "
