@@ -42,8 +42,7 @@ void warn_of_noise(const posterior::Observation& observation, const Posterior& f
   if (noise_deg < least_believed_noise_deg)
     warnings.push_back(
         format("the sensor's noise, %.2g degrees, is at most about the error of the model's own arithmetic: the "
-               "intervals may be "
-               "too narrow",
+               "intervals may be too narrow",
                noise_deg));
   if (noise_deg > unexplained_noise * std::max(observation.noise_deg, 1e-3))
     warnings.push_back(
