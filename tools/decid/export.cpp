@@ -69,6 +69,9 @@ TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
   else
     nn::Predictor(model.network, 1).run(image, test.outputs);
   for (const double value : model.decode(test.outputs)) test.parameters.push_back(static_cast<float>(value));
+  if (const auto found = model.distribution(test.outputs))
+    for (int p = 0; p < static_cast<int>(found->parameters()); ++p)
+      test.deviations.push_back(static_cast<float>(found->deviation(p)));
   return test;
 }
 

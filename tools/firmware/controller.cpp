@@ -17,10 +17,6 @@ namespace {
 
 constexpr int test_seconds = 3;
 
-std::string define_double(const std::string& name, double value) {
-  return "#define " + name + " " + literal(value) + "\n";
-}
-
 std::string parameter_table(const sim::Parameters& p) {
   return "const DECID_FW_parameters DECID_FW_identified = {" + literal(p[sim::Kp]) + ", " + literal(p[sim::Kd]) + ", " +
          literal(p[sim::Kp_pass]) + ", " + literal(p[sim::Kd_pass]) + ", " + literal(p[sim::Theta]) + ", " +

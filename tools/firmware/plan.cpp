@@ -69,9 +69,12 @@ void add_pool(Chain& chain, const nn::Pool& pool) {
 Chain chain_of(const nn::Inference<float>& inference) {
   Chain chain(inference.input_shape());
   for (const nn::Step<float>& step : inference.steps()) {
-    if (step.kind == nn::Step<float>::Kind::statistics)
-      throw Error("export c", "the network has a statspool, which the firmware's runtime does not know",
-                  "train one with globalavgpool in its place");
+    if (step.kind == nn::Step<float>::Kind::statistics) {
+      FirmwareLayer& layer = chain.add(Kind::statistics, step.dst);
+      layer.kernel = {step.src.rows, step.src.columns};
+      layer.taps = step.src.rows * step.src.columns;
+      continue;
+    }
     if (step.sums()) {
       add_sums(chain, step);
       continue;
@@ -85,12 +88,12 @@ Chain chain_of(const nn::Inference<float>& inference) {
   return chain;
 }
 
-void lay_out(FirmwareMap& map, const FirmwareLayer* consumer, bool stream_rows, bool is_image) {
+/// at_once: all lines are made before the first one is read.
+void lay_out(FirmwareMap& map, const FirmwareLayer* consumer, bool stream_rows, bool at_once) {
   const nn::Shape& s = map.shape;
   map.lines = stream_rows ? s.rows : s.columns;
   map.positions = stream_rows ? s.columns : s.rows;
-  const bool all = consumer != nullptr && consumer->kind == Kind::all;
-  map.whole = all || (is_image && stream_rows);
+  map.whole = at_once || (consumer != nullptr && consumer->reads_all());
   if (map.whole) {
     map.capacity = map.lines;
     map.channel_stride = s.rows * s.columns;
@@ -115,7 +118,11 @@ void plan_memory(FirmwarePlan& plan, const Model& model) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
   const int value_bytes = plan.options.int8 ? 1 : 4;
-  const int state_bytes = (6 + static_cast<int>(plan.maps.size()) + 7) * 4;
+  const auto fold = static_cast<long long>(image.fold);
+  const bool series = image.block > 0;
+  const auto outputs = static_cast<long long>(model.network.output_shape().size());
+  const long long state_bytes =
+      aligned((6 + static_cast<long long>(plan.maps.size()) + outputs) * 4) + (series ? (1 + 3 * fold) * 8 : 0);
   ArenaPlan& arena = plan.arena;
   arena.maps = aligned(state_bytes);
   long long values = 0;
@@ -125,18 +132,23 @@ void plan_memory(FirmwarePlan& plan, const Model& model) {
   }
   long long patch = 0;
   for (const FirmwareLayer& layer : plan.layers) {
-    if (layer.kind != Kind::all) patch = std::max<long long>(patch, layer.taps);
+    if (!layer.reads_all()) patch = std::max<long long>(patch, layer.taps);
   }
   arena.patch = aligned(arena.maps + values * value_bytes);
   const long long network_end = aligned(arena.patch + patch * value_bytes);
 
+  if (series) {
+    arena.samples = network_end;
+    arena.bytes = network_end + (plan.options.incremental ? (fold - 1) * shape.rows * 8 : 0);
+    return;
+  }
   const int length = image.window % 2 == 0 ? image.window / 2 : image.window;
   const int bins = std::min(image.window / 2 + 1, shape.rows);
   const int kept_columns = plan.options.incremental ? shape.columns : 1;
   arena.signal = plan.stream_rows ? aligned(arena.maps + plan.maps.front().values() * value_bytes) : network_end;
   arena.scratch = arena.signal + 1LL * length * complex_bytes;
   arena.spectra = arena.scratch + 2LL * plan.largest_radix() * complex_bytes;
-  arena.samples = arena.spectra + (image.fold - 1LL) * kept_columns * bins * complex_bytes;
+  arena.samples = arena.spectra + (fold - 1) * kept_columns * bins * complex_bytes;
   const long long end = arena.samples + (plan.options.incremental ? 4LL * image.window : 0);
   arena.bytes = aligned(std::max(network_end, end));
 }
@@ -147,11 +159,12 @@ FirmwarePlan plan_by(const Chain& chain, const Model& model, const FirmwareOptio
   plan.stream_rows = stream_rows;
   plan.layers = Chain(chain).layers();
   const int window = model.image().window;
-  plan.radices = sim::fft_radices(window % 2 == 0 ? window / 2 : window);
+  const bool series = model.image().block > 0;
+  if (!series) plan.radices = sim::fft_radices(window % 2 == 0 ? window / 2 : window);
   for (std::size_t i = 0; i < chain.shapes().size(); ++i) {
     FirmwareMap map;
     map.shape = chain.shapes()[i];
-    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, stream_rows, i == 0);
+    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, stream_rows, i == 0 && stream_rows && !series);
     plan.maps.push_back(map);
   }
   plan_memory(plan, model);
@@ -180,19 +193,18 @@ long long FirmwarePlan::whole_map_bytes() const {
 }
 
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
-  if (model.head != &point_head())
+  if (model.head != &point_head() && !model.gives_distribution())
     throw Error("export", "the model's outputs are of the kind '" + model.head->name() + "'",
-                "export a model whose outputs are the parameters");
-  if (model.image().block > 0)
-    throw Error("export", "the model reads time series, which the firmware's runtime does not make",
-                "export a model that reads spectra");
+                "export a model whose outputs are the parameters, or a mixture");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
   if (chain.shapes().size() > most_layers)
     throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, most_layers),
                 "export a smaller network");
   FirmwarePlan rows = plan_by(chain, model, options, true), columns = plan_by(chain, model, options, false);
   const bool by_columns = options.incremental && model.images().shape().columns > 1;
-  FirmwarePlan plan = by_columns || columns.arena.bytes < rows.arena.bytes ? std::move(columns) : std::move(rows);
+  const bool by_rows = model.image().block > 0;
+  FirmwarePlan plan =
+      !by_rows && (by_columns || columns.arena.bytes < rows.arena.bytes) ? std::move(columns) : std::move(rows);
   if (plan.arena.bytes > most_bytes)
     throw Error("export", format("the network needs %lld bytes to work in, more than 1 GiB", plan.arena.bytes),
                 "export a smaller network");

@@ -30,7 +30,8 @@ struct Extent {
 };
 
 struct FirmwareLayer {
-  enum class Kind { convolution, all, max_pool, average_pool };  ///< all: every value of the input, fully connected
+  /// all: every value of the input, fully connected; statistics: means and deviations of the channels, a statspool.
+  enum class Kind { convolution, all, max_pool, average_pool, statistics };
   Kind kind = Kind::convolution;
   int src = 0, dst = 0;     ///< maps
   bool normalises = false;  ///< a BatchNorm that is folded away follows, which makes -0 a 0
@@ -43,7 +44,11 @@ struct FirmwareLayer {
   std::vector<std::int8_t> steps;  ///< 8-bit weights, if there are any; then value = scale[output] sum + bias[output]
   std::vector<float> scale;
 
+  /// Products with weights.
+  bool sums() const { return kind == Kind::convolution || kind == Kind::all; }
   bool pools() const { return kind == Kind::max_pool || kind == Kind::average_pool; }
+  /// Reads its input whole.
+  bool reads_all() const { return kind == Kind::all || kind == Kind::statistics; }
 };
 
 /// Bytes from the start of the arena, multiples of 8.
@@ -73,8 +78,8 @@ struct FirmwarePlan {
 };
 
 /// Plans by rows or by columns, whichever needs the smaller arena; incremental plans go by columns if the image has
-/// several. Throws Error for what a firmware cannot hold: outputs that are not parameters, more than 250 layers, an
-/// arena above 1 GiB.
+/// several; images of time series, of one column, go by rows, which are times. Throws Error for what a firmware cannot
+/// hold: outputs that are neither parameters nor a mixture, more than 250 layers, an arena above 1 GiB.
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
 
 }  // namespace decid::tools

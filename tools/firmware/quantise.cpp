@@ -46,6 +46,7 @@ struct InFloat {
   using Value = float;
   static Value padding(const FirmwareMap&) { return 0.0F; }
   static Value store(float y, const FirmwareMap&) { return y; }
+  static float real(const FirmwareLayer&, int, Value x) { return x; }
   static float sum(const FirmwareLayer& layer, int output, const std::vector<Value>& x) {
     float acc = layer.bias[static_cast<std::size_t>(output)];
     const float* w = layer.weight.data() + 1LL * output * layer.taps;
@@ -67,6 +68,7 @@ struct InIntegers {
     const auto o = static_cast<std::size_t>(output);
     return std::fma(static_cast<float>(acc), layer.scale[o], layer.bias[o]);
   }
+  static float real(const FirmwareLayer& layer, int channel, Value x) { return scaled(layer, channel, x); }
   static float sum(const FirmwareLayer& layer, int output, const std::vector<Value>& x) {
     const std::int8_t* w = layer.steps.data() + 1LL * output * layer.taps;
     std::int32_t acc = 0;
@@ -88,6 +90,21 @@ float finish(const FirmwareLayer& layer, int channel, float value) {
     y = y + 0.0F;
   }
   return layer.rectifies && y < 0.0F ? 0.0F : y;
+}
+
+/// Mean and deviation of a channel's values.
+template <class Arithmetic>
+std::pair<float, float> statistics(const FirmwareLayer& layer, int channel,
+                                   std::span<const typename Arithmetic::Value> x) {
+  const float share = 1.0F / static_cast<float>(x.size());
+  float sum = 0.0F, squares = 0.0F;
+  for (const auto value : x) sum += Arithmetic::real(layer, channel, value);
+  const float mean = sum * share;
+  for (const auto value : x) {
+    const float off = Arithmetic::real(layer, channel, value) - mean;
+    squares = std::fma(off, off, squares);
+  }
+  return {mean, std::sqrt(std::fma(squares, share, static_cast<float>(nn::StatisticsPool::epsilon)))};
 }
 
 /// see(map, value as a real number) for every value of every map.
@@ -112,9 +129,20 @@ std::vector<float> run(const FirmwarePlan& plan, std::span<const float> image, c
       see(layer.dst, outputs[at]);
       next[at] = Arithmetic::store(outputs[at], dst);
     };
+    if (layer.kind == Kind::statistics) {
+      const auto plane = static_cast<std::size_t>(layer.taps);
+      for (int c = 0; c < src.shape.channels; ++c) {
+        const auto [mean, deviation] = statistics<Arithmetic>(
+            layer, c, std::span<const Value>(values).subspan(static_cast<std::size_t>(c) * plane, plane));
+        put(c, 0, 0, mean);
+        put(src.shape.channels + c, 0, 0, deviation);
+      }
+      values.swap(next);
+      continue;
+    }
     for (int i = 0; i < s.rows; ++i)
       for (int j = 0; j < s.columns; ++j) {
-        if (!layer.pools()) {
+        if (layer.sums()) {
           gather(layer, src, values, 0, src.shape.channels, i, j, Arithmetic::padding(src), patch);
           for (int c = 0; c < s.channels; ++c) put(c, i, j, Arithmetic::sum(layer, c, patch));
           continue;
@@ -197,7 +225,7 @@ void quantise_weights(FirmwareLayer& layer, const FirmwareMap& src) {
 
 void quantise_pool(FirmwareLayer& layer, const FirmwareMap& src) {
   const double unit = 1.0 / static_cast<double>(src.steps_per_unit);
-  const double scale = layer.kind == Kind::max_pool ? unit : unit / layer.taps;
+  const double scale = layer.kind == Kind::average_pool ? unit / layer.taps : unit;
   layer.scale.assign(static_cast<std::size_t>(src.shape.channels), static_cast<float>(scale));
   layer.bias.assign(static_cast<std::size_t>(src.shape.channels), static_cast<float>(-unit * src.zero));
 }
@@ -207,7 +235,7 @@ void quantise_pool(FirmwareLayer& layer, const FirmwareMap& src) {
 int calibration_trials(const FirmwarePlan& plan) {
   long long products = 1;
   for (const FirmwareLayer& layer : plan.layers)
-    if (!layer.pools()) products += 1LL * layer.taps * plan.maps[static_cast<std::size_t>(layer.dst)].shape.size();
+    if (layer.sums()) products += 1LL * layer.taps * plan.maps[static_cast<std::size_t>(layer.dst)].shape.size();
   return static_cast<int>(std::clamp(10'000'000'000 / products, 16LL, 256LL));
 }
 
@@ -221,7 +249,7 @@ void quantise(FirmwarePlan& plan, const Model& model) {
   for (std::size_t map = 0; map < plan.maps.size(); ++map) scale_map(plan.maps[map], found[map]);
   for (FirmwareLayer& layer : plan.layers) {
     const FirmwareMap& src = plan.maps[static_cast<std::size_t>(layer.src)];
-    layer.pools() ? quantise_pool(layer, src) : quantise_weights(layer, src);
+    layer.sums() ? quantise_weights(layer, src) : quantise_pool(layer, src);
   }
 }
 

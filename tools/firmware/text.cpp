@@ -13,14 +13,19 @@
 #include "base/version.hpp"
 #include "embedded/firmware_api.hpp"
 #include "embedded/firmware_arithmetic.hpp"
+#include "embedded/firmware_bins.hpp"
+#include "embedded/firmware_deviations.hpp"
 #include "embedded/firmware_elementary.hpp"
 #include "embedded/firmware_header.hpp"
 #include "embedded/firmware_image.hpp"
 #include "embedded/firmware_incremental.hpp"
 #include "embedded/firmware_network.hpp"
+#include "embedded/firmware_results.hpp"
+#include "embedded/firmware_series.hpp"
 #include "embedded/firmware_spectrum.hpp"
+#include "embedded/firmware_state.hpp"
 #include "embedded/firmware_types.hpp"
-#include "embedded/firmware_work.hpp"
+#include "embedded/firmware_windows.hpp"
 
 namespace decid::tools {
 namespace {
@@ -40,8 +45,55 @@ requires std::is_integral_v<T> std::string element(T value) {
                                           : std::to_string(static_cast<long long>(value));
 }
 
+/// Gaussians of the model's head; 0: it gives point estimates.
+long long components(const Model& model) {
+  if (!model.gives_distribution()) return 0;
+  return static_cast<long long>(model.network.output_shape().size()) /
+         static_cast<long long>(mixture_outputs(1, model.parameters().size()));
+}
+
 int transform_length(const Model& model) {
   return model.image().window % 2 == 0 ? model.image().window / 2 : model.image().window;
+}
+
+/// The preprocessor's settings of what makes an image of spectra.
+std::string spectrum_settings(const Model& model, const FirmwarePlan& plan) {
+  const dataset::ImageSettings& image = model.image();
+  const dataset::ImageShape shape = model.images().shape();
+  const auto has = [&](Channel channel) { return std::ranges::count(image.channels, channel) > 0; };
+  const auto radix = [&](int r) { return std::ranges::count(plan.radices, r) > 0; };
+  const bool residual = has(Channel::log_residual);
+  const bool asinh = has(Channel::asinh_real) || has(Channel::asinh_imaginary);
+  const bool modulus =
+      has(Channel::modulus) || has(Channel::log_modulus) || has(Channel::cos_phase) || has(Channel::sin_phase);
+  std::string text = define("WINDOW", image.window) + define("SIGNAL_LENGTH", transform_length(model)) +
+                     define("PASSES", static_cast<long long>(plan.radices.size())) +
+                     define("LARGEST_RADIX", plan.largest_radix());
+  for (const int r : {2, 3, 4, 5}) text += define("USES_RADIX_" + std::to_string(r), radix(r));
+  text += define("SHOWN_BINS", std::min(image.window / 2 + 1, shape.rows)) +
+          define("KEPT_COLUMNS", plan.options.incremental ? shape.columns : 1);
+  return text + define("USES_CHANNEL_MODULUS", has(Channel::modulus)) + define("USES_MODULUS", modulus) +
+         define("USES_LOG_MODULUS", has(Channel::log_modulus)) + define("USES_LOG_RESIDUAL", residual) +
+         define("USES_PHASE", has(Channel::phase)) + define("USES_COS_PHASE", has(Channel::cos_phase)) +
+         define("USES_SIN_PHASE", has(Channel::sin_phase)) + define("USES_ASINH", asinh) +
+         define("SIGNAL_OFFSET", plan.arena.signal) + define("SCRATCH_OFFSET", plan.arena.scratch) +
+         (image.fold > 1 ? define("SPECTRA_OFFSET", plan.arena.spectra) : std::string());
+}
+
+/// Of what makes an image of time series.
+std::string series_settings(const Model& model) {
+  const dataset::ImageSettings& image = model.image();
+  const dataset::ImageShape shape = model.images().shape();
+  const sim::Experiment& experiment = model.protocol.experiment;
+  const double block_s = image.block / experiment.sample_rate_hz;
+  const double bend_over_lean = experiment.body.inertia_kgm2 / experiment.body.mgh();
+  return define("BLOCK", image.block) + define("WINDOW", image.fold > 1 ? image.window : shape.rows * image.block) +
+         define("SERIES_CHANNELS", static_cast<long long>(image.channels.size())) + define("USES_ASINH", 1) +
+         define("USES_PHASE", 0) + define_double("SWAY_KNEE_RAD", dataset::sway_knee_rad) +
+         define_double("SWAY_CHANGE_KNEE_RAD", dataset::sway_change_knee_rad) +
+         define_double("SWAY_BEND_KNEE_RAD", dataset::sway_bend_knee_rad) +
+         define_double("TORQUE_KNEE_RAD", dataset::torque_knee_rad) +
+         define_double("TORQUE_OVER_BEND", bend_over_lean / (block_s * block_s));
 }
 
 /// The preprocessor's settings of the runtime's parts.
@@ -49,36 +101,32 @@ std::string settings(const Model& model, const FirmwarePlan& plan) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
   const auto has = [&](Channel channel) { return std::ranges::count(image.channels, channel) > 0; };
-  const auto radix = [&](int r) { return std::ranges::count(plan.radices, r) > 0; };
-  const bool log_modulus = has(Channel::log_modulus), residual = has(Channel::log_residual);
-  const bool asinh = has(Channel::asinh_real) || has(Channel::asinh_imaginary);
+  const bool series = image.block > 0, mixture = components(model) > 0;
+  const bool residual = has(Channel::log_residual), log_modulus = has(Channel::log_modulus);
+  const bool asinh = series || has(Channel::asinh_real) || has(Channel::asinh_imaginary);
   const bool modulus = has(Channel::modulus) || log_modulus || has(Channel::cos_phase) || has(Channel::sin_phase);
-  std::string text;
-  text += define("WINDOW", image.window) + define("SIGNAL_LENGTH", transform_length(model)) +
-          define("PASSES", static_cast<long long>(plan.radices.size())) + define("LARGEST_RADIX", plan.largest_radix());
-  for (const int r : {2, 3, 4, 5}) text += define("USES_RADIX_" + std::to_string(r), radix(r));
-  text += define("FIRST_SAMPLE", image.first_sample) + define("FOLD", image.fold) +
-          define("IMAGE_CHANNELS", shape.channels) + define("IMAGE_ROWS", shape.rows) +
-          define("IMAGE_COLUMNS", shape.columns) + define("SHOWN_BINS", std::min(image.window / 2 + 1, shape.rows)) +
-          define("KEPT_COLUMNS", plan.options.incremental ? shape.columns : 1) +
-          define("STANDARDIZES_ROWS", image.standardize_rows);
-  text += define("USES_CHANNEL_MODULUS", has(Channel::modulus)) + define("USES_MODULUS", modulus) +
-          define("USES_LOG_MODULUS", log_modulus) + define("USES_LOG_RESIDUAL", residual) +
-          define("USES_PHASE", has(Channel::phase)) + define("USES_COS_PHASE", has(Channel::cos_phase)) +
-          define("USES_SIN_PHASE", has(Channel::sin_phase)) + define("USES_ASINH", asinh) +
-          define("USES_LOG", log_modulus || residual || asinh) +
-          define("USES_SQUARE_ROOT", modulus || residual || asinh) + define("USES_FMA_FLOAT", 1) +
-          define("USES_FMA_DOUBLE", 0);
+  const bool statistics = std::ranges::count(plan.layers, FirmwareLayer::Kind::statistics, &FirmwareLayer::kind) > 0;
+  std::string text = define("SERIES", series) + define("FIRST_SAMPLE", image.first_sample) +
+                     define("FOLD", image.fold) + define("IMAGE_CHANNELS", shape.channels) +
+                     define("IMAGE_ROWS", shape.rows) + define("IMAGE_COLUMNS", shape.columns) +
+                     define("STANDARDIZES_ROWS", image.standardize_rows);
+  text += series ? series_settings(model) : spectrum_settings(model, plan);
+  text += define("USES_LOG", log_modulus || residual || asinh || mixture) +
+          define("USES_SQUARE_ROOT", modulus || residual || asinh || mixture || statistics) +
+          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", mixture);
   text += define("QUANTISED", plan.options.int8) + define("INCREMENTAL", plan.options.incremental) +
           define("STREAM_ROWS", plan.stream_rows) +
           define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
-          define("MAPS", static_cast<long long>(plan.maps.size())) +
-          define("LAYERS", static_cast<long long>(plan.layers.size()));
+          define("USES_STATISTICS", statistics) + define("MAPS", static_cast<long long>(plan.maps.size())) +
+          define("LAYERS", static_cast<long long>(plan.layers.size())) +
+          define("PARAMETERS", static_cast<long long>(model.parameters().size())) +
+          define("OUTPUTS", model.network.output_shape().size()) + define("COMPONENTS", components(model));
+  if (mixture) text += define_double("ROOT_TWELVE", std::sqrt(12.0));
+  if (statistics)
+    text += "#define STATISTICS_EPSILON " + literal(static_cast<float>(nn::StatisticsPool::epsilon)) + "\n";
   const ArenaPlan& arena = plan.arena;
   text += "/* Where things are in the arena, bytes. */\n" + define("STATE_BYTES", arena.maps) +
-          define("MAPS_OFFSET", arena.maps) + define("PATCH_OFFSET", arena.patch) +
-          define("SIGNAL_OFFSET", arena.signal) + define("SCRATCH_OFFSET", arena.scratch);
-  if (image.fold > 1) text += define("SPECTRA_OFFSET", arena.spectra);
+          define("MAPS_OFFSET", arena.maps) + define("PATCH_OFFSET", arena.patch);
   if (plan.options.incremental) text += define("SAMPLES_OFFSET", arena.samples);
   return text;
 }
@@ -134,7 +182,8 @@ std::string named(std::string& text, const char* type, const std::string& name, 
 }
 
 std::string layer_tables(const FirmwarePlan& plan) {
-  static constexpr const char* kinds[] = {"LAYER_CONVOLUTION", "LAYER_ALL", "LAYER_MAX_POOL", "LAYER_AVERAGE_POOL"};
+  static constexpr const char* kinds[] = {"LAYER_CONVOLUTION", "LAYER_ALL", "LAYER_MAX_POOL", "LAYER_AVERAGE_POOL",
+                                          "LAYER_STATISTICS"};
   const bool rows = plan.stream_rows;
   const auto along = [&](const Extent& e) { return rows ? e.rows : e.columns; };
   const auto across = [&](const Extent& e) { return rows ? e.columns : e.rows; };
@@ -158,10 +207,53 @@ std::string layer_tables(const FirmwarePlan& plan) {
   return tables + map_table(plan) + text + "};\n\n";
 }
 
+/// What the image of a time series is made with: how much each cycle's difference counts, and the planes that do not
+/// depend on the sway.
+std::string series_tables(const Model& model) {
+  const dataset::ImageSettings& image = model.image();
+  const dataset::ImageShape shape = model.images().shape();
+  std::vector<double> scale{0.0};
+  for (int k = 1; k < image.fold; ++k) scale.push_back(std::sqrt(k / (k + 1.0)));
+  const std::vector<float> still(static_cast<std::size_t>(model.protocol.samples()), 0.0F);
+  std::vector<float> shown(static_cast<std::size_t>(shape.size())), given;
+  model.images().make(still, shown);
+  std::vector<int> first;
+  const auto rows = static_cast<std::ptrdiff_t>(shape.rows);
+  std::ptrdiff_t plane = 0;
+  for (const Channel channel : image.channels) {
+    first.push_back(static_cast<int>(given.size() / static_cast<std::size_t>(rows)));
+    if (!is_of_sway(channel))
+      given.insert(given.end(), shown.begin() + plane * rows, shown.begin() + (plane + 1) * rows);
+    plane += is_of_sway(channel) ? image.fold : 1;
+  }
+  if (given.empty()) given.push_back(0.0F);
+  return (image.fold > 1 ? table("static const double cycle_scale[FOLD]", scale) : std::string()) +
+         table("static const int32_t given_first[SERIES_CHANNELS]", first) +
+         table("static const float given_plane[]", given);
+}
+
 std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
   std::vector<std::uint32_t> bits;
   for (const float value : values) bits.push_back(std::bit_cast<std::uint32_t>(value));
   return bits;
+}
+
+/// What brings outputs to parameters, and what the self-test expects.
+std::string result_tables(const Model& model, const TestVector& test) {
+  const auto doubles = [](const sim::Parameters& p) { return std::vector<double>(p.begin(), p.end()); };
+  std::string text = table("static const double target_mean[PARAMETERS]", doubles(model.targets.mean)) +
+                     table("static const double target_deviation[PARAMETERS]", doubles(model.targets.deviation)) +
+                     table("static const uint32_t test_outputs[OUTPUTS]", bits_of(test.outputs)) +
+                     table("static const uint32_t test_parameters[PARAMETERS]", bits_of(test.parameters));
+  if (components(model) == 0) return text;
+  std::vector<double> range, factor;
+  for (std::size_t p = 0; p < model.parameters().size(); ++p) {
+    range.push_back(model.parameters()[p].range());
+    factor.push_back(model.recalibration.factor(p));
+  }
+  return text + table("static const double parameter_range[PARAMETERS]", range) +
+         table("static const double deviation_factor[PARAMETERS]", factor) +
+         table("static const uint32_t test_deviations[PARAMETERS]", bits_of(test.deviations));
 }
 
 std::string constants(const Model& model, const FirmwarePlan& plan) {
@@ -179,6 +271,10 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
 
 std::string define(const std::string& name, long long value) {
   return "#define " + name + " " + std::to_string(value) + "\n";
+}
+
+std::string define_double(const std::string& name, double value) {
+  return "#define " + name + " " + literal(value) + "\n";
 }
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
@@ -264,6 +360,8 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
   std::string header = "/* " + origin + "\n   How to use it: docs/firmware.md of decid. */\n";
   header += embedded::firmware_header();
   header = replaced(header, "@CONSTANTS@", constants(model, plan));
+  header = replaced(header, "@DEVIATIONS@",
+                    components(model) > 0 ? std::string(embedded::firmware_deviations()) : std::string());
   header = replaced(header, "@INCREMENTAL@",
                     plan.options.incremental ? std::string(embedded::firmware_incremental()) : std::string());
 
@@ -283,29 +381,27 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
   source += "\n";
   source += embedded::firmware_types();
   source += "\n/* ---- Tables */\n\n";
-  source += turns(model.image().window) + passes(model, plan);
+  const bool series = model.image().block > 0;
+  source += series ? series_tables(model) : turns(model.image().window) + passes(model, plan);
   std::vector<int> channels;
   for (const Channel channel : model.image().channels) channels.push_back(static_cast<int>(channel));
-  source += table("static const int32_t image_channel[IMAGE_CHANNELS]", channels);
+  source += table("static const int32_t image_channel[]", channels);
   if (model.image().standardize_rows) {
     source += table("static const float row_mean[]", model.rows.mean) +
               table("static const float row_deviation[]", model.rows.deviation);
   }
-  source += layer_tables(plan);
-  const auto doubles = [](const sim::Parameters& p) { return std::vector<double>(p.begin(), p.end()); };
-  const std::string count = "[" + std::to_string(model.parameters().size()) + "]";
-  source += table("static const double target_mean" + count, doubles(model.targets.mean)) +
-            table("static const double target_deviation" + count, doubles(model.targets.deviation)) +
-            table("static const uint32_t test_outputs" + count, bits_of(test.outputs)) +
-            table("static const uint32_t test_parameters" + count, bits_of(test.parameters)) + "\n";
-  source += embedded::firmware_spectrum();
-  source += "\n";
-  source += embedded::firmware_network();
-  source += "\n";
-  source += embedded::firmware_image();
-  source += "\n";
-  source += embedded::firmware_work();
-  source += "\n";
+  source += layer_tables(plan) + result_tables(model, test) + "\n";
+  const auto add = [&](std::string_view part) {
+    source += part;
+    source += "\n";
+  };
+  if (!series) add(embedded::firmware_spectrum());
+  add(embedded::firmware_network());
+  add(embedded::firmware_image());
+  if (!series) add(embedded::firmware_bins());
+  add(embedded::firmware_state());
+  add(series ? embedded::firmware_series() : embedded::firmware_windows());
+  add(embedded::firmware_results());
   source += embedded::firmware_api();
   return {with_name(header, name), with_name(source, name)};
 }

@@ -17,6 +17,7 @@ struct FirmwareFiles {
 struct TestVector {
   std::vector<float> outputs;     ///< of the network
   std::vector<float> parameters;  ///< in their units
+  std::vector<float> deviations;  ///< theirs, if the model gives a distribution
 };
 
 /// The sway that the self-test identifies: test_sample in tools/firmware/runtime/work.c.
@@ -33,6 +34,7 @@ std::string with_name(std::string text, const std::string& name);
 /// `text` with its first `what`, which is there, replaced.
 std::string replaced(std::string text, const std::string& what, const std::string& by);
 std::string define(const std::string& name, long long value);
+std::string define_double(const std::string& name, double value);
 /// A C literal with exactly these bits. Throws Error for a value that is not finite.
 std::string literal(float value);
 std::string literal(double value, int digits = 17);

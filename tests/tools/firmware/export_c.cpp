@@ -73,16 +73,15 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
   } else {
     FirmwarePlan plan = plan_firmware(model, {.int8 = true});
     quantise(plan, model);
-    std::vector<float> all;
     const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
     const std::vector<float> outputs = predict_planned(plan, model, trials, sways);
-    for (std::size_t i = 0; i < outputs.size(); i += sim::single_pendulum().parameters.size())
-      for (const double value :
-           model.targets.unscale(std::span(outputs).subspan(i, sim::single_pendulum().parameters.size())))
-        all.push_back(static_cast<float>(value));
-    expected = as_bytes(all);
+    const std::size_t width = outputs.size() / static_cast<std::size_t>(trials);
+    for (std::size_t i = 0; i < outputs.size(); i += width)
+      expected += test::said_bytes(model, std::span(outputs).subspan(i, width));
   }
-  const bool incremental = options.find("--incremental") != std::string::npos;
+  std::string defines;
+  if (options.find("--incremental") != std::string::npos) defines += " -DINCREMENTAL";
+  if (model.gives_distribution()) defines += " -DDEVIATIONS";
   std::vector<Compiler> ways = compilers();
   ways.resize(std::min(ways.size(), most_compilers));
   for (const Compiler& way : ways) {
@@ -90,8 +89,7 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
     CAPTURE(compiler);
     const std::string c = folder / "c";
     REQUIRE(shell(compiler + warnings + "-I " + c + " -c " + c + "/model.c -o " + folder / "model.o") == 0);
-    REQUIRE(shell(compiler + (incremental ? " -DINCREMENTAL" : "") + " -I " + c + " -c " + harness + " -o " +
-                  folder / "harness.o") == 0);
+    REQUIRE(shell(compiler + defines + " -I " + c + " -c " + harness + " -o " + folder / "harness.o") == 0);
     REQUIRE(shell(way.program + " " + way.link + " " + folder / "harness.o" + " " + folder / "model.o" + " -o " +
                   folder / "harness") == 0);
     REQUIRE(shell(folder / "harness" + " " + folder / "sway.bin" + " " + folder / "images.bin" + " " +
@@ -100,6 +98,9 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
   }
 }
 
+const std::vector<Channel> every_series_channel{Channel::sway,         Channel::sway_change, Channel::sway_bend,
+                                                Channel::torque,       Channel::height,      Channel::tilt,
+                                                Channel::tilt_velocity};
 const dataset::ImageSettings every_channel{
     .window = 105,  // odd: a transform of the full length, factors 3, 5 and 7
     .channels = {Channel::modulus, Channel::log_modulus, Channel::phase, Channel::cos_phase, Channel::sin_phase,
@@ -145,6 +146,29 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
     check_bits(test::made_up_model(sim::short_protocol(), {.window = 2 * 1009, .half_spectrum = true, .rows = 40},
                                    "conv 3 3x2; fc 7"),
                1, "", 1);
+  }
+  SUBCASE("time series of folded cycles, statistics, a mixture") {
+    const dataset::ImageSettings series{.window = 6050, .channels = every_series_channel, .fold = 2, .block = 10};
+    const std::string architecture =
+        "conv 6 9x1 stride 3x1 pad 4x0; batchnorm; relu; conv 5 4x1 stride 2x1; statspool; fc 9; relu; fc 72";
+    Model model = test::made_up_model(sim::default_protocol(), series, architecture, mixture_head(2));
+    for (std::size_t p = 0; p < model.parameters().size(); ++p) {
+      Recalibration::Levels levels;
+      for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = 0.05 * static_cast<double>(i + 1);
+      model.recalibration.levels.push_back(levels);
+      model.recalibration.deviation_factor.push_back(1.0 + 0.1 * static_cast<double>(p));
+    }
+    check_bits(model, 2, "--incremental", 99);
+    check_bits(model, 2, "", 1);
+    check_bits(model, 2, "--incremental --int8", 2);
+  }
+  SUBCASE("one time series, ten values, straight into a layer; statistics of the image itself") {
+    const dataset::ImageSettings series{
+        .channels = {Channel::sway_bend}, .standardize_rows = true, .first_sample = 5, .block = 7};
+    check_bits(test::made_up_model(sim::short_protocol(), series, "statspool; fc 36", mixture_head(1)), 2,
+               "--incremental", 1);
+    check_bits(test::made_up_model(sim::short_protocol(), {.channels = {Channel::sway}, .block = 600}, "fc 7"), 2,
+               "--incremental --int8", 1);
   }
   SUBCASE("the built-in model") {
     check_bits(built_in_model(), 2, "", 1);

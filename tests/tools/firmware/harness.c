@@ -11,6 +11,12 @@ static model_arena arena;
 static float sway[MODEL_SAMPLES];
 static float image[MODEL_IMAGE_CHANNELS * MODEL_IMAGE_ROWS * MODEL_IMAGE_COLUMNS];
 
+#ifdef DEVIATIONS
+#define RESULTS (2 * MODEL_PARAMETERS)
+#else
+#define RESULTS MODEL_PARAMETERS
+#endif
+
 static int failures = 0;
 #define REQUIRE(condition) require((condition), #condition, __LINE__)
 
@@ -19,6 +25,15 @@ static void require(int holds, const char* what, int line) {
     ++failures;
     printf("line %d: %s does not hold\n", line, what);
   }
+}
+
+/* Appends the deviations, if the model knows them. */
+static void add_deviations(float* results) {
+#ifdef DEVIATIONS
+  REQUIRE(model_deviations(&results[MODEL_PARAMETERS], &arena) == MODEL_OK);
+#else
+  (void)results;
+#endif
 }
 
 #ifdef INCREMENTAL
@@ -35,7 +50,9 @@ static int as_they_arrive(float* parameters, int samples, int units) {
   while (result == MODEL_OK && (result = model_work(&arena)) == MODEL_MORE) {
   }
   while (result == MODEL_MORE) result = model_work(&arena);
-  return (result == MODEL_OK) ? model_result(parameters, &arena) : result;
+  if (result == MODEL_OK) result = model_result(parameters, &arena);
+  if (result == MODEL_OK) add_deviations(parameters);
+  return result;
 }
 
 static void check_incremental_errors(void) {
@@ -84,6 +101,12 @@ static void check_errors(void) {
   REQUIRE(model_identify_image(image, parameters, &arena) == MODEL_ERROR_NOT_FINITE);
   image[3] = pixel;
   REQUIRE(parameters[0] == 1 && parameters[6] == 7); /* untouched by all that */
+#ifdef DEVIATIONS
+  REQUIRE(model_deviations(NULL, &arena) == MODEL_ERROR_NULL);
+  REQUIRE(model_deviations(parameters, NULL) == MODEL_ERROR_NULL);
+  REQUIRE(model_deviations(parameters, (unsigned char*)&arena + 4) == MODEL_ERROR_ALIGNMENT);
+  REQUIRE(model_deviations(parameters, &arena) == MODEL_ERROR_STATE); /* that image had no result */
+#endif
   REQUIRE(model_self_test(NULL) == MODEL_ERROR_NULL);
   REQUIRE(model_self_test((unsigned char*)&arena + 1) == MODEL_ERROR_ALIGNMENT);
 }
@@ -98,11 +121,13 @@ int main(int argc, char** argv) {
   REQUIRE(MODEL_PARAMETERS == 7 && sizeof arena == MODEL_ARENA_BYTES);
   REQUIRE(model_self_test(&arena) == MODEL_OK);
   while (fread(sway, sizeof sway, 1, sways) == 1) {
-    float whole[7], other[7];
+    float whole[RESULTS], other[RESULTS];
     REQUIRE(fread(image, sizeof image, 1, images) == 1);
     memset(&arena, 0xff, sizeof arena); /* what is in it must not matter: NaN all over */
     REQUIRE(model_identify(sway, whole, &arena) == MODEL_OK);
+    add_deviations(whole);
     REQUIRE(model_identify_image(image, other, &arena) == MODEL_OK);
+    add_deviations(other);
     REQUIRE(memcmp(whole, other, sizeof whole) == 0);
 #ifdef INCREMENTAL
     REQUIRE(as_they_arrive(other, 110, 8) == MODEL_OK);

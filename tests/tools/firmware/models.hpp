@@ -17,8 +17,8 @@ inline const std::string firmware_model = DECID_SOURCE_DIR "/models/firmware.saf
 
 /// A model with weights and scalings as they may come, not trained: bits do not care.
 inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSettings& image,
-                           const std::string& architecture) {
-  Model model(protocol, image, architecture);
+                           const std::string& architecture, const Head& head = point_head()) {
+  Model model(protocol, image, architecture, head);
   model.network.initialise(11);
   const dataset::ImageShape shape = model.images().shape();
   const auto vary = [](std::size_t i) { return 0.25F * static_cast<float>(i % 7) - 0.5F; };
@@ -51,15 +51,24 @@ inline std::string as_bytes(std::span<const float> values) {
   return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
 }
 
-/// What identify says of the trials, seven floats each, as bytes.
-inline std::string identified_bytes(const Model& model, const dataset::Dataset& data) {
+/// What such outputs say: seven floats, and their deviations if the model knows them, as bytes.
+inline std::string said_bytes(const Model& model, std::span<const float> outputs) {
   std::vector<float> all;
+  for (const double value : model.decode(outputs)) all.push_back(static_cast<float>(value));
+  if (const auto found = model.distribution(outputs))
+    for (int p = 0; p < static_cast<int>(found->parameters()); ++p)
+      all.push_back(static_cast<float>(found->deviation(p)));
+  return as_bytes(all);
+}
+
+/// What identify says of the trials, as bytes.
+inline std::string identified_bytes(const Model& model, const dataset::Dataset& data) {
+  std::string all;
   for (int i = 0; i < data.trials(); ++i) {  // one by one, as decid identify does
     const auto sways = sways_in_memory([&](int) { return data.trial(i); });
-    for (const double value : model.targets.unscale(predict(model, 1, 1, sways)))
-      all.push_back(static_cast<float>(value));
+    all += said_bytes(model, predict(model, 1, 1, sways));
   }
-  return as_bytes(all);
+  return all;
 }
 
 /// A command of the shell: its exit code; if that is not 0, prints what it printed.

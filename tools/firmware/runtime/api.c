@@ -16,49 +16,34 @@ int DECID_FW_identify(const float* sway_rad, float* parameters, void* arena) {
 }
 
 int DECID_FW_identify_image(const float* image, float* parameters, void* arena) {
-  activation* pixels;
   int32_t result = check_arena(arena);
-  int32_t column;
-  int32_t row;
-  int32_t channel;
   if ((image == NULL) || (parameters == NULL)) {
     result = DECID_FW_ERROR_NULL;
   }
-  if (result != DECID_FW_OK) {
-    return (int)result;
+  if (result == DECID_FW_OK) {
+    result = run_image(arena, image);
   }
-  start(arena);
-  pixels = &maps_of(arena)[network_maps[0].offset];
-  for (column = 0; column < IMAGE_COLUMNS; ++column) {
-    for (channel = 0; channel < IMAGE_CHANNELS; ++channel) {
-      for (row = 0; row < IMAGE_ROWS; ++row) {
-        const float value = image[(((channel * IMAGE_ROWS) + row) * IMAGE_COLUMNS) + column];
-        if ((value - value) != 0.0F) {
-          return DECID_FW_ERROR_NOT_FINITE;
-        }
-        put_pixel(pixels, channel, row, column, value);
-      }
-    }
-#if STREAM_ROWS
-    if (column < (IMAGE_COLUMNS - 1)) {
-      continue;
-    }
-    state_of(arena)->ready[0] = IMAGE_ROWS;
-#else
-    state_of(arena)->ready[0] = column + 1;
-#endif
-    state_of(arena)->phase = PHASE_NETWORK;
-    finish_window(arena);
+  if (result == DECID_FW_OK) {
+    result = take_result(arena, parameters);
   }
-  return (int)take_result(arena, parameters);
+  return (int)result;
 }
+
+#if COMPONENTS > 0
+int DECID_FW_deviations(float* deviations, void* arena) {
+  int32_t result = check_arena(arena);
+  if (deviations == NULL) {
+    result = DECID_FW_ERROR_NULL;
+  }
+  if (result == DECID_FW_OK) {
+    result = take_deviations(arena, deviations);
+  }
+  return (int)result;
+}
+#endif
 
 #if INCREMENTAL
 #define MAGIC 0x64656331U /* of an arena that has begun */
-
-static float* samples_of(void* arena) {
-  return (float*)(void*)&((unsigned char*)arena)[SAMPLES_OFFSET];
-}
 
 static int32_t check_begun(void* arena) {
   int32_t result = check_arena(arena);
@@ -95,16 +80,7 @@ int DECID_FW_feed(const float* sway_rad, int count, void* arena) {
     }
   }
   for (i = 0; (result == DECID_FW_OK) && (i < (int32_t)count); ++i) {
-    work_state* const state = state_of(arena);
-    const int32_t k = state->fed - FIRST_SAMPLE;
-    ++state->fed;
-    if ((k >= 0) && (k < (IMAGE_COLUMNS * FOLD * WINDOW))) {
-      samples_of(arena)[k % WINDOW] = sway_rad[i];
-      if ((k % WINDOW) == (WINDOW - 1)) {
-        finish_window(arena); /* what was left undone of the window before */
-        result = load_window(arena, samples_of(arena), 0);
-      }
-    }
+    result = take_sample(arena, sway_rad[i]);
   }
   return (int)result;
 }
@@ -139,7 +115,7 @@ static uint32_t float_bits(float value) {
 }
 
 int DECID_FW_self_test(void* arena) {
-  float parameters[7];
+  float parameters[PARAMETERS];
   int32_t i;
   int32_t result = check_arena(arena);
   if (result == DECID_FW_OK) {
@@ -148,11 +124,25 @@ int DECID_FW_self_test(void* arena) {
   if (result == DECID_FW_OK) {
     result = take_result(arena, parameters);
   }
-  for (i = 0; (i < 7) && (result == DECID_FW_OK); ++i) {
-    if ((float_bits(state_of(arena)->outputs[i]) != test_outputs[i]) ||
-        (float_bits(parameters[i]) != test_parameters[i])) {
+  for (i = 0; (i < OUTPUTS) && (result == DECID_FW_OK); ++i) {
+    if (float_bits(state_of(arena)->outputs[i]) != test_outputs[i]) {
       result = DECID_FW_ERROR_SELF_TEST;
     }
   }
+  for (i = 0; (i < PARAMETERS) && (result == DECID_FW_OK); ++i) {
+    if (float_bits(parameters[i]) != test_parameters[i]) {
+      result = DECID_FW_ERROR_SELF_TEST;
+    }
+  }
+#if COMPONENTS > 0
+  if (result == DECID_FW_OK) {
+    result = take_deviations(arena, parameters);
+  }
+  for (i = 0; (i < PARAMETERS) && (result == DECID_FW_OK); ++i) {
+    if (float_bits(parameters[i]) != test_deviations[i]) {
+      result = DECID_FW_ERROR_SELF_TEST;
+    }
+  }
+#endif
   return (int)result;
 }

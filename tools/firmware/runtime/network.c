@@ -123,9 +123,10 @@ static float from_accumulator(const network_layer* layer, int32_t channel, accum
 #endif
 }
 
+/* value: in the units of the layer's input. */
 static void put_output(const network_layer* layer, const network_map* dst, activation* to, float* outputs,
-                       int32_t channel, accumulator sum) {
-  const float y = finish(layer, channel, from_accumulator(layer, channel, sum));
+                       int32_t channel, float value) {
+  const float y = finish(layer, channel, value);
   if (layer->last != 0U) {
     outputs[channel] = y;
   } else {
@@ -151,7 +152,7 @@ static void convolve(const network_layer* layer, const network_map* dst, const a
     }
     sum_products(weight, x, layer->taps, sum);
     for (i = 0; (i < 4) && ((first + i) < dst->channels); ++i) {
-      put_output(layer, dst, to, outputs, first + i, sum[i]);
+      put_output(layer, dst, to, outputs, first + i, from_accumulator(layer, first + i, sum[i]));
     }
   }
 }
@@ -180,6 +181,32 @@ static accumulator pool(const network_layer* layer, const activation* x) {
 }
 #endif
 
+#if USES_STATISTICS
+/* Mean and deviation of every channel. */
+static void summarise(const network_layer* layer, const network_map* src, const network_map* dst,
+                      const activation* data, activation* to, float* outputs) {
+  int32_t channel;
+  for (channel = 0; channel < src->channels; ++channel) {
+    const activation* const plane = &data[channel * src->channel_stride];
+    float sum = 0.0F;
+    float squares = 0.0F;
+    float mean;
+    int32_t t;
+    for (t = 0; t < layer->taps; ++t) {
+      sum = sum + from_accumulator(layer, channel, plane[t]);
+    }
+    mean = sum * layer->average;
+    for (t = 0; t < layer->taps; ++t) {
+      const float off = from_accumulator(layer, channel, plane[t]) - mean;
+      squares = fma_float(off, off, squares);
+    }
+    put_output(layer, dst, to, outputs, channel, mean);
+    put_output(layer, dst, to, outputs, src->channels + channel,
+               (float)square_root((double)fma_float(squares, layer->average, STATISTICS_EPSILON)));
+  }
+}
+#endif
+
 /* The next output line of a layer; memory: the maps, at their offsets. */
 static void make_line(const network_layer* layer, int32_t line, activation* memory, activation* patch, float* outputs) {
   const network_map* const src = &network_maps[layer->src];
@@ -200,11 +227,16 @@ static void make_line(const network_layer* layer, int32_t line, activation* memo
       case LAYER_ALL:
         convolve(layer, dst, data, to, outputs);
         break;
+#if USES_STATISTICS
+      case LAYER_STATISTICS:
+        summarise(layer, src, dst, data, to, outputs);
+        break;
+#endif
       default:
 #if USES_POOLS
         for (channel = 0; channel < dst->channels; ++channel) {
           gather(layer, src, &data[channel * src->channel_stride], 1, line, position, patch);
-          put_output(layer, dst, to, outputs, channel, pool(layer, patch));
+          put_output(layer, dst, to, outputs, channel, from_accumulator(layer, channel, pool(layer, patch)));
         }
 #endif
         break;

@@ -31,8 +31,9 @@ typedef struct {
   quantisation_scale quantisation;
 } network_map;
 
-/* Kinds of layers: LAYER_ALL reads all values of its input, which lie in order, in one go. */
-enum { LAYER_CONVOLUTION, LAYER_ALL, LAYER_MAX_POOL, LAYER_AVERAGE_POOL };
+/* Kinds of layers: LAYER_ALL reads all values of its input, which lie in order, in one go; LAYER_STATISTICS those of
+   one channel after the other. */
+enum { LAYER_CONVOLUTION, LAYER_ALL, LAYER_MAX_POOL, LAYER_AVERAGE_POOL, LAYER_STATISTICS };
 
 typedef struct {
   uint8_t kind;
@@ -66,5 +67,9 @@ enum {
   CHANNEL_IMAGINARY,
   CHANNEL_ASINH_REAL,
   CHANNEL_ASINH_IMAGINARY,
-  CHANNEL_LOG_RESIDUAL
+  CHANNEL_LOG_RESIDUAL,
+  CHANNEL_SWAY,
+  CHANNEL_SWAY_CHANGE,
+  CHANNEL_SWAY_BEND,
+  CHANNEL_TORQUE
 };

@@ -1,31 +1,12 @@
-/* ---- The work, unit by unit -----------------------------------------------------------------------------------------
+/* ---- From windows to the network, unit by unit ----------------------------------------------------------------------
    waiting for a window -> its transform, pass by pass -> its bins kept (of all cycles but the last) or drawn -> the
    lines of the network that this makes possible -> waiting for the next window, or done. */
-
-enum { PHASE_WAITING = 1, PHASE_TRANSFORM, PHASE_KEEP, PHASE_DRAW, PHASE_NETWORK, PHASE_DONE };
 
 /* So much is done in one unit of work. */
 #define UNIT_POINTS 128
 #define UNIT_KEPT_BINS 64
 #define UNIT_DRAWN_BINS 8
 
-typedef struct {
-  uint32_t magic;
-  int32_t phase;
-  int32_t window; /* that is worked on, or waited for */
-  int32_t pass;
-  int32_t next; /* butterfly, bin */
-  int32_t fed;  /* samples */
-  int32_t ready[MAPS];
-  float outputs[7];
-} work_state;
-
-/* The arena is at least as large as this; sizes are checked where the tables are made and here. */
-typedef char arena_holds_the_state[(sizeof(work_state) <= (size_t)STATE_BYTES) ? 1 : -1];
-
-static work_state* state_of(void* arena) {
-  return (work_state*)arena;
-}
 static complex_value* signal_of(void* arena) {
   return (complex_value*)(void*)&((unsigned char*)arena)[SIGNAL_OFFSET];
 }
@@ -39,38 +20,6 @@ static complex_value* spectra_of(void* arena) {
   return (complex_value*)(void*)&((unsigned char*)arena)[SPECTRA_OFFSET];
 }
 #endif
-static activation* maps_of(void* arena) {
-  return (activation*)(void*)&((unsigned char*)arena)[MAPS_OFFSET];
-}
-static activation* patch_of(void* arena) {
-  return (activation*)(void*)&((unsigned char*)arena)[PATCH_OFFSET];
-}
-
-static int32_t check_arena(const void* arena) {
-  int32_t result = DECID_FW_OK;
-  if (arena == NULL) {
-    result = DECID_FW_ERROR_NULL;
-  } else if (((uintptr_t)arena % 8U) != 0U) {
-    result = DECID_FW_ERROR_ALIGNMENT;
-  } else {
-    /* can be used */
-  }
-  return result;
-}
-
-static void start(void* arena) {
-  work_state* const state = state_of(arena);
-  int32_t i;
-  state->magic = 0U; /* samples are taken only after begin */
-  state->phase = PHASE_WAITING;
-  state->window = 0;
-  state->pass = 0;
-  state->next = 0;
-  state->fed = 0;
-  for (i = 0; i < MAPS; ++i) {
-    state->ready[i] = 0;
-  }
-}
 
 /* Windows are taken in order of time if they are fed as they arrive, else column by column, which keeps less. */
 static int32_t column_of(int32_t window) {
@@ -86,17 +35,6 @@ static int32_t cycle_of(int32_t window) {
 #else
   return window % FOLD;
 #endif
-}
-
-/* A sway for the self-test: a slow triangle with noise on it, in exact arithmetic. */
-static float test_sample(int32_t k) {
-  uint32_t x = (uint32_t)k * 2654435761U;
-  const int32_t ramp = (k % 2420) - 1210;
-  const int32_t triangle = 605 - ((ramp < 0) ? -ramp : ramp);
-  x ^= x >> 15;
-  x *= 2246822519U;
-  x ^= x >> 13;
-  return ((float)triangle * 1.52587890625e-05F) + ((float)((int32_t)(x >> 8) - 8388608) * 1.1641532182693481e-10F);
 }
 
 /* Samples of the window that is waited for; sway NULL: the self-test's. Bad samples change nothing. */
@@ -218,14 +156,7 @@ static int32_t work_unit(void* arena) {
       draw_unit(state, arena);
       break;
     case PHASE_NETWORK:
-      worked = advance_network(state->ready, maps_of(arena), patch_of(arena), state->outputs);
-      if (state->ready[MAPS - 1] > 0) {
-        state->phase = PHASE_DONE;
-      } else if (worked == 0) {
-        state->phase = PHASE_WAITING;
-      } else {
-        /* more to come */
-      }
+      worked = network_unit(state, arena);
       break;
     default:
       worked = 0;
@@ -234,22 +165,10 @@ static int32_t work_unit(void* arena) {
   return worked;
 }
 
-static void finish_window(void* arena) {
+static void finish_work(void* arena) {
   while (work_unit(arena) != 0) {
     /* on */
   }
-}
-
-static int32_t take_result(void* arena, float* parameters) {
-  const work_state* const state = state_of(arena);
-  int32_t i;
-  if (state->phase != PHASE_DONE) {
-    return DECID_FW_ERROR_STATE;
-  }
-  for (i = 0; i < 7; ++i) {
-    parameters[i] = (float)(target_mean[i] + ((double)state->outputs[i] * target_deviation[i]));
-  }
-  return DECID_FW_OK;
 }
 
 static int32_t run_trial(void* arena, const float* sway) {
@@ -259,7 +178,60 @@ static int32_t run_trial(void* arena, const float* sway) {
   for (window = 0; (window < (IMAGE_COLUMNS * FOLD)) && (result == DECID_FW_OK); ++window) {
     const int32_t first = FIRST_SAMPLE + (((cycle_of(window) * IMAGE_COLUMNS) + column_of(window)) * WINDOW);
     result = load_window(arena, (sway == NULL) ? NULL : &sway[first], first);
-    finish_window(arena);
+    finish_work(arena);
   }
   return result;
 }
+
+/* The network on an image; row scaling applied. */
+static int32_t run_image(void* arena, const float* image) {
+  activation* pixels;
+  int32_t column;
+  int32_t row;
+  int32_t channel;
+  start(arena);
+  pixels = &maps_of(arena)[network_maps[0].offset];
+  for (column = 0; column < IMAGE_COLUMNS; ++column) {
+    for (channel = 0; channel < IMAGE_CHANNELS; ++channel) {
+      for (row = 0; row < IMAGE_ROWS; ++row) {
+        const float value = image[(((channel * IMAGE_ROWS) + row) * IMAGE_COLUMNS) + column];
+        if ((value - value) != 0.0F) {
+          return DECID_FW_ERROR_NOT_FINITE;
+        }
+        put_pixel(pixels, channel, row, column, value);
+      }
+    }
+#if STREAM_ROWS
+    if (column < (IMAGE_COLUMNS - 1)) {
+      continue;
+    }
+    state_of(arena)->ready[0] = IMAGE_ROWS;
+#else
+    state_of(arena)->ready[0] = column + 1;
+#endif
+    state_of(arena)->phase = PHASE_NETWORK;
+    finish_work(arena);
+  }
+  return DECID_FW_OK;
+}
+
+#if INCREMENTAL
+static float* samples_of(void* arena) {
+  return (float*)(void*)&((unsigned char*)arena)[SAMPLES_OFFSET];
+}
+
+/* Takes the sample that is number `fed`. */
+static int32_t take_sample(void* arena, float value) {
+  const int32_t k = state_of(arena)->fed - FIRST_SAMPLE;
+  int32_t result = DECID_FW_OK;
+  ++state_of(arena)->fed;
+  if ((k >= 0) && (k < (IMAGE_COLUMNS * FOLD * WINDOW))) {
+    samples_of(arena)[k % WINDOW] = value;
+    if ((k % WINDOW) == (WINDOW - 1)) {
+      finish_work(arena); /* what was left undone of the window before */
+      result = load_window(arena, samples_of(arena), 0);
+    }
+  }
+  return result;
+}
+#endif

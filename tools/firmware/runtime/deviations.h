@@ -1,0 +1,4 @@
+
+/* How sure the last result in the arena is: the standard deviation of each parameter, in its unit. Needs the arena as
+   that call left it; DECID_FW_ERROR_STATE if there is no result. */
+int DECID_FW_deviations(float *deviations, void *arena);
