@@ -54,6 +54,12 @@ CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posteri
   return trial;
 }
 
+CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribution& found) {
+  CalibratedTrial trial = beside(truth, found);
+  for (std::size_t p = 0; p < truth.size(); ++p) trial.below.push_back(found.below(static_cast<int>(p), truth[p]));
+  return trial;
+}
+
 Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation) {
   if (trials.empty()) throw Error("calibration", "has no trials", "give one at least");
   Calibration result;
@@ -97,12 +103,9 @@ std::optional<NetworkCalibration> network_calibration(const Model& model, std::s
   parallel_for(static_cast<int>(truth.size()), [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const ParameterDistribution found = *model.distribution(outputs.subspan(i * width, width));
-    trials[i] = beside(truth[i], found);
+    trials[i] = calibrate(truth[i], found);
     const auto own = std::span(scores).subspan(i * (parameters + 1), parameters + 1);
-    for (std::size_t p = 0; p < parameters; ++p) {
-      trials[i].below.push_back(found.below(static_cast<int>(p), truth[i][p]));
-      own[p] = found.log_density(static_cast<int>(p), truth[i][p]);
-    }
+    for (std::size_t p = 0; p < parameters; ++p) own[p] = found.log_density(static_cast<int>(p), truth[i][p]);
     own[parameters] = found.log_density(truth[i]);
   });
   NetworkCalibration result{calibration_of(trials, model.targets.deviation), std::vector<double>(parameters)};

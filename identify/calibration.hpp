@@ -28,6 +28,8 @@ struct CalibratedTrial {
 
 /// The posterior of a simulated trial beside its truth.
 CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found);
+/// What a network says of it; nothing stands where chains have something.
+CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribution& found);
 
 /// Over trials, for one parameter.
 struct ParameterCalibration {

@@ -2,9 +2,12 @@
 // are unbounded, where a parameter is low + range * Phi(x). So beforehand x is standard normal, and nothing is outside
 // of the ranges.
 //
-// Component k of P parameters has 1 + P + P (P + 1) / 2 outputs: the logarithm of its weight, up to what all have; its
-// centre; the logarithms of the diagonal of A, within +-mixture_limit; what A has below the diagonal, row by row. A is
-// lower triangular, and A^t A the inverse of its covariance.
+// Component k of P parameters has 1 + P + P (P + 1) / 2 outputs: the logarithm of its weight, up to what all have; b,
+// its centre times A; the logarithms of the diagonal of A, within +-mixture_limit; what A has below the diagonal, row
+// by row. A is lower triangular, and A^t A the inverse of its covariance. Whatever is known how well, A x - b is then
+// standard normal, and the log density -|A x - b|^2 / 2 has curvature 1 by b: a network learns with one rate for all.
+// With the centre itself as an output the curvature is the inverse of the covariance, up to some thousands, and
+// training diverges at a tenth of the rate.
 #pragma once
 
 #include <cstddef>

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dataset/npz/npz.hpp"
+#include "identify/faults.hpp"
 #include "identify/recordings.hpp"
 #include "identify/training/training.hpp"
 
@@ -90,7 +91,9 @@ struct Study {
   std::optional<Identification> recording;
   Scores recording_output;
   std::vector<NoiseLevel> levels;
-  std::uint64_t fresh_seed = 99;  ///< to be set before anything is computed
+  double faults_noise_deg = 0.02;    ///< sensor noise of the trials with faults
+  std::vector<FaultFigures> faults;  ///< identify/faults.hpp; empty unless asked for
+  std::uint64_t fresh_seed = 99;     ///< to be set before anything is computed
   std::vector<LearningPoint> learning_curve;
   std::vector<std::string> comparisons;                 ///< JSON texts of network and fits: files of decid compare
   std::vector<std::pair<std::string, double>> seconds;  ///< what took how long, as given on the command line

@@ -27,18 +27,19 @@ std::vector<double> some_outputs(std::size_t components, std::size_t parameters,
 }  // namespace
 
 TEST_CASE("Mixture: the density of one and of two Gaussians of two coordinates") {
-  // A = (2 0; 0.5 3), centre (0.3, -0.2).
-  const std::vector<double> one{0.7, 0.3, -0.2, std::log(2.0), std::log(3.0), 0.5}, x{1.0, 0.5};
+  // A = (2 0; 0.5 3), centre (0.3, -0.2): b = A times the centre.
+  const std::vector<double> one{0.7, 0.6, -0.45, std::log(2.0), std::log(3.0), 0.5}, x{1.0, 0.5};
   std::vector<double> gradient(6);
   const double a = 2.0 * 0.7, b = 0.5 * 0.7 + 3.0 * 0.7;
   const double expected = std::log(6.0 / (2.0 * 3.14159265358979323846)) - 0.5 * (a * a + b * b);
   CHECK(near(mixture_log_density(1, one, x, gradient), expected, 1e-14));
   CHECK(gradient[0] == 0.0);
   std::vector<double> two = one, both(12);
-  two.insert(two.end(), {0.7 + std::log(3.0), 0.3, -0.2, std::log(2.0), std::log(3.0), 0.5});
+  two.insert(two.end(), {0.7 + std::log(3.0), 0.6, -0.45, std::log(2.0), std::log(3.0), 0.5});
   CHECK(near(mixture_log_density(2, two, x, both), expected, 1e-13));
   CHECK(within(both[0], 0.0, 1e-15));
-  two[7] = 1.3;
+  two[7] = 2.6;  // centre (1.3, -0.2)
+  two[8] = 0.05;
   const double other = std::log(6.0 / (2.0 * 3.14159265358979323846)) - 0.5 * (0.6 * 0.6 + 1.95 * 1.95);
   CHECK(
       near(mixture_log_density(2, two, x, both), std::log(0.25 * std::exp(expected) + 0.75 * std::exp(other)), 1e-13));
@@ -70,7 +71,7 @@ TEST_CASE("Mixture: means, deviations, correlations and quantiles are those of i
   constexpr std::size_t parameters = 3, components = 2;
   std::vector<double> outputs = some_outputs(components, parameters, 9, 0.5);
   const Mixture mixture(components, parameters, outputs);
-  // x = centre + A^-1 z, solved row by row.
+  // A x = b + z, solved row by row.
   const std::size_t each = mixture_outputs(1, parameters);
   const double share = 1.0 / (1.0 + std::exp(outputs[each] - outputs[0]));
   const Random random(11, Stream::weights, 1);
@@ -78,12 +79,12 @@ TEST_CASE("Mixture: means, deviations, correlations and quantiles are those of i
   std::vector<std::vector<double>> drawn(parameters);
   for (std::size_t n = 0; n < draws; ++n) {
     const double* of = outputs.data() + (random.uniform(4 * n) < share ? 0 : each);
-    double off[parameters];
+    double x[parameters];
     for (std::size_t p = 0; p < parameters; ++p) {
-      double left = random.normal(4 * n + 1 + p);
-      for (std::size_t q = 0; q < p; ++q) left -= of[1 + 2 * parameters + p * (p - 1) / 2 + q] * off[q];
-      off[p] = left / std::exp(of[1 + parameters + p]);
-      drawn[p].push_back(normal_distribution(of[1 + p] + off[p]));
+      double left = of[1 + p] + random.normal(4 * n + 1 + p);
+      for (std::size_t q = 0; q < p; ++q) left -= of[1 + 2 * parameters + p * (p - 1) / 2 + q] * x[q];
+      x[p] = left / std::exp(of[1 + parameters + p]);
+      drawn[p].push_back(normal_distribution(x[p]));
     }
   }
   // Five standard errors of 200,000 draws of at most 0.5.

@@ -30,6 +30,15 @@ function distributions(set) {
       ...cells([mean, deviation, report.paper.mean[name], report.paper.deviation[name]].map(digits)))))));
 }
 
+function faults() {
+  return element("div", { class: "scroll" }, element("table", {},
+    element("caption", {}, report.faults_convention),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }), number("MSE"), number("Promised"),
+      number("In 90 %"), number("Warned"))),
+    element("tbody", {}, ...report.fault_rows.map(([what, values]) =>
+      element("tr", {}, element("th", { scope: "row" }, what), ...cells(values))))));
+}
+
 // ---- figures -------------------------------------------------------------------------------------------------------
 
 async function drawing({ id, title, caption, svg, colours }) {
@@ -58,6 +67,7 @@ main.append(element("dl", { class: "figures" },
 if (report.notes.length > 0) main.append(element("div", { class: "warning" }, element("ul", {}, ...report.notes.map(note => element("li", {}, note)))));
 main.append(element("h3", {}, "Beside the paper"), comparison());
 if (data_set) main.append(element("h3", {}, "Parameters of the trials"), distributions(data_set));
+if (report.fault_rows.length > 0) main.append(element("h3", {}, "Recordings with faults"), faults());
 for (const one of report.comparisons) main.append(...methodComparison(one));
 for (const one of report.figures) await drawing(one);
 document.getElementById("footer").append(element("p", {}, "decid ", report.version, ", weights ", element("code", {}, report.weights_sha256), "."));

@@ -127,6 +127,47 @@ std::vector<Row> rows_of(const Study& study) {
   return rows;
 }
 
+/// Columns of the table of faults, after what they are.
+std::vector<std::string> fault_cells(const FaultFigures& row) {
+  const auto shown = [](double value, const char* how) { return std::isfinite(value) ? format(how, value) : "n/a"; };
+  std::vector<std::string> cells{shown(row.errors.mse(), "%.3f")};
+  if (row.promises) {
+    cells.push_back(shown(row.promises->all.promised, "%.3f"));
+    cells.push_back(shown(row.promises->all.covered90, "%.3f"));
+  } else {
+    cells.insert(cells.end(), 2, "n/a");
+  }
+  cells.push_back(format("%.3f", row.warned));
+  return cells;
+}
+
+Json faults_json(const sim::ParameterTable& table, const std::vector<FaultFigures>& rows) {
+  Json list = Json::array();
+  for (const FaultFigures& row : rows) {
+    Json entry{{"fault", row.fault.name},
+               {"size", row.fault.size},
+               {"what", row.fault.what},
+               {"trials", row.errors.trials},
+               {"mse", number_or_null(row.errors.mse())},
+               {"mse_per_parameter", by_parameter(table, row.errors.mse_per_parameter)},
+               {"warned", row.warned}};
+    if (row.promises) {
+      entry["promised"] = row.promises->all.promised;
+      entry["covered50"] = row.promises->all.covered50;
+      entry["covered90"] = row.promises->all.covered90;
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+constexpr const char* faults_convention =
+    "Fresh trials with one fault each, the same trials in every row. Promised: the mean variance that the network "
+    "gives, to "
+    "be as large as the MSE. In 90 %: share of the truths in the intervals of 90 %. Warned: share of the recordings "
+    "with "
+    "a warning.";
+
 constexpr const char* convention =
     "MSE: mean over trials and the 7 z-scored parameters, guessing the mean gives 1. MATLAB's loss: half the sum over "
     "the 7, guessing gives 3.5; a parameter's share of it is half its MSE. The paper does not say which its losses "
@@ -140,6 +181,9 @@ Json page_data(const Study& study, const std::vector<Figure>& figures) {
   data["convention"] = convention;
   data["rows"] = Json::array();
   for (const Row& row : rows_of(study)) data["rows"].push_back({row.what, row.ours, row.ours_matlab, row.paper});
+  data["faults_convention"] = faults_convention;
+  data["fault_rows"] = Json::array();
+  for (const FaultFigures& row : study.faults) data["fault_rows"].push_back({row.fault.what, fault_cells(row)});
   data["figures"] = Json::array();
   for (const Figure& f : figures)
     data["figures"].push_back(
@@ -189,6 +233,7 @@ Json study_json(const Study& study) {
     entry["by_nv"] = bins_json(table, level.by_nv);
     json["worth"].push_back(std::move(entry));
   }
+  json["faults"] = faults_json(table, study.faults);
   json["fresh_seed"] = study.fresh_seed;
   json["learning_curve"] = Json::array();
   for (const LearningPoint& p : study.learning_curve)
@@ -218,6 +263,15 @@ std::string study_text(const Study& study) {
     }
   }
   text += std::string("\n") + convention + "\n";
+  if (!study.faults.empty()) {
+    text += format("\n%-44s %9s %9s %9s %9s\n", "recordings with faults", "MSE", "promised", "in 90 %", "warned");
+    for (const FaultFigures& row : study.faults) {
+      text += format("%-44s", row.fault.what.c_str());
+      for (const std::string& cell : fault_cells(row)) text += format(" %9s", cell.c_str());
+      text += "\n";
+    }
+    text += std::string("\n") + faults_convention + "\n";
+  }
   for (const std::string& comparison : study.comparisons)
     text += "\n" + comparison_text(Json::parse(comparison), study.protocol.parameters());
   for (const std::string& note : study.notes) text += "Note: " + note + "\n";
