@@ -156,7 +156,9 @@ static int32_t take_result(void* arena, float* parameters) {
   }
   find_scores(state->outputs, scores);
   for (i = 0; i < PARAMETERS; ++i) {
-    parameters[i] = (float)(target_mean[i] + ((double)scores[i] * target_deviation[i]));
+    /* Not volatile, gcc 12 at -O3 vectorises the way from double to float and back to double, and does not round. */
+    const volatile float score = scores[i];
+    parameters[i] = (float)(target_mean[i] + ((double)score * target_deviation[i]));
   }
   return DECID_FW_OK;
 }
