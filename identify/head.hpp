@@ -30,8 +30,9 @@ class Head {
   /// What the last layer's first weights are multiplied with.
   virtual float first_weights() const { return 1.0F; }
   /// Loss of a batch, summed over its trials and the parameters. outputs: shape (outputs, 1, 1); targets: batch x
-  /// parameters, z-scored, row-major. diff, of the shape of outputs, gets the gradient of the loss's mean over both;
-  /// lanes without a trial get 0. The bits depend on the batch alone.
+  /// parameters, z-scored, row-major. diff, of the shape of outputs, gets the gradient of the loss's mean over both,
+  /// or balanced derivatives that vanish with it, where the head says so; lanes without a trial get 0. The bits depend
+  /// on the batch alone.
   virtual double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
                       const nn::TensorView<float>& diff) const = 0;
   /// The z-scored point estimate of each parameter that one trial's outputs stand for. outputs: as many as outputs()
@@ -50,8 +51,8 @@ class Head {
 const Head& point_head();
 
 /// A distribution, a mixture of so many Gaussians (identify/mixture.hpp), 1 to 16, trained with minus the logarithm of
-/// its density at the targets, a parameter's scaled so that its range is +-sqrt(3): "mixture 1", ... The point estimate
-/// is the mean. Throws Error for another number.
+/// its density at the targets by balanced derivatives, a parameter's scaled so that its range is +-sqrt(3): "mixture
+/// 1", ... The point estimate is the mean. Throws Error for another number.
 const Head& mixture_head(int components);
 
 /// Throws Error for a name that no head has; `where` names the model.

@@ -40,7 +40,7 @@ struct Section {
         count(parameters) {}
 
   double log_weight() const { return values[0]; }
-  double shift(std::size_t p) const { return values[1 + p]; }
+  double centre(std::size_t p) const { return values[1 + p]; }
   double log_diagonal(std::size_t p) const { return std::clamp(values[1 + count + p], -mixture_limit, mixture_limit); }
   bool cut(std::size_t p) const { return std::abs(values[1 + count + p]) > mixture_limit; }
   std::size_t below(std::size_t row, std::size_t column) const { return 1 + 2 * count + row * (row - 1) / 2 + column; }
@@ -89,19 +89,21 @@ std::size_t mixture_outputs(std::size_t components, std::size_t parameters) {
 }
 
 double mixture_log_density(std::size_t components, std::span<const double> outputs, std::span<const double> x,
-                           std::span<double> by_output) {
+                           std::span<double> by_output, Slopes slopes) {
+  const double rate = slopes == Slopes::exact ? 1.0 : balanced_rate;
   const std::size_t count = x.size(), each = component_outputs(count);
   check(components, count, outputs.size());
   check(components, count, by_output.size());
-  std::vector<double> weights(components), shares(components), round(count), diagonal(count);
+  std::vector<double> weights(components), shares(components), off(count), round(count), diagonal(count);
   for (std::size_t k = 0; k < components; ++k) {
     const Section part(outputs, k, count);
     weights[k] = part.log_weight();
     double log_density = -log_root_two_pi * static_cast<double>(count);
     for (std::size_t p = 0; p < count; ++p) {
+      off[p] = x[p] - part.centre(p);
       diagonal[p] = decid::exp(part.log_diagonal(p));
-      double sum = std::fma(diagonal[p], x[p], -part.shift(p));
-      for (std::size_t q = 0; q < p; ++q) sum = std::fma(part.values[part.below(p, q)], x[q], sum);
+      double sum = diagonal[p] * off[p];
+      for (std::size_t q = 0; q < p; ++q) sum = std::fma(part.values[part.below(p, q)], off[q], sum);
       round[p] = sum;
       log_density += part.log_diagonal(p) - 0.5 * sum * sum;
     }
@@ -109,9 +111,12 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
     // Of this component's own logarithm; its share of the whole comes below.
     const std::span<double> by = by_output.subspan(k * each, each);
     for (std::size_t p = 0; p < count; ++p) {
-      by[1 + p] = round[p];
-      by[1 + count + p] = part.cut(p) ? 0.0 : 1.0 - round[p] * x[p] * diagonal[p];
-      for (std::size_t q = 0; q < p; ++q) by[part.below(p, q)] = -round[p] * x[q];
+      double by_centre = round[p] * diagonal[p];
+      for (std::size_t q = p + 1; q < count; ++q)
+        by_centre = std::fma(round[q], part.values[part.below(q, p)], by_centre);
+      by[1 + p] = slopes == Slopes::exact ? by_centre : off[p];
+      by[1 + count + p] = part.cut(p) ? 0.0 : rate * (1.0 - round[p] * off[p] * diagonal[p]);
+      for (std::size_t q = 0; q < p; ++q) by[part.below(p, q)] = -rate * round[p] * off[q];
     }
   }
   const double whole_weight = normalise(weights), whole = normalise(shares);
@@ -132,6 +137,7 @@ Mixture::Mixture(std::size_t components, std::size_t parameters, std::span<const
   for (std::size_t k = 0; k < components; ++k) {
     const Section part(outputs, k, parameters);
     Component component{weights[k], {}, std::vector<double>(parameters * parameters, 0.0)};
+    for (std::size_t p = 0; p < parameters; ++p) component.centre.push_back(part.centre(p));
     // The covariance is the inverse of A times its transpose.
     std::vector<double> inverse;
     for (std::size_t i = 0; i < parameters; ++i) {
@@ -139,11 +145,6 @@ Mixture::Mixture(std::size_t components, std::size_t parameters, std::span<const
       inverse.push_back(decid::exp(part.log_diagonal(i)));
     }
     posterior::invert_lower(parameters, inverse);
-    for (std::size_t i = 0; i < parameters; ++i) {
-      double& centre = component.centre.emplace_back(0.0);
-      for (std::size_t q = 0; q <= i; ++q)
-        centre = std::fma(inverse[posterior::triangle(i) + q], part.shift(q), centre);
-    }
     for (std::size_t i = 0; i < parameters; ++i)
       for (std::size_t j = 0; j < parameters; ++j)
         for (std::size_t q = 0; q <= std::min(i, j); ++q) {

@@ -2,12 +2,9 @@
 // are unbounded, where a parameter is low + range * Phi(x). So beforehand x is standard normal, and nothing is outside
 // of the ranges.
 //
-// Component k of P parameters has 1 + P + P (P + 1) / 2 outputs: the logarithm of its weight, up to what all have; b,
-// its centre times A; the logarithms of the diagonal of A, within +-mixture_limit; what A has below the diagonal, row
-// by row. A is lower triangular, and A^t A the inverse of its covariance. Whatever is known how well, A x - b is then
-// standard normal, and the log density -|A x - b|^2 / 2 has curvature 1 by b: a network learns with one rate for all.
-// With the centre itself as an output the curvature is the inverse of the covariance, up to some thousands, and
-// training diverges at a tenth of the rate.
+// Component k of P parameters has 1 + P + P (P + 1) / 2 outputs: the logarithm of its weight, up to what all have; its
+// centre; the logarithms of the diagonal of A, within +-mixture_limit; what A has below the diagonal, row by row. A is
+// lower triangular, and A^t A the inverse of its covariance.
 #pragma once
 
 #include <cstddef>
@@ -21,10 +18,20 @@ inline constexpr double mixture_limit = 7.0;
 
 std::size_t mixture_outputs(std::size_t components, std::size_t parameters);
 
+/// Derivatives by the outputs as they are, or as a network is to follow them. As they are, those by the centre of what
+/// is known well are up to some thousand times those of what is not, and those by A are mostly chance, which drowns
+/// what the centres tell the layers before: a network learns the means badly or diverges (Seitzer et al., "On the
+/// pitfalls of heteroscedastic uncertainty estimation with probabilistic neural networks", ICLR 2022;
+/// docs/notebook.md). `balanced`: the natural derivative by the centre, that divided by the inverse of the covariance
+/// (Amari, Neural Computation 10, 1998), which is x - centre times the component's share in the density; and
+/// balanced_rate times those by A. Both vanish where the others do.
+enum class Slopes { exact, balanced };
+inline constexpr double balanced_rate = 0.2;
+
 /// The logarithm of the density at x, and its derivatives by the outputs. outputs, by_output: mixture_outputs values.
 /// Throws Error for other numbers.
 double mixture_log_density(std::size_t components, std::span<const double> outputs, std::span<const double> x,
-                           std::span<double> by_output);
+                           std::span<double> by_output, Slopes slopes = Slopes::exact);
 
 /// Where a parameter at this share of its range lies. What is nearer to an end than 1e-4 counts as there, as
 /// coordinates are infinite at the ends.

@@ -13,6 +13,9 @@ using dataset::Channel;
 
 namespace {
 
+/// A cycle has planes of its own: more would be most of the network.
+constexpr int most_folded_series = 8, most_series_rows = 2048;
+
 std::vector<Preset> make_presets() {
   // The mean of the stimulus' cycles, and how they differ.
   const std::vector<Channel> folded_channels{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_modulus,
@@ -34,6 +37,11 @@ std::vector<Preset> make_presets() {
                                           .half_spectrum = true,
                                           .channels = {Channel::log_modulus, Channel::cos_phase, Channel::sin_phase},
                                           .standardize_rows = true};
+  const dataset::ImageSettings series_image{.window = 6050,
+                                            .channels = {Channel::sway, Channel::sway_change, Channel::sway_bend,
+                                                         Channel::height, Channel::tilt, Channel::tilt_velocity},
+                                            .fold = 2,
+                                            .block = 10};
   // Neighbouring harmonics carry the same information, so convolutions along them come first.
   const std::string harmonics_network =
       "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
@@ -46,6 +54,21 @@ std::vector<Preset> make_presets() {
                  .epochs = 48,
                  .learning_rate = 0.05,
                  .warmup_epochs = 1});
+  all.push_back(
+      {.name = "series",
+       .description =
+           "time series of 10 Hz of the cycles' mean and difference and of the tilt, a network that says how "
+           "sure it is; made for protocols with recording conditions and bodies of several heights",
+       .architecture =
+           "conv 48 15x1 stride 2x1 pad 7x0; batchnorm; relu; conv 64 9x1 stride 2x1 pad 4x0; batchnorm; relu; "
+           "conv 96 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 128 7x1 stride 2x1 pad 3x0; batchnorm; relu; "
+           "conv 128 5x1 stride 2x1 pad 2x0; batchnorm; relu; statspool; fc 256; batchnorm; relu; fc 72",
+       .head = "mixture 2",
+       .image = series_image,
+       .epochs = 128,
+       .learning_rate = 0.4,
+       .sgd = {.weight_decay = 5e-4},
+       .warmup_epochs = 1});
   all.push_back({.name = "short",
                  .description = "the same for the short protocol, three cycles of 20 s, up to 6.4 Hz",
                  .architecture = harmonics_network,
@@ -95,28 +118,34 @@ std::span<const Preset> presets() {
 
 dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol) {
   dataset::ImageSettings image = preset.image;
-  if (image.block > 0) {
-    image.block = std::max(1, static_cast<int>(std::lround(image.block * protocol.experiment.sample_rate_hz / 100.0)));
-    return image;
-  }
   if (image.fold == 1) return image;
   // Presets that fold are made for 100 Hz.
-  const double highest_hz = 100.0 * image.rows / image.window, rate_hz = protocol.experiment.sample_rate_hz;
+  const double rate_hz = protocol.experiment.sample_rate_hz;
   const double cycle = protocol.experiment.cycle_s() * rate_hz, lead_in = protocol.experiment.lead_in_s() * rate_hz;
   const auto whole = [](double samples) { return std::abs(samples - std::round(samples)) < 1e-6; };
   const auto transformed = [](int samples) { return sim::largest_prime_factor(samples) <= sim::largest_fft_prime; };
+  const int most_cycles = image.block > 0 ? most_folded_series : dataset::largest_fold;
   const bool folds = whole(cycle) && whole(lead_in) && cycle <= dataset::largest_window &&
-                     protocol.experiment.cycles() <= dataset::largest_fold &&
-                     transformed(static_cast<int>(std::lround(cycle)));
+                     protocol.experiment.cycles() <= most_cycles && transformed(static_cast<int>(std::lround(cycle)));
   const double window = folds ? cycle : cycle * protocol.experiment.cycles();
   const int fold = folds ? protocol.experiment.cycles() : 1, first_sample = static_cast<int>(std::ceil(lead_in - 1e-6));
   int window_samples = std::min({static_cast<int>(std::floor(window + 1e-6)), dataset::largest_window,
                                  (protocol.samples() - first_sample) / fold});
+  if (image.block > 0) {
+    const int same_time = std::max(1, static_cast<int>(std::lround(image.block * rate_hz / 100.0)));
+    image.block = std::max(same_time, (window_samples + most_series_rows - 1) / most_series_rows);
+    image.fold = fold;
+    image.first_sample = first_sample;
+    image.window =
+        folds && fold > 1 ? window_samples : dataset::ImageSettings{}.window;  // without a fold it is not read
+    return image;
+  }
   while (!transformed(window_samples)) --window_samples;
   if (window_samples == image.window && fold == image.fold && first_sample == image.first_sample) return image;
   image.window = window_samples;
   image.fold = fold;
   image.first_sample = first_sample;
+  const double highest_hz = 100.0 * preset.image.rows / preset.image.window;
   image.rows = std::clamp(static_cast<int>(std::lround(highest_hz * window_samples / rate_hz)), 64, 1024);
   image.rows = std::min(image.rows, window_samples / 2 + 1);
   return image;

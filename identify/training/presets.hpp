@@ -15,6 +15,7 @@ struct Preset {
   std::string name;
   std::string description;
   std::string architecture;
+  std::string head = "point";  ///< see head_named(): the last layer has as many outputs as it needs
   dataset::ImageSettings image{};
   int epochs = 30;
   int batch = 64;
@@ -27,8 +28,9 @@ struct Preset {
 std::span<const Preset> presets();
 /// The preset's image for trials of a protocol. Images that fold whole cycles into one window fit every protocol: its
 /// cycles are the windows, up to the same frequency, in 64 to 1024 rows; cycles that are not a whole number of samples,
-/// too long, too many, or of a length that is not transformed, are one window, as many as fit, and not folded. Other
-/// images are as they are.
+/// too long, too many, or of a length that is not transformed, are one window, as many as fit, and not folded. Folded
+/// time series likewise, but of eight cycles at most; their blocks are as long in seconds, longer where there would be
+/// more than 2048. Other images are as they are.
 dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol);
 
 /// Throws Error, listing the presets, if there is none of that name.

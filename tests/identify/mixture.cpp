@@ -3,6 +3,7 @@
 #include "identify/mixture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -27,19 +28,18 @@ std::vector<double> some_outputs(std::size_t components, std::size_t parameters,
 }  // namespace
 
 TEST_CASE("Mixture: the density of one and of two Gaussians of two coordinates") {
-  // A = (2 0; 0.5 3), centre (0.3, -0.2): b = A times the centre.
-  const std::vector<double> one{0.7, 0.6, -0.45, std::log(2.0), std::log(3.0), 0.5}, x{1.0, 0.5};
+  // A = (2 0; 0.5 3), centre (0.3, -0.2).
+  const std::vector<double> one{0.7, 0.3, -0.2, std::log(2.0), std::log(3.0), 0.5}, x{1.0, 0.5};
   std::vector<double> gradient(6);
   const double a = 2.0 * 0.7, b = 0.5 * 0.7 + 3.0 * 0.7;
   const double expected = std::log(6.0 / (2.0 * 3.14159265358979323846)) - 0.5 * (a * a + b * b);
   CHECK(near(mixture_log_density(1, one, x, gradient), expected, 1e-14));
   CHECK(gradient[0] == 0.0);
   std::vector<double> two = one, both(12);
-  two.insert(two.end(), {0.7 + std::log(3.0), 0.6, -0.45, std::log(2.0), std::log(3.0), 0.5});
+  two.insert(two.end(), {0.7 + std::log(3.0), 0.3, -0.2, std::log(2.0), std::log(3.0), 0.5});
   CHECK(near(mixture_log_density(2, two, x, both), expected, 1e-13));
   CHECK(within(both[0], 0.0, 1e-15));
-  two[7] = 2.6;  // centre (1.3, -0.2)
-  two[8] = 0.05;
+  two[7] = 1.3;
   const double other = std::log(6.0 / (2.0 * 3.14159265358979323846)) - 0.5 * (0.6 * 0.6 + 1.95 * 1.95);
   CHECK(
       near(mixture_log_density(2, two, x, both), std::log(0.25 * std::exp(expected) + 0.75 * std::exp(other)), 1e-13));
@@ -67,11 +67,39 @@ TEST_CASE("Mixture: the gradient is that of the density") {
   }
 }
 
+TEST_CASE("Mixture: balanced derivatives are the covariance times those by the centre, a fifth of those by A") {
+  constexpr std::size_t count = 4, components = 2;
+  const std::size_t each = mixture_outputs(1, count);
+  std::vector<double> outputs = some_outputs(components, count, 5, 0.8);
+  const std::vector<double> x{0.4, -0.9, 1.2, 0.1};
+  std::vector<double> exact(outputs.size()), balanced(outputs.size());
+  const double density = mixture_log_density(components, outputs, x, exact);
+  CHECK(mixture_log_density(components, outputs, x, balanced, Slopes::balanced) == density);
+  for (std::size_t k = 0; k < components; ++k) {
+    const std::size_t first = k * each;
+    CHECK(balanced[first] == exact[first]);
+    for (std::size_t i = 1 + count; i < each; ++i)
+      CHECK(within(balanced[first + i], 0.2 * exact[first + i], 1e-15 * std::abs(exact[first + i])));
+    // A^t A times the balanced ones are the exact ones.
+    std::array<std::array<double, count>, count> a{};
+    for (std::size_t p = 0; p < count; ++p) {
+      a[p][p] = std::exp(outputs[first + 1 + count + p]);
+      for (std::size_t q = 0; q < p; ++q) a[p][q] = outputs[first + 1 + 2 * count + p * (p - 1) / 2 + q];
+    }
+    for (std::size_t p = 0; p < count; ++p) {
+      double expected = 0.0;
+      for (std::size_t q = 0; q < count; ++q)
+        for (std::size_t m = 0; m < count; ++m) expected += a[m][p] * a[m][q] * balanced[first + 1 + q];
+      CHECK(within(exact[first + 1 + p], expected, 1e-13));  // roundings, some tens
+    }
+  }
+}
+
 TEST_CASE("Mixture: means, deviations, correlations and quantiles are those of its draws") {
   constexpr std::size_t parameters = 3, components = 2;
   std::vector<double> outputs = some_outputs(components, parameters, 9, 0.5);
   const Mixture mixture(components, parameters, outputs);
-  // A x = b + z, solved row by row.
+  // x = centre + A^-1 z, solved row by row.
   const std::size_t each = mixture_outputs(1, parameters);
   const double share = 1.0 / (1.0 + std::exp(outputs[each] - outputs[0]));
   const Random random(11, Stream::weights, 1);
@@ -79,12 +107,12 @@ TEST_CASE("Mixture: means, deviations, correlations and quantiles are those of i
   std::vector<std::vector<double>> drawn(parameters);
   for (std::size_t n = 0; n < draws; ++n) {
     const double* of = outputs.data() + (random.uniform(4 * n) < share ? 0 : each);
-    double x[parameters];
+    double off[parameters];
     for (std::size_t p = 0; p < parameters; ++p) {
-      double left = of[1 + p] + random.normal(4 * n + 1 + p);
-      for (std::size_t q = 0; q < p; ++q) left -= of[1 + 2 * parameters + p * (p - 1) / 2 + q] * x[q];
-      x[p] = left / std::exp(of[1 + parameters + p]);
-      drawn[p].push_back(normal_distribution(x[p]));
+      double left = random.normal(4 * n + 1 + p);
+      for (std::size_t q = 0; q < p; ++q) left -= of[1 + 2 * parameters + p * (p - 1) / 2 + q] * off[q];
+      off[p] = left / std::exp(of[1 + parameters + p]);
+      drawn[p].push_back(normal_distribution(of[1 + p] + off[p]));
     }
   }
   // Five standard errors of 200,000 draws of at most 0.5.
@@ -123,7 +151,8 @@ TEST_CASE("Mixture: another number of outputs is refused") {
   check_error([] { mixture_head(17); }, {"17 components"});
 }
 
-TEST_CASE("the mixture head's loss is minus the log density at the targets, its gradient that of the mean") {
+TEST_CASE(
+    "the mixture head's loss is minus the log density at the targets, its derivatives the balanced ones of the mean") {
   const Head& head = mixture_head(2);
   CHECK(&head_named("mixture 2", "test") == &head);
   CHECK(head.outputs(7) == 72);
@@ -153,7 +182,7 @@ TEST_CASE("the mixture head's loss is minus the log density at the targets, its 
     }
     const std::vector<float> scaled = scaling.scale(truth);
     targets.insert(targets.end(), scaled.begin(), scaled.end());
-    expected -= mixture_log_density(2, values, x, by[static_cast<std::size_t>(i)]);
+    expected -= mixture_log_density(2, values, x, by[static_cast<std::size_t>(i)], Slopes::balanced);
     std::vector<float> floats(values.begin(), values.end()), scores(parameters);
     head.scores(floats, scores);
     const Mixture mixture(2, parameters, values);

@@ -129,7 +129,8 @@ TEST_CASE("presets fit the protocols they are for, and folded images no other") 
   for (const Preset& preset : presets()) {
     CAPTURE(preset.name);
     const auto make = [&](const sim::Protocol& protocol) {
-      return Model(protocol, preset.image, preset.architecture).network.parameter_count();
+      return Model(protocol, preset.image, preset.architecture, head_named(preset.head, preset.name))
+          .network.parameter_count();
     };
     if (preset.name == "short") {
       CHECK(make(sim::short_protocol()) > 1000);

@@ -27,8 +27,8 @@ struct TrainOptions {
   bool stream = false, resume = false;
   int stream_trials = 25600, validation_trials = 1000, patience = 0;
   std::uint64_t seed = 1;
-  std::string head = "point";
   // Unset: the preset's.
+  std::optional<std::string> head;
   std::optional<int> epochs, batch;
   std::optional<double> learning_rate, momentum, weight_decay;
   std::optional<std::string> schedule;
@@ -48,7 +48,8 @@ TrainingSettings settings_from(const TrainOptions& options) {
   preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
   preset.schedule = options.schedule.value_or(preset.schedule);
   nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
-  settings.head = &head_named(options.head, "--head");
+  preset.head = options.head.value_or(preset.head);
+  settings.head = &head_named(preset.head, "--head");
   settings.seed = options.seed;
   settings.patience = options.patience;
   settings.scaling_trials = options.stream ? 2000 : 0;
@@ -181,8 +182,7 @@ void add_train(const Command& program) {
   command
       .add_option("--head", options->head,
                   "What the outputs mean: point, the parameters; 'mixture N', a distribution over them of N Gaussians, "
-                  "for 7 parameters 36 outputs each")
-      .show_default();
+                  "for 7 parameters 36 outputs each; default: the preset's");
   command.add_option("--image", options->image_file,
                      "A JSON file with other image settings, as decid info MODEL --json shows them");
   command.add_option("--epochs", options->epochs, "Passes over the training trials").range(1, 1'000'000);

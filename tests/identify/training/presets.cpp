@@ -51,10 +51,12 @@ TEST_CASE("presets: each makes a network of seven outputs for its image, whateve
     for (const sim::Protocol& protocol : protocols) {
       CAPTURE(protocol.name);
       CAPTURE(protocol.samples());
-      Model model(protocol, image_for(preset, protocol), preset.architecture);
+      const Head& head = head_named(preset.head, preset.name);
+      Model model(protocol, image_for(preset, protocol), preset.architecture, head);
       const dataset::ImageShape image = model.images().shape();
       CHECK(model.network.input_shape().size() == image.size());
-      CHECK(model.network.output_shape().size() == static_cast<int>(sim::single_pendulum().parameters.size()));
+      CHECK(model.network.output_shape().size() ==
+            static_cast<int>(head.outputs(sim::single_pendulum().parameters.size())));
     }
   }
 }
@@ -63,6 +65,25 @@ TEST_CASE("presets: the image of its own protocol is the one that is written dow
   CHECK(image_for(preset_named("best"), sim::default_protocol()) == preset_named("best").image);
   CHECK(image_for(preset_named("firmware"), sim::default_protocol()) == preset_named("best").image);
   CHECK(image_for(preset_named("short"), sim::short_protocol()) == preset_named("short").image);
+}
+
+TEST_CASE("presets: time series are of cycles up to eight, in blocks of 0.1 s up to 2048 of them") {
+  const Preset& series = preset_named("series");
+  CHECK(image_for(series, sim::default_protocol()) == series.image);
+  const auto check = [&](const sim::Protocol& protocol, int fold, int block, int rows, int first_sample = 0) {
+    CAPTURE(protocol.duration_s());
+    const dataset::ImageSettings image = image_for(series, protocol);
+    CHECK(image.fold == fold);
+    CHECK(image.block == block);
+    CHECK(image.first_sample == first_sample);
+    CHECK(dataset::ImageMaker(image, protocol.experiment).shape().rows == rows);
+  };
+  check(sim::short_protocol(), 3, 10, 200, 197);
+  check(sines(3.0, 8, 200.0, 1.5), 8, 20, 30, 300);
+  check(sines(3.0, 9), 1, 10, 270);
+  check(sines(500.0, 1), 1, 25, 2000);
+  check(uneven(), 1, 10, 1224);
+  check(sines(40.0, 1, 10.0), 1, 1, 400);
 }
 
 TEST_CASE("presets: images that do not fold are the same for every protocol") {

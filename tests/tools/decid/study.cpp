@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "sim/body_model.hpp"
@@ -163,6 +164,45 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
           .code == 0);
   for (const std::string file : {"report.html", "study.json", "table.txt", "error-by-noise.csv"})
     CHECK(read_text(out + "/" + file) == read_text(s.folder / "again" + "/" + file));
+}
+
+TEST_CASE("a study of faults: each at its sizes, on the trials of the study") {
+  const Setting s;
+  const std::string out = s.folder / "study";
+  const auto result = run_decid("study --faults --json --quiet --model " + s.model +
+                                " --trials 24 --realisations 1 --sensor-noise 0.02 -o " + out);
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  const Json json = Json::parse(result.out), &faults = json.at("faults");
+  const auto row = [&](const std::string& name, double size) {
+    for (const Json& one : faults)
+      if (one.at("fault") == name && one.at("size") == size) return one;
+    FAIL("no row of " << name);
+    return Json();
+  };
+  CHECK(faults.size() == 39);
+  // The trials and their noise are those of the levels; estimates go through floats of their own units.
+  CHECK(near(row("none", 0).at("mse").get<double>(), json.at("worth").at(0).at("mse").get<double>(), 1e-5));
+  std::set<std::string> what;
+  for (const Json& one : faults) {
+    CAPTURE(one.dump());
+    CHECK(what.insert(one.at("what")).second);
+    CHECK(one.at("warned").get<double>() >= 0.0);
+    CHECK(one.at("warned").get<double>() <= 1.0);
+    CHECK_FALSE(one.contains("promised"));  // the model gives point estimates
+    if (one.at("fault") == "double_pendulum") {
+      CHECK(one.at("mse").is_null());
+      continue;
+    }
+    CHECK(one.at("trials") == 24);
+    CHECK((one.at("fault") == "none") == (one.at("mse") == row("none", 0).at("mse")));
+  }
+  CHECK(row("offset_deg", 2.0).at("warned") == 1.0);
+  CHECK(row("offset_deg", 0.1).at("mse").get<double>() < row("offset_deg", 2.0).at("mse").get<double>());
+  const std::string table = read_text(out + "/table.txt");
+  CHECK(table.find("starts 0.05 s early or late") != std::string::npos);
+  CHECK(table.find("of leg and trunk                                   n/a") != std::string::npos);
+  CHECK(read_text(out + "/report.html").find("moving average of 0.11 s") != std::string::npos);
 }
 
 TEST_CASE("a study without a data set simulates its own trials") {

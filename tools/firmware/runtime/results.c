@@ -12,7 +12,6 @@
 
 typedef struct {
   double weight[COMPONENTS];
-  double centre[COMPONENTS][PARAMETERS];
   double variance[COMPONENTS][PARAMETERS];
 } gaussians;
 
@@ -21,8 +20,8 @@ static int32_t triangle(int32_t row) {
   return (row * (row + 1)) / 2;
 }
 
-/* The inverse of A times b, and the diagonal of the covariance, that inverse times its transpose. */
-static void find_gaussian(const float* section, double centre[PARAMETERS], double variance[PARAMETERS]) {
+/* The diagonal of the covariance: of the inverse of A, times its transpose. */
+static void find_variances(const float* section, double variance[PARAMETERS]) {
   double inverse[(PARAMETERS * (PARAMETERS + 1)) / 2];
   const float* below = &section[1 + (2 * PARAMETERS)];
   int32_t i;
@@ -48,10 +47,8 @@ static void find_gaussian(const float* section, double centre[PARAMETERS], doubl
     }
     row[i] = diagonal;
     below = &below[i];
-    centre[i] = 0.0;
     variance[i] = 0.0;
     for (j = 0; j <= i; ++j) {
-      centre[i] = fma_double(row[j], (double)section[1 + j], centre[i]);
       variance[i] = fma_double(row[j], row[j], variance[i]);
     }
   }
@@ -71,24 +68,24 @@ static void find_gaussians(const float* outputs, gaussians* found) {
   sum = highest + natural_log(sum);
   for (k = 0; k < COMPONENTS; ++k) {
     found->weight[k] = exponential((double)outputs[k * SECTION] - sum);
-    find_gaussian(&outputs[k * SECTION], found->centre[k], found->variance[k]);
+    find_variances(&outputs[k * SECTION], found->variance[k]);
   }
 }
 
 /* Mean of the share of a parameter's range. */
-static double mean_share(const gaussians* of, int32_t parameter) {
+static double mean_share(const float* outputs, const gaussians* of, int32_t parameter) {
   double sum = 0.0;
   int32_t k;
   for (k = 0; k < COMPONENTS; ++k) {
-    const double centre = of->centre[k][parameter];
+    const double centre = (double)outputs[(k * SECTION) + 1 + parameter];
     sum = sum + (of->weight[k] * normal_distribution(centre / square_root(1.0 + of->variance[k][parameter])));
   }
   return sum;
 }
 
 /* Standard deviation of it. */
-static double deviation_of_share(const gaussians* of, int32_t parameter) {
-  const double mean = mean_share(of, parameter);
+static double deviation_of_share(const float* outputs, const gaussians* of, int32_t parameter) {
+  const double mean = mean_share(outputs, of, parameter);
   double density[NODES];
   double whole = 0.0;
   double moment = 0.0;
@@ -100,7 +97,7 @@ static double deviation_of_share(const gaussians* of, int32_t parameter) {
     whole = whole + density[i];
   }
   for (k = 0; k < COMPONENTS; ++k) {
-    const double centre = of->centre[k][parameter];
+    const double centre = (double)outputs[(k * SECTION) + 1 + parameter];
     const double own = of->variance[k][parameter];
     const double deviation = square_root(own);
     const double slope = own / deviation;
@@ -121,7 +118,7 @@ static void find_scores(const float* outputs, float scores[PARAMETERS]) {
   int32_t i;
   find_gaussians(outputs, &found);
   for (i = 0; i < PARAMETERS; ++i) {
-    scores[i] = (float)((mean_share(&found, i) - 0.5) * ROOT_TWELVE);
+    scores[i] = (float)((mean_share(outputs, &found, i) - 0.5) * ROOT_TWELVE);
   }
 }
 
@@ -134,7 +131,7 @@ static int32_t take_deviations(void* arena, float* deviations) {
   }
   find_gaussians(state->outputs, &found);
   for (i = 0; i < PARAMETERS; ++i) {
-    deviations[i] = (float)((parameter_range[i] * deviation_of_share(&found, i)) * deviation_factor[i]);
+    deviations[i] = (float)((parameter_range[i] * deviation_of_share(state->outputs, &found, i)) * deviation_factor[i]);
   }
   return DECID_FW_OK;
 }
