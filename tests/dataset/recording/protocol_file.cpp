@@ -50,7 +50,13 @@ TEST_CASE("the files in examples/ can be loaded") {
   CHECK(load_protocol(folder + "measured.json").duration_s() == 25.0);
   CHECK(load_protocol(folder + "sines.json").duration_s() == 60.0);
   CHECK(load_protocol(folder + "raised_cosines.json").duration_s() == 62.0);
+  // All conditions, and bodies on either side of the default one.
+  const sim::Protocol laboratory = load_protocol(folder + "laboratory.json");
+  CHECK(to_json(laboratory.ideal()) == to_json(sim::default_protocol()));
+  for (const sim::Severity& severity : laboratory.conditions.severity) CHECK(severity.share > 0.0);
+  CHECK(laboratory.heights.low < 1.0);
+  CHECK(laboratory.heights.high > 1.0);
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) files += entry.path().extension() == ".json";
-  CHECK(files == 5);
+  CHECK(files == 6);
 }
