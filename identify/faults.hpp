@@ -25,7 +25,7 @@ struct FaultFigures {
   Fault fault;
   Evaluation errors;                    ///< NaN where no parameters are true
   std::optional<Calibration> promises;  ///< of a model that says how sure it is, where parameters are true
-  double warned = 0.0;                  ///< share of the trials with any warning
+  double warned = 0.0;                  ///< share of the trials with any warning; some warn of what all have
 };
 
 /// None; each condition at several sizes, with either sign and both kinds of filter in half of the trials each; sway
@@ -33,10 +33,16 @@ struct FaultFigures {
 /// body of leg and trunk.
 std::vector<Fault> all_faults();
 
-/// A row for each of them, on `trials` fresh valid base trials of `seed` with so much white noise of the sensor, the
-/// same for every fault. Left out: faults that the protocol cannot have, as a body without segments.
-/// Throws Error if the model was trained on trials of that seed. announce: called with what is done next.
-std::vector<FaultFigures> study_faults(const Model& model, double sensor_noise_deg, int trials, std::uint64_t seed,
-                                       const std::function<void(const std::string&)>& announce);
+struct FaultStudy {
+  std::vector<FaultFigures> rows;
+  std::vector<std::string> notes;  ///< what was left out, and why: faults that the protocol cannot have
+};
+
+/// A row for each of them, on `trials` fresh valid base trials of `seed`, of the protocol's own body and with so much
+/// white noise of the sensor, the same for every fault; but with twice the tilt those that still stand, and of leg and
+/// trunk one body with other noise in each. Throws Error if the model was trained on trials of that seed. announce:
+/// called with what is done next.
+FaultStudy study_faults(const Model& model, double sensor_noise_deg, int trials, std::uint64_t seed,
+                        const std::function<void(const std::string&)>& announce);
 
 }  // namespace decid

@@ -54,21 +54,6 @@ std::vector<Preset> make_presets() {
                  .epochs = 48,
                  .learning_rate = 0.05,
                  .warmup_epochs = 1});
-  all.push_back(
-      {.name = "series",
-       .description =
-           "time series of 10 Hz of the cycles' mean and difference and of the tilt, a network that says how "
-           "sure it is; made for protocols with recording conditions and bodies of several heights",
-       .architecture =
-           "conv 48 15x1 stride 2x1 pad 7x0; batchnorm; relu; conv 64 9x1 stride 2x1 pad 4x0; batchnorm; relu; "
-           "conv 96 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 128 7x1 stride 2x1 pad 3x0; batchnorm; relu; "
-           "conv 128 5x1 stride 2x1 pad 2x0; batchnorm; relu; statspool; fc 256; batchnorm; relu; fc 72",
-       .head = "mixture 2",
-       .image = series_image,
-       .epochs = 128,
-       .learning_rate = 0.4,
-       .sgd = {.weight_decay = 5e-4},
-       .warmup_epochs = 1});
   all.push_back({.name = "short",
                  .description = "the same for the short protocol, three cycles of 20 s, up to 6.4 Hz",
                  .architecture = harmonics_network,
@@ -86,6 +71,21 @@ std::vector<Preset> make_presets() {
        .image = harmonics_image,
        .epochs = 160,
        .learning_rate = 0.05,
+       .warmup_epochs = 1});
+  all.push_back(
+      {.name = "series",
+       .description =
+           "time series of 10 Hz of the cycles' mean and difference and of the tilt, a network that says how "
+           "sure it is; made for protocols with recording conditions and bodies of several heights",
+       .architecture =
+           "conv 48 15x1 stride 2x1 pad 7x0; batchnorm; relu; conv 64 9x1 stride 2x1 pad 4x0; batchnorm; relu; "
+           "conv 96 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 128 7x1 stride 2x1 pad 3x0; batchnorm; relu; "
+           "conv 128 5x1 stride 2x1 pad 2x0; batchnorm; relu; statspool; fc 256; batchnorm; relu; fc 72",
+       .head = "mixture 2",
+       .image = series_image,
+       .epochs = 128,
+       .learning_rate = 0.4,
+       .sgd = {.weight_decay = 5e-4},
        .warmup_epochs = 1});
   all.push_back(
       {.name = "paper",
@@ -133,7 +133,8 @@ dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& prot
                                  (protocol.samples() - first_sample) / fold});
   if (image.block > 0) {
     const int same_time = std::max(1, static_cast<int>(std::lround(image.block * rate_hz / 100.0)));
-    image.block = std::max(same_time, (window_samples + most_series_rows - 1) / most_series_rows);
+    const int shown = fold > 1 ? window_samples : protocol.samples() - first_sample;
+    image.block = std::max(same_time, (shown + most_series_rows - 1) / most_series_rows);
     image.fold = fold;
     image.first_sample = first_sample;
     image.window =

@@ -97,8 +97,11 @@ void run_study(const StudyOptions& options) {
   if (!options.data.empty()) study_dataset(model, options.data, study, announce);
   study_fresh(model, options.trials, options.levels_deg, study, announce);
   study_double(model, options.realisations, study, announce);
-  if (options.faults)
-    study.faults = study_faults(model, study.faults_noise_deg, options.trials, options.seed, announce);
+  if (options.faults) {
+    FaultStudy found = study_faults(model, study.faults_noise_deg, options.trials, options.seed, announce);
+    study.faults = std::move(found.rows);
+    study.notes.insert(study.notes.end(), found.notes.begin(), found.notes.end());
+  }
 
   announce("drawing");
   const std::vector<Figure> figures = study_figures(study);

@@ -20,7 +20,7 @@ struct TestVector {
   std::vector<float> deviations;  ///< theirs, if the model gives a distribution
 };
 
-/// The sway that the self-test identifies: test_sample in tools/firmware/runtime/work.c.
+/// The sway that the self-test identifies: test_sample in tools/firmware/runtime/state.c.
 std::vector<float> test_sway(int samples);
 
 /// Throws Error unless `name` is an identifier of C, at most 40 characters long.

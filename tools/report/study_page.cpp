@@ -161,12 +161,15 @@ Json faults_json(const sim::ParameterTable& table, const std::vector<FaultFigure
   return list;
 }
 
-constexpr const char* faults_convention =
-    "Fresh trials with one fault each, the same trials in every row. Promised: the mean variance that the network "
-    "gives, to "
-    "be as large as the MSE. In 90 %: share of the truths in the intervals of 90 %. Warned: share of the recordings "
-    "with "
-    "a warning.";
+std::string faults_convention(const Study& study) {
+  return format(
+      "%d fresh trials of the protocol's own body with %g degrees of sensor noise and one fault each, the same in "
+      "every "
+      "row; with twice the tilt those that stand, and of leg and trunk one body with other noise in each. Promised: "
+      "the mean variance that the network gives, to be as large as the MSE. In 90 %%: share of the truths in the "
+      "intervals of 90 %%. Warned: share of the recordings with a warning, to be set beside that of the first row.",
+      study.faults.front().errors.trials, study.faults_noise_deg);
+}
 
 constexpr const char* convention =
     "MSE: mean over trials and the 7 z-scored parameters, guessing the mean gives 1. MATLAB's loss: half the sum over "
@@ -181,7 +184,7 @@ Json page_data(const Study& study, const std::vector<Figure>& figures) {
   data["convention"] = convention;
   data["rows"] = Json::array();
   for (const Row& row : rows_of(study)) data["rows"].push_back({row.what, row.ours, row.ours_matlab, row.paper});
-  data["faults_convention"] = faults_convention;
+  data["faults_convention"] = study.faults.empty() ? "" : faults_convention(study);
   data["fault_rows"] = Json::array();
   for (const FaultFigures& row : study.faults) data["fault_rows"].push_back({row.fault.what, fault_cells(row)});
   data["figures"] = Json::array();
@@ -234,6 +237,7 @@ Json study_json(const Study& study) {
     json["worth"].push_back(std::move(entry));
   }
   json["faults"] = faults_json(table, study.faults);
+  json["faults_sensor_noise_deg"] = study.faults_noise_deg;
   json["fresh_seed"] = study.fresh_seed;
   json["learning_curve"] = Json::array();
   for (const LearningPoint& p : study.learning_curve)
@@ -270,7 +274,7 @@ std::string study_text(const Study& study) {
       for (const std::string& cell : fault_cells(row)) text += format(" %9s", cell.c_str());
       text += "\n";
     }
-    text += std::string("\n") + faults_convention + "\n";
+    text += "\n" + faults_convention(study) + "\n";
   }
   for (const std::string& comparison : study.comparisons)
     text += "\n" + comparison_text(Json::parse(comparison), study.protocol.parameters());

@@ -82,6 +82,7 @@ TEST_CASE("presets: time series are of cycles up to eight, in blocks of 0.1 s up
   check(sines(3.0, 8, 200.0, 1.5), 8, 20, 30, 300);
   check(sines(3.0, 9), 1, 10, 270);
   check(sines(500.0, 1), 1, 25, 2000);
+  check(sines(302.5, 9), 1, 133, 2046);
   check(uneven(), 1, 10, 1224);
   check(sines(40.0, 1, 10.0), 1, 1, 400);
 }

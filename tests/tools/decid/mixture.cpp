@@ -62,6 +62,21 @@ TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated,
   CHECK(run_decid("export c " + folder / "m.safetensors" + " --quiet -o " + folder / "out").code == 0);
   CHECK(read_text(folder / "out/m.h").find("int m_deviations(") != std::string::npos);
 
+  // What faults cost has what the network promises beside it.
+  const auto study = run_decid("study --faults --json --quiet --trials 12 --realisations 1 --seed 77 --model " +
+                               folder / "m.safetensors" + " -o " + folder / "study");
+  CAPTURE(study.err);
+  REQUIRE(study.code == 0);
+  const Json faults = Json::parse(study.out).at("faults");
+  CHECK(faults.size() > 30);
+  for (const Json& row : faults) {
+    CHECK(row.contains("promised") == (row.at("fault") != "double_pendulum"));
+    if (!row.contains("promised")) continue;
+    CHECK(row.at("promised").get<double>() > 0.0);
+    CHECK(row.at("covered50").get<double>() <= row.at("covered90").get<double>());
+    CHECK(row.at("covered90").get<double>() <= 1.0);
+  }
+
   // Too few trials to learn from: the model says so.
   const auto few = run_decid("train --stream --stream-trials 64 --validation-trials 16 --epochs 1" + protocol +
                              " --image " + folder / "image.json" + " --architecture " + folder / "layers.txt" +

@@ -203,6 +203,33 @@ TEST_CASE("a study of faults: each at its sizes, on the trials of the study") {
   CHECK(table.find("starts 0.05 s early or late") != std::string::npos);
   CHECK(table.find("of leg and trunk                                   n/a") != std::string::npos);
   CHECK(read_text(out + "/report.html").find("moving average of 0.11 s") != std::string::npos);
+  CHECK(json.at("faults_sensor_noise_deg") == 0.02);
+  CHECK(json.at("notes").empty());
+}
+
+TEST_CASE("a study of faults that the protocol cannot have: notes say which and why") {
+  const Folder folder;
+  const auto left_out = [&](const std::string& protocol) {
+    write_text(folder / "p.json", protocol);
+    REQUIRE(
+        run_decid(
+            "train --stream --stream-trials 16 --validation-trials 8 --epochs 1 --preset small --quiet --protocol " +
+            folder / "p.json" + " -o " + folder / "m.safetensors")
+            .code == 0);
+    const auto result = run_decid("study --faults --json --quiet --trials 4 --realisations 1 --model " +
+                                  folder / "m.safetensors" + " -o " + folder / "out");
+    CAPTURE(result.err);
+    REQUIRE(result.code == 0);
+    const Json json = Json::parse(result.out);
+    for (const Json& row : json.at("faults")) CHECK(row.at("trials").get<int>() > 0);
+    return json.at("notes").dump();
+  };
+  const std::string sines = left_out(R"({"name": "sines", "sample_rate_hz": 20, "sines": {"cycle_s": 20, "cycles": 2,
+      "components": [{"frequency_hz": 0.2, "amplitude_deg": 1}]}})");
+  CAPTURE(sines);
+  CHECK(sines.find("twice the protocol's tilt: the tilt is no sequence") != std::string::npos);
+  CHECK(sines.find("low-pass of 10 Hz: the rate is too low") != std::string::npos);
+  CHECK(sines.find("moving average of 0.05 s: it is below two samples") != std::string::npos);
 }
 
 TEST_CASE("a study without a data set simulates its own trials") {

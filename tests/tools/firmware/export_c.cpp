@@ -162,6 +162,16 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
     check_bits(model, 2, "", 1);
     check_bits(model, 2, "--incremental --int8", 2);
   }
+  SUBCASE("time series of three cycles behind a lead-in") {
+    const dataset::ImageSettings series{.window = 2000,
+                                        .channels = {Channel::sway, Channel::sway_bend, Channel::tilt},
+                                        .first_sample = 197,
+                                        .fold = 3,
+                                        .block = 10};
+    const std::string architecture = "conv 5 5x1 stride 2x1; batchnorm; relu; statspool; fc 7";
+    for (const char* options : {"", "--incremental"})
+      check_bits(test::made_up_model(sim::short_protocol(), series, architecture), 2, options, 1);
+  }
   SUBCASE("one time series, ten values, straight into a layer; statistics of the image itself") {
     const dataset::ImageSettings series{
         .channels = {Channel::sway_bend}, .standardize_rows = true, .first_sample = 5, .block = 7};

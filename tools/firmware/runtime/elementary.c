@@ -145,7 +145,7 @@ static double exponential(double x) {
   double sum = coefficient[0];
   int32_t i;
   if (!(x >= -700.0)) {
-    return 0.0;
+    return (x < 0.0) ? 0.0 : x; /* NaN stays */
   }
   k = floor_of((x * 1.4426950408889634) + 0.5);
   r = (x - (k * 6.93147180369123816490e-01)) - (k * 1.90821492927058770002e-10);

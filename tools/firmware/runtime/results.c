@@ -84,18 +84,13 @@ static double mean_share(const float* outputs, const gaussians* of, int32_t para
 }
 
 /* Standard deviation of it. */
-static double deviation_of_share(const float* outputs, const gaussians* of, int32_t parameter) {
+static double deviation_of_share(const float* outputs, const gaussians* of, const double node[NODES],
+                                 int32_t parameter) {
   const double mean = mean_share(outputs, of, parameter);
-  double density[NODES];
-  double whole = 0.0;
   double moment = 0.0;
   double variance;
   int32_t i;
   int32_t k;
-  for (i = 0; i < NODES; ++i) {
-    density[i] = normal_density((NODES_SPACING * (double)i) - NODES_REACH);
-    whole = whole + density[i];
-  }
   for (k = 0; k < COMPONENTS; ++k) {
     const double centre = (double)outputs[(k * SECTION) + 1 + parameter];
     const double own = of->variance[k][parameter];
@@ -104,7 +99,7 @@ static double deviation_of_share(const float* outputs, const gaussians* of, int3
     double sum = 0.0;
     for (i = 0; i < NODES; ++i) {
       const double deviate = (NODES_SPACING * (double)i) - NODES_REACH;
-      sum = sum + (((density[i] / whole) * normal_distribution(centre + (deviation * deviate))) *
+      sum = sum + ((node[i] * normal_distribution(centre + (deviation * deviate))) *
                    normal_distribution(centre + (slope * deviate)));
     }
     moment = moment + (of->weight[k] * sum);
@@ -125,13 +120,23 @@ static void find_scores(const float* outputs, float scores[PARAMETERS]) {
 static int32_t take_deviations(void* arena, float* deviations) {
   const work_state* const state = state_of(arena);
   gaussians found;
+  double node[NODES];
+  double whole = 0.0;
   int32_t i;
   if (state->phase != PHASE_DONE) {
     return DECID_FW_ERROR_STATE;
   }
+  for (i = 0; i < NODES; ++i) {
+    node[i] = normal_density((NODES_SPACING * (double)i) - NODES_REACH);
+    whole = whole + node[i];
+  }
+  for (i = 0; i < NODES; ++i) {
+    node[i] = node[i] / whole;
+  }
   find_gaussians(state->outputs, &found);
   for (i = 0; i < PARAMETERS; ++i) {
-    deviations[i] = (float)((parameter_range[i] * deviation_of_share(state->outputs, &found, i)) * deviation_factor[i]);
+    deviations[i] =
+        (float)((parameter_range[i] * deviation_of_share(state->outputs, &found, node, i)) * deviation_factor[i]);
   }
   return DECID_FW_OK;
 }
