@@ -179,10 +179,10 @@ void add_train(const Command& program) {
   command.add_option("--architecture", options->architecture_file,
                      "A text file with other layers, one a line, e.g. "
                      "conv 32 3x3 stride 2x2 pad 1x1");
-  command
-      .add_option("--head", options->head,
-                  "What the outputs mean: point, the parameters; 'mixture N', a distribution over them of N Gaussians, "
-                  "for 7 parameters 36 outputs each; default: the preset's");
+  command.add_option(
+      "--head", options->head,
+      "What the outputs mean: point, the parameters; 'mixture N', a distribution over them of N Gaussians, "
+      "for 7 parameters 36 outputs each; default: the preset's");
   command.add_option("--image", options->image_file,
                      "A JSON file with other image settings, as decid info MODEL --json shows them");
   command.add_option("--epochs", options->epochs, "Passes over the training trials").range(1, 1'000'000);
