@@ -137,8 +137,7 @@ dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& prot
     image.block = std::max(same_time, (shown + most_series_rows - 1) / most_series_rows);
     image.fold = fold;
     image.first_sample = first_sample;
-    image.window =
-        folds && fold > 1 ? window_samples : dataset::ImageSettings{}.window;  // without a fold it is not read
+    image.window = fold > 1 ? window_samples : dataset::ImageSettings{}.window;  // without a fold it is not read
     return image;
   }
   while (!transformed(window_samples)) --window_samples;

@@ -56,27 +56,41 @@ int transform_length(const Model& model) {
   return model.image().window % 2 == 0 ? model.image().window / 2 : model.image().window;
 }
 
+/// What the runtime needs for a model.
+struct Uses {
+  bool log_modulus, residual, cos, sin, modulus, asinh, mixture, statistics;
+};
+Uses uses_of(const Model& model, const FirmwarePlan& plan) {
+  const auto has = [&](Channel channel) { return std::ranges::count(model.image().channels, channel) > 0; };
+  Uses uses{};
+  uses.log_modulus = has(Channel::log_modulus);
+  uses.residual = has(Channel::log_residual);
+  uses.cos = has(Channel::cos_phase);
+  uses.sin = has(Channel::sin_phase);
+  uses.modulus = has(Channel::modulus) || uses.log_modulus || uses.cos || uses.sin;
+  uses.asinh = model.image().block > 0 || has(Channel::asinh_real) || has(Channel::asinh_imaginary);
+  uses.mixture = components(model) > 0;
+  uses.statistics = std::ranges::count(plan.layers, Kind::statistics, &FirmwareLayer::kind) > 0;
+  return uses;
+}
+
 /// The preprocessor's settings of what makes an image of spectra.
-std::string spectrum_settings(const Model& model, const FirmwarePlan& plan) {
+std::string spectrum_settings(const Model& model, const FirmwarePlan& plan, const Uses& uses) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
   const auto has = [&](Channel channel) { return std::ranges::count(image.channels, channel) > 0; };
   const auto radix = [&](int r) { return std::ranges::count(plan.radices, r) > 0; };
-  const bool residual = has(Channel::log_residual);
-  const bool asinh = has(Channel::asinh_real) || has(Channel::asinh_imaginary);
-  const bool modulus =
-      has(Channel::modulus) || has(Channel::log_modulus) || has(Channel::cos_phase) || has(Channel::sin_phase);
   std::string text = define("WINDOW", image.window) + define("SIGNAL_LENGTH", transform_length(model)) +
                      define("PASSES", static_cast<long long>(plan.radices.size())) +
                      define("LARGEST_RADIX", plan.largest_radix());
   for (const int r : {2, 3, 4, 5}) text += define("USES_RADIX_" + std::to_string(r), radix(r));
   text += define("SHOWN_BINS", std::min(image.window / 2 + 1, shape.rows)) +
           define("KEPT_COLUMNS", plan.options.incremental ? shape.columns : 1);
-  return text + define("USES_CHANNEL_MODULUS", has(Channel::modulus)) + define("USES_MODULUS", modulus) +
-         define("USES_LOG_MODULUS", has(Channel::log_modulus)) + define("USES_LOG_RESIDUAL", residual) +
-         define("USES_PHASE", has(Channel::phase)) + define("USES_COS_PHASE", has(Channel::cos_phase)) +
-         define("USES_SIN_PHASE", has(Channel::sin_phase)) + define("USES_ASINH", asinh) +
-         define("SIGNAL_OFFSET", plan.arena.signal) + define("SCRATCH_OFFSET", plan.arena.scratch) +
+  return text + define("USES_CHANNEL_MODULUS", has(Channel::modulus)) + define("USES_MODULUS", uses.modulus) +
+         define("USES_LOG_MODULUS", uses.log_modulus) + define("USES_LOG_RESIDUAL", uses.residual) +
+         define("USES_PHASE", has(Channel::phase)) + define("USES_COS_PHASE", uses.cos) +
+         define("USES_SIN_PHASE", uses.sin) + define("SIGNAL_OFFSET", plan.arena.signal) +
+         define("SCRATCH_OFFSET", plan.arena.scratch) +
          (image.fold > 1 ? define("SPECTRA_OFFSET", plan.arena.spectra) : std::string());
 }
 
@@ -88,8 +102,8 @@ std::string series_settings(const Model& model) {
   const double block_s = image.block / experiment.sample_rate_hz;
   const double bend_over_lean = experiment.body.inertia_kgm2 / experiment.body.mgh();
   return define("BLOCK", image.block) + define("WINDOW", image.fold > 1 ? image.window : shape.rows * image.block) +
-         define("SERIES_CHANNELS", static_cast<long long>(image.channels.size())) + define("USES_ASINH", 1) +
-         define("USES_PHASE", 0) + define_double("SWAY_KNEE_RAD", dataset::sway_knee_rad) +
+         define("SERIES_CHANNELS", static_cast<long long>(image.channels.size())) + define("USES_PHASE", 0) +
+         define_double("SWAY_KNEE_RAD", dataset::sway_knee_rad) +
          define_double("SWAY_CHANGE_KNEE_RAD", dataset::sway_change_knee_rad) +
          define_double("SWAY_BEND_KNEE_RAD", dataset::sway_bend_knee_rad) +
          define_double("TORQUE_KNEE_RAD", dataset::torque_knee_rad) +
@@ -100,29 +114,26 @@ std::string series_settings(const Model& model) {
 std::string settings(const Model& model, const FirmwarePlan& plan) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
-  const auto has = [&](Channel channel) { return std::ranges::count(image.channels, channel) > 0; };
-  const bool series = image.block > 0, mixture = components(model) > 0;
-  const bool residual = has(Channel::log_residual), log_modulus = has(Channel::log_modulus);
-  const bool asinh = series || has(Channel::asinh_real) || has(Channel::asinh_imaginary);
-  const bool modulus = has(Channel::modulus) || log_modulus || has(Channel::cos_phase) || has(Channel::sin_phase);
-  const bool statistics = std::ranges::count(plan.layers, FirmwareLayer::Kind::statistics, &FirmwareLayer::kind) > 0;
+  const bool series = image.block > 0;
+  const Uses uses = uses_of(model, plan);
   std::string text = define("SERIES", series) + define("FIRST_SAMPLE", image.first_sample) +
                      define("FOLD", image.fold) + define("IMAGE_CHANNELS", shape.channels) +
                      define("IMAGE_ROWS", shape.rows) + define("IMAGE_COLUMNS", shape.columns) +
                      define("STANDARDIZES_ROWS", image.standardize_rows);
-  text += series ? series_settings(model) : spectrum_settings(model, plan);
-  text += define("USES_LOG", log_modulus || residual || asinh || mixture) +
-          define("USES_SQUARE_ROOT", modulus || residual || asinh || mixture || statistics) +
-          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", mixture);
+  text += series ? series_settings(model) : spectrum_settings(model, plan, uses);
+  text += define("USES_ASINH", uses.asinh) +
+          define("USES_LOG", uses.log_modulus || uses.residual || uses.asinh || uses.mixture) +
+          define("USES_SQUARE_ROOT", uses.modulus || uses.residual || uses.asinh || uses.mixture || uses.statistics) +
+          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture);
   text += define("QUANTISED", plan.options.int8) + define("INCREMENTAL", plan.options.incremental) +
           define("STREAM_ROWS", plan.stream_rows) +
           define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
-          define("USES_STATISTICS", statistics) + define("MAPS", static_cast<long long>(plan.maps.size())) +
+          define("USES_STATISTICS", uses.statistics) + define("MAPS", static_cast<long long>(plan.maps.size())) +
           define("LAYERS", static_cast<long long>(plan.layers.size())) +
           define("PARAMETERS", static_cast<long long>(model.parameters().size())) +
           define("OUTPUTS", model.network.output_shape().size()) + define("COMPONENTS", components(model));
-  if (mixture) text += define_double("ROOT_TWELVE", std::sqrt(12.0));
-  if (statistics)
+  if (uses.mixture) text += define_double("ROOT_TWELVE", std::sqrt(12.0));
+  if (uses.statistics)
     text += "#define STATISTICS_EPSILON " + literal(static_cast<float>(nn::StatisticsPool::epsilon)) + "\n";
   const ArenaPlan& arena = plan.arena;
   text += "/* Where things are in the arena, bytes. */\n" + define("STATE_BYTES", arena.maps) +

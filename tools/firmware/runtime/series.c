@@ -1,7 +1,7 @@
-/* ---- From samples to the network, row by row
-   ------------------------------------------------------------------------- waiting for a row, the blocks of all cycles
-   that see the same tilt -> it is drawn -> the lines of the network that this makes possible -> waiting for the next
-   row, or done. Values and their order are those of decid's dataset/image/series.cpp. */
+/* ---- From samples to the network, row by row ------------------------------------------------------------------------
+   waiting for a row, the blocks of all cycles that see the same tilt -> it is drawn -> the lines of the network that
+   this makes possible -> waiting for the next row, or done. Values and their order are those of decid's
+   dataset/image/series.cpp. */
 
 /* What a plane shows of a cycle: `now`, and what was one and two rows before. */
 static double shown(int32_t channel, int32_t row, double now, const double before[2]) {
@@ -62,28 +62,12 @@ static void draw_row(work_state* state, void* arena) {
   state->phase = PHASE_NETWORK;
 }
 
-/* One unit of work; 0 if there is none that can be done now. */
-static int32_t work_unit(void* arena) {
-  work_state* const state = state_of(arena);
-  int32_t worked = 1;
-  switch (state->phase) {
-    case PHASE_DRAW:
-      draw_row(state, arena);
-      break;
-    case PHASE_NETWORK:
-      worked = network_unit(state, arena);
-      break;
-    default:
-      worked = 0;
-      break;
+static int32_t image_unit(work_state* state, void* arena) {
+  if (state->phase != PHASE_DRAW) {
+    return 0;
   }
-  return worked;
-}
-
-static void finish_work(void* arena) {
-  while (work_unit(arena) != 0) {
-    /* on */
-  }
+  draw_row(state, arena);
+  return 1;
 }
 
 static int32_t run_trial(void* arena, const float* sway) {

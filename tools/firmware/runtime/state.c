@@ -71,9 +71,17 @@ static float test_sample(int32_t k) {
   return ((float)triangle * 1.52587890625e-05F) + ((float)((int32_t)(x >> 8) - 8388608) * 1.1641532182693481e-10F);
 }
 
-/* One unit of the network's work; 0 if it needs more of the image first. */
-static int32_t network_unit(work_state* state, void* arena) {
-  const int32_t worked = advance_network(state->ready, maps_of(arena), patch_of(arena), state->outputs);
+/* One unit of what makes the image; 0 if there is none that can be done now. */
+static int32_t image_unit(work_state* state, void* arena);
+
+/* One unit of work; 0 if there is none that can be done now. */
+static int32_t work_unit(void* arena) {
+  work_state* const state = state_of(arena);
+  int32_t worked;
+  if (state->phase != PHASE_NETWORK) {
+    return image_unit(state, arena);
+  }
+  worked = advance_network(state->ready, maps_of(arena), patch_of(arena), state->outputs);
   if (state->ready[MAPS - 1] > 0) {
     state->phase = PHASE_DONE;
   } else if (worked == 0) {
@@ -82,4 +90,10 @@ static int32_t network_unit(work_state* state, void* arena) {
     /* more to come */
   }
   return worked;
+}
+
+static void finish_work(void* arena) {
+  while (work_unit(arena) != 0) {
+    /* on */
+  }
 }

@@ -139,9 +139,7 @@ static void draw_unit(work_state* state, void* arena) {
   }
 }
 
-/* One unit of work; 0 if there is none that can be done now. */
-static int32_t work_unit(void* arena) {
-  work_state* const state = state_of(arena);
+static int32_t image_unit(work_state* state, void* arena) {
   int32_t worked = 1;
   switch (state->phase) {
     case PHASE_TRANSFORM:
@@ -155,20 +153,11 @@ static int32_t work_unit(void* arena) {
     case PHASE_DRAW:
       draw_unit(state, arena);
       break;
-    case PHASE_NETWORK:
-      worked = network_unit(state, arena);
-      break;
     default:
       worked = 0;
       break;
   }
   return worked;
-}
-
-static void finish_work(void* arena) {
-  while (work_unit(arena) != 0) {
-    /* on */
-  }
 }
 
 static int32_t run_trial(void* arena, const float* sway) {
