@@ -152,8 +152,7 @@ void add_study(const Command& program) {
       .range(1, 10'000);
   command.add_flag(
       "--faults", options->faults,
-      "Also what recordings with faults cost, at 0.02 degrees of sensor noise: each of some forty rows takes "
-      "10 to 15 s for 2000 trials");
+      "Also what recordings with faults cost, at 0.02 degrees of sensor noise: six minutes more for 2000 trials");
   command.add_option("--learning-curve", options->learning_curve,
                      "CSV file with columns trials and mse: error over the number of distinct training trials");
   command
