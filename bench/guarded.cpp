@@ -62,7 +62,7 @@ void add_kernels(Guarded& all) {
   for (const PlaneKernel& kernel : plane_kernels)
     all[std::string("plane/") + kernel.name] = [&kernel]() -> Work {
       struct Memory {
-        Batch x{{16, 40, 40}, 1}, dy{{16, 40, 40}, 1}, pooled{{16, 20, 20}, 1};
+        Batch x{{16, 40, 40}, {1, 1}}, dy{{16, 40, 40}, {1, 1}}, pooled{{16, 20, 20}, {1, 1}};
       };
       const auto m = std::make_shared<Memory>();
       return [m, &kernel] {

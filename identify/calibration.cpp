@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
+#include "identify/posterior/cholesky.hpp"
 
 namespace decid {
 namespace {
@@ -41,7 +42,41 @@ CalibratedTrial beside(const sim::Parameters& truth, const Found& found) {
 
 }  // namespace
 
-CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found) {
+double gaussian_log_score(const sim::Parameters& truth, std::span<const posterior::State> draws,
+                          const sim::ParameterTable& ranges) {
+  const std::size_t parameters = ranges.size();
+  const auto share = [&](std::size_t p, double value) { return (value - ranges[p].low) / ranges[p].range(); };
+  const auto count = static_cast<double>(draws.size());
+  std::vector<double> centre(parameters), covariance(posterior::triangle(parameters)), x(parameters);
+  const auto each_draw = [&](const auto& body) {
+    for (const posterior::State& draw : draws) {
+      for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(p, draw.parameters[p]));
+      body();
+    }
+  };
+  each_draw([&] {
+    for (std::size_t p = 0; p < parameters; ++p) centre[p] += x[p] / count;
+  });
+  each_draw([&] {
+    for (std::size_t p = 0; p < parameters; ++p)
+      for (std::size_t q = 0; q <= p; ++q)
+        covariance[posterior::triangle(p) + q] += (x[p] - centre[p]) * (x[q] - centre[q]) / (count - 1.0);
+  });
+  if (!posterior::factorize(parameters, covariance)) return CalibratedTrial::unknown_score;
+  posterior::invert_lower(parameters, covariance);  // A: A (x - centre) is standard normal
+  for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(p, truth[p]));
+  double sum = 0.0;
+  for (std::size_t p = 0; p < parameters; ++p) {
+    const double* const row = covariance.data() + posterior::triangle(p);
+    double y = 0.0;
+    for (std::size_t q = 0; q <= p; ++q) y += row[q] * (x[q] - centre[q]);
+    sum += std::log(row[p]) + 0.5 * (x[p] * x[p] - y * y);  // over the density of x beforehand, standard normal
+  }
+  return sum / static_cast<double>(parameters);
+}
+
+CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
+                          const sim::ParameterTable& ranges) {
   CalibratedTrial trial = beside(truth, found);
   for (std::size_t p = 0; p < truth.size(); ++p) {
     const auto below = std::ranges::count_if(
@@ -51,12 +86,14 @@ CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posteri
   trial.rhat = *std::ranges::max_element(found.rhat());
   trial.effective_draws = *std::ranges::min_element(found.effective_draws());
   trial.agreed = found.agreed();
+  trial.log_score = gaussian_log_score(truth, found.states(), ranges);
   return trial;
 }
 
 CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribution& found) {
   CalibratedTrial trial = beside(truth, found);
   for (std::size_t p = 0; p < truth.size(); ++p) trial.below.push_back(found.below(static_cast<int>(p), truth[p]));
+  trial.log_score = found.log_density(truth) / static_cast<double>(truth.size());
   return trial;
 }
 
@@ -67,6 +104,10 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
   result.agreed = static_cast<int>(std::ranges::count_if(trials, &CalibratedTrial::agreed));
   const auto count = static_cast<double>(trials.size());
   result.band = kolmogorov_95 / std::sqrt(count);
+  for (const CalibratedTrial& trial : trials) {
+    result.log_score += trial.log_score / count;
+    result.network_log_score += trial.network_log_score / count;
+  }
   for (std::size_t p = 0; p < deviation.size(); ++p) {
     ParameterCalibration& of = result.parameters.emplace_back();
     std::vector<double> below;
@@ -99,22 +140,19 @@ std::optional<NetworkCalibration> network_calibration(const Model& model, std::s
   if (!model.gives_distribution()) return std::nullopt;
   const std::size_t parameters = model.parameters().size(), width = model.head->outputs(parameters);
   std::vector<CalibratedTrial> trials(truth.size());
-  std::vector<double> scores(truth.size() * (parameters + 1));  // of all together last
+  std::vector<double> scores(truth.size() * parameters);
   parallel_for(static_cast<int>(truth.size()), [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const ParameterDistribution found = *model.distribution(outputs.subspan(i * width, width));
     trials[i] = calibrate(truth[i], found);
-    const auto own = std::span(scores).subspan(i * (parameters + 1), parameters + 1);
+    const auto own = std::span(scores).subspan(i * parameters, parameters);
     for (std::size_t p = 0; p < parameters; ++p) own[p] = found.log_density(static_cast<int>(p), truth[i][p]);
-    own[parameters] = found.log_density(truth[i]);
   });
   NetworkCalibration result{calibration_of(trials, model.targets.deviation), std::vector<double>(parameters)};
   const auto count = static_cast<double>(truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) {
+  for (std::size_t i = 0; i < truth.size(); ++i)
     for (std::size_t p = 0; p < parameters; ++p)
-      result.log_score_per_parameter[p] += scores[i * (parameters + 1) + p] / count;
-    result.log_score += scores[i * (parameters + 1) + parameters] / (count * static_cast<double>(parameters));
-  }
+      result.log_score_per_parameter[p] += scores[i * parameters + p] / count;
   return result;
 }
 

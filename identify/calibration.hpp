@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,17 +20,30 @@ struct CalibratedTrial {
   std::uint64_t attempt = 0;  ///< of the base trials of a seed (dataset::base_trial)
   sim::Parameters truth, mean, deviation;
   std::optional<sim::Parameters> network;  ///< its answer, to stand beside
-  std::vector<double> below;               ///< the share of the draws below the truth
-  double rhat = 0.0;                       ///< the largest
+  /// Logarithm of the density at the truth over the number of parameters, see gaussian_log_score(); NaN unknown.
+  double log_score = unknown_score;
+  double network_log_score = unknown_score;  ///< of a network that gives distributions
+
+  static constexpr double unknown_score = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> below;  ///< the share of the draws below the truth
+  double rhat = 0.0;          ///< the largest
   double effective_draws = 0.0;
   bool agreed = false;
   double seconds = 0.0;
 };
 
-/// The posterior of a simulated trial beside its truth.
-CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found);
+/// The posterior of a simulated trial beside its truth. ranges: of the prior.
+CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
+                          const sim::ParameterTable& ranges);
 /// What a network says of it; nothing stands where chains have something.
 CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribution& found);
+
+/// Mean over the parameters of the log density at the truth, nats, of shares of the ranges: 0 where no more is known
+/// than these, 0.69 where what is possible is halved. The density is that of the Gaussian, in the coordinates of
+/// mixture.hpp, that has the draws' mean and covariance: of N independent draws of P parameters it is (P + 3) / (4 N)
+/// too low on average. NaN if the draws do not tell a covariance.
+double gaussian_log_score(const sim::Parameters& truth, std::span<const posterior::State> draws,
+                          const sim::ParameterTable& ranges);
 
 /// Over trials, for one parameter.
 struct ParameterCalibration {
@@ -45,8 +59,9 @@ struct ParameterCalibration {
 struct Calibration {
   int trials = 0, agreed = 0;
   std::vector<ParameterCalibration> parameters;
-  ParameterCalibration all;  ///< means over the parameters; the largest distance
-  double band = 0.0;         ///< 1.36 / sqrt(trials)
+  ParameterCalibration all;                         ///< means over the parameters; the largest distance
+  double log_score = 0.0, network_log_score = 0.0;  ///< means over the trials; NaN unless all have one
+  double band = 0.0;                                ///< 1.36 / sqrt(trials)
 };
 
 /// deviation: what errors are divided by, that of the trials' prior. Throws Error without any trial.
@@ -60,7 +75,6 @@ struct NetworkCalibration {
   /// Mean logarithm of the density at the truth, of shares of the range, nats: 0 for a network that knows only the
   /// ranges, 0.69 more halves what is left. Of each parameter whatever the others are; not recalibrated.
   std::vector<double> log_score_per_parameter;
-  double log_score = 0.0;  ///< of all together, over their number
 };
 /// Trials by their outputs (see predict()) and parameters. Empty if the model's head gives point estimates alone.
 /// Throws Error without any trial.

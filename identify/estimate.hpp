@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/warning.hpp"
 #include "dataset/recording/trial.hpp"
 #include "identify/distribution.hpp"
 #include "sim/frf.hpp"
@@ -25,7 +26,7 @@ struct Estimate {
   std::vector<float> image;  ///< of the trial, before row scaling, channel-major; its shape is the model's
   /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.
   double distance = std::numeric_limits<double>::quiet_NaN();
-  std::vector<std::string> warnings;  ///< for people: what was assumed or changed, what looks odd
+  Warnings warnings;  ///< what was assumed or changed, what looks odd
 };
 
 /// Frequency response of sway to tilt: the recording's, and that of the identified controller, band by band.
@@ -48,7 +49,7 @@ struct Explanation {
   /// below 1. NaN if the model has no familiarity.
   double unfamiliarity = std::numeric_limits<double>::quiet_NaN();
   std::optional<FrequencyResponses> frf;  ///< empty if the stimulus has none; a warning says why
-  std::vector<std::string> warnings;
+  Warnings warnings;
 };
 
 }  // namespace decid

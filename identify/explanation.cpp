@@ -58,8 +58,8 @@ std::span<const double> standing(const sim::Outcome& outcome, std::span<const do
 /// Warns if the residual is larger than noise explains.
 void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& explanation) {
   if (!std::isfinite(explanation.variance_accounted_for)) {
-    explanation.warnings.emplace_back(
-        "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
+    add_invalid(explanation.warnings, "does_not_stand",
+                "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
     return;
   }
   std::vector<double> usual;
@@ -68,18 +68,21 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& ex
     usual.push_back(residual_of(trial, explanation.fitted_rad).variance_accounted_for);
   }
   if (usual.empty()) {
-    explanation.warnings.emplace_back(
-        "the identified controller stands without its noise but falls with it: it is near the border "
-        "of what stands");
+    add_caution(explanation.warnings, "barely_stands",
+                "the identified controller stands without its noise but falls with it: it is near the border "
+                "of what stands");
     return;
   }
   const auto [low, high] = std::ranges::minmax(usual);
   if (explanation.variance_accounted_for < low - (high - low) - 0.1)
-    explanation.warnings.push_back(format(
-        "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
-        "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this kind "
-        "of controller",
-        100 * explanation.variance_accounted_for, 100 * low, 100 * high));
+    add_caution(
+        explanation.warnings, "little_explained",
+        format(
+            "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
+            "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this "
+            "kind "
+            "of controller",
+            100 * explanation.variance_accounted_for, 100 * low, 100 * high));
 }
 
 }  // namespace
@@ -146,7 +149,7 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
     explanation.frf =
         frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment.body);
   else
-    explanation.warnings.push_back(no_frf_);
+    add_info(explanation.warnings, "no_frequency_response", no_frf_);
   return explanation;
 }
 
@@ -191,7 +194,8 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
 void warn_unless_following(Explanation& explanation) {
   constexpr double least = 0.3;
   if (explanation.following >= least || std::isnan(explanation.following)) return;
-  explanation.warnings.emplace_back(
+  add_caution(
+      explanation.warnings, "hardly_follows",
       format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller would "
              "have (8%% of valid simulated trials have less than %g, where noise drowns it); was it this protocol, and "
              "in time with the recording?",

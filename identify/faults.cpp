@@ -67,7 +67,7 @@ dataset::Trial changed(const Fault& fault, const sim::Protocol& protocol, std::s
   if (fault.name == "detrend_linear") options.detrend = dataset::Detrend::linear;
   dataset::Recording recording = dataset::recording_of(sway, protocol.experiment.sample_rate_hz);
   dataset::Trial trial = dataset::bring_to_protocol(recording, protocol, options);
-  warned = recording.warnings.empty() ? 0 : 1;
+  warned = trust_of(recording.warnings) == Trust::usable ? 0 : 1;
   return trial;
 }
 
@@ -162,7 +162,8 @@ void judge(const Identifier& identifier, Trials trials, Row& row) {
     for (std::size_t k = 0; k < estimates.size(); ++k) {
       const std::size_t i = first + k;
       found[i] = estimates[k].parameters;
-      if (!estimates[k].warnings.empty() || !explanations[k].warnings.empty()) trials.warned[i] = 1;
+      if (trust_of(estimates[k].warnings) != Trust::usable || trust_of(explanations[k].warnings) != Trust::usable)
+        trials.warned[i] = 1;
       if (estimates[k].distribution && !trials.truth.empty())
         promised[i] = calibrate(trials.truth[i], *estimates[k].distribution);
     }

@@ -25,7 +25,7 @@ struct FaultFigures {
   Fault fault;
   Evaluation errors;                    ///< NaN where no parameters are true
   std::optional<Calibration> promises;  ///< of a model that says how sure it is, where parameters are true
-  double warned = 0.0;                  ///< share of the trials with any warning; some warn of what all have
+  double warned = 0.0;                  ///< share of the trials with a caution or worse
 };
 
 /// None; each condition at several sizes, with either sign and both kinds of filter in half of the trials each; sway

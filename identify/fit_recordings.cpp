@@ -23,32 +23,33 @@ constexpr double unexplained_noise = 3.0;
 constexpr double least_believed_noise_deg = 2e-3;
 
 void warn_of_disagreement(const sim::ParameterTable& table, FitFigures::Answer answer, const Posterior& found,
-                          std::vector<std::string>& warnings) {
+                          Warnings& warnings) {
   const auto worst = std::ranges::max_element(found.rhat());
   const auto quantity = static_cast<std::size_t>(worst - found.rhat().begin());
   const std::string what = quantity < table.size()             ? table[quantity].name
                            : quantity == Density::sensor_noise ? "the sensor's noise"
                            : quantity == Density::start        ? "the start"
                                                                : "the gain";
-  warnings.push_back(format(
-      "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
-      "controller; these are %s",
-      *worst, what.c_str(), answer == FitFigures::Answer::network ? "the network's values" : "means over all of them"));
+  add_caution(warnings, "chains_disagree",
+              format("the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
+                     "controller; these are %s",
+                     *worst, what.c_str(),
+                     answer == FitFigures::Answer::network ? "the network's values" : "means over all of them"));
 }
 
-void warn_of_noise(const posterior::Observation& observation, const Posterior& found,
-                   std::vector<std::string>& warnings) {
+void warn_of_noise(const posterior::Observation& observation, const Posterior& found, Warnings& warnings) {
   const double noise_deg = found.mean(Density::sensor_noise);
   if (noise_deg < least_believed_noise_deg)
-    warnings.push_back(
+    add_caution(
+        warnings, "little_noise",
         format("the sensor's noise, %.2g degrees, is at most about the error of the model's own arithmetic: the "
                "intervals may be too narrow",
                noise_deg));
   if (noise_deg > unexplained_noise * std::max(observation.noise_deg, 1e-3))
-    warnings.push_back(
-        format("the model leaves %.3g degrees of the sway unexplained, the sensor's noise is %.3g: the "
-               "intervals assume that the rest is noise",
-               noise_deg, observation.noise_deg));
+    add_caution(warnings, "unexplained_sway",
+                format("the model leaves %.3g degrees of the sway unexplained, the sensor's noise is %.3g: the "
+                       "intervals assume that the rest is noise",
+                       noise_deg, observation.noise_deg));
 }
 
 class Fitter {
@@ -91,7 +92,7 @@ class Fitter {
     id.explanation = explainer_.explain({id.estimate.parameters, trial});
     figures.check = checker_.check(found.states(), trial, request_.settings.seed);
     if (const std::string odd = figures.check.warning(); !odd.empty())
-      id.explanation.warnings.insert(id.explanation.warnings.begin(), odd);
+      id.explanation.warnings.insert(id.explanation.warnings.begin(), {Severity::caution, "unlike_simulated", odd});
     warn_unless_following(id.explanation);
     if (!found.agreed()) warn_of_disagreement(table, figures.answer, found, id.explanation.warnings);
     warn_of_noise(observation, found, id.explanation.warnings);

@@ -38,7 +38,7 @@ class Following {
   /// With Y the recording's spectrum, S the response's and N the noise's power at each line up to 2.5 Hz:
   ///   sum Re(Y conj S) / N  over  sum |S|^2 / N.
   /// 1: the response is there as expected; 0: it is not; below: it is reversed. Of 900 valid trials of the default
-  /// protocol with 0.02 degrees of sensor noise, identified by the built-in model, 8% are below 0.3, as
+  /// protocol with 0.02 degrees of sensor noise, identified by models/ideal.safetensors, 8% are below 0.3, as
   /// vestibular noise drowns the response; of the same ones started two or ten seconds late, 95%. NaN if the controller
   /// falls in most of its trials; without any noise, its own (Nv 0) and the sensor's, it may be: N is 0, but for
   /// rounding. sway_rad: the protocol's samples.

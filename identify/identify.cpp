@@ -16,11 +16,17 @@ constexpr std::size_t images_at_once = 64;
 void warn_of_ranges(const sim::ParameterTable& table, Estimate& estimate) {
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
-    const double margin = 0.05 * info.range();
-    if (estimate.parameters[p] < info.low - margin || estimate.parameters[p] > info.high + margin)
-      estimate.warnings.push_back(format("%s = %.4g lies outside the range the model was trained on (%g to %g%s)",
-                                         info.name.c_str(), estimate.parameters[p], info.low, info.high,
-                                         info.unit_after().c_str()));
+    const double value = estimate.parameters[p], margin = 0.05 * info.range();
+    if (value >= info.low - margin && value <= info.high + margin) continue;
+    const std::string trained = format("(%g to %g%s)", info.low, info.high, info.unit_after().c_str());
+    if (value < 0.0)
+      add_invalid(estimate.warnings, "impossible_value",
+                  format("%s = %.4g is below 0, which no body has; the model was trained on a range %s",
+                         info.name.c_str(), value, trained.c_str()));
+    else
+      add_caution(estimate.warnings, "outside_range",
+                  format("%s = %.4g lies outside the range the model was trained on %s", info.name.c_str(), value,
+                         trained.c_str()));
   }
 }
 
@@ -38,17 +44,18 @@ void warn_of_sway(const sim::Conditions& trained, Estimate& estimate) {
   for (const float value : sway_rad) sum += static_cast<double>(value);
   const double mean_deg = sum / static_cast<double>(sway_rad.size()) / sim::rad_per_deg;
   if (std::abs(mean_deg) > largest_mean_deg)
-    estimate.warnings.push_back(
-        format("the sway's mean is %.2f degrees, where 0 should be upright: an offset of the sensor "
-               "shifts the result, detrend by offset to subtract it",
-               mean_deg));
+    add_caution(estimate.warnings, "sway_off_upright",
+                format("the sway's mean is %.2f degrees, where 0 should be upright: an offset of the sensor "
+                       "shifts the result, detrend by offset to subtract it",
+                       mean_deg));
   const auto [low, high] = std::ranges::minmax(sway_rad);
   const double reach = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
   const double trained_rad =
       sim::sway_limit_rad * (1.0 + largest(trained, sim::Condition::gain)) + moved_deg * sim::rad_per_deg;
   if (reach > trained_rad && !estimate.trial.is_large)
-    estimate.warnings.push_back(format("sway reaches %.1f degrees; trials beyond %g degrees were never trained on",
-                                       reach / sim::rad_per_deg, trained_rad / sim::rad_per_deg));
+    add_caution(estimate.warnings, "beyond_training",
+                format("sway reaches %.1f degrees; trials beyond %g degrees were never trained on",
+                       reach / sim::rad_per_deg, trained_rad / sim::rad_per_deg));
 }
 
 /// Warns of recordings that look unlike anything the network was trained on.
@@ -65,7 +72,8 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
             "noise"
           : format("it has %.2f of the response to the tilt that the identified controller would have",
                    explanation.following);
-  explanation.warnings.push_back(
+  add_invalid(
+      explanation.warnings, "unfamiliar",
       format("looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; %s): "
              "its parameters mean little; check that the platform played the protocol's stimulus from the first "
              "sample on, the sign of the sway, the rate and the unit",

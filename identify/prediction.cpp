@@ -14,11 +14,11 @@ constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
 
 }  // namespace
 
-Sways sways_in_memory(std::function<std::span<const float>(int)> sway) {
-  return [sway = std::move(sway)](std::span<const int> indices, const TakeSway& take) {
+Sways sways_in_memory(std::function<std::span<const float>(int)> sway, double body_height) {
+  return [sway = std::move(sway), body_height](std::span<const int> indices, const TakeSway& take) {
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       const auto place = static_cast<std::size_t>(i);
-      take(place, sway(indices[place]));
+      take(place, {sway(indices[place]), body_height});
     });
   };
 }

@@ -13,7 +13,7 @@ using dataset::TakeSway;
 /// Gives the sway of trial indices[place] to `take`, for every place: in any order and from many threads.
 using Sways = std::function<void(std::span<const int> indices, const TakeSway& take)>;
 /// For trials in memory: sway(i) gives trial i.
-Sways sways_in_memory(std::function<std::span<const float>(int)> sway);
+Sways sways_in_memory(std::function<std::span<const float>(int)> sway, double body_height = 1.0);
 /// Runs the network over trials in batches: its outputs, one trial's after another's, which model.head reads. `sways`
 /// is asked for up to `at_once` trials at a time.
 std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways);

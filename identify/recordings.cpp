@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace decid {
 
@@ -14,9 +15,10 @@ double Identification::peak_to_peak_deg() const {
   return static_cast<double>(high - low) / sim::rad_per_deg;
 }
 
-std::vector<std::string> Identification::warnings() const {
-  std::vector<std::string> all = estimate.warnings;
+Warnings Identification::warnings() const {
+  Warnings all = estimate.warnings;
   all.insert(all.end(), explanation.warnings.begin(), explanation.warnings.end());
+  std::ranges::stable_sort(all, std::greater<>(), &Warning::severity);
   return all;
 }
 
@@ -61,7 +63,7 @@ Identifications identify_files(const Model& model, const std::string& name,
   std::vector<Estimate> estimates = identifier.estimate(std::move(trials));
   std::vector<Explanation> explanations = identifier.explain(estimates);
   for (std::size_t i = 0; i < usable.size(); ++i) {
-    std::vector<std::string> warnings = std::move(usable[i]->estimate.warnings);
+    Warnings warnings = std::move(usable[i]->estimate.warnings);
     usable[i]->estimate = std::move(estimates[i]);
     usable[i]->explanation = std::move(explanations[i]);
     warnings.insert(warnings.end(), usable[i]->estimate.warnings.begin(), usable[i]->estimate.warnings.end());

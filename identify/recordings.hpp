@@ -30,8 +30,9 @@ struct Identification {
   Explanation explanation;
 
   double peak_to_peak_deg() const;
-  /// The estimate's and the explanation's, in that order.
-  std::vector<std::string> warnings() const;
+  /// The estimate's and the explanation's, the gravest first, else in that order.
+  Warnings warnings() const;
+  Trust trust() const { return trust_of(warnings()); }
 };
 
 /// The recordings of one call, and what they have in common.

@@ -11,9 +11,9 @@ namespace {
 
 /// Zeros that the reader of tensor `index` wants around it.
 template <class T>
-int halo_of(const std::vector<Step<T>>& steps, std::size_t index) {
+Halo halo_of(const std::vector<Step<T>>& steps, std::size_t index) {
   while (index < steps.size() && steps[index].in_place()) ++index;
-  return index < steps.size() && steps[index].kind == Step<T>::Kind::convolution ? src_halo(steps[index].conv) : 0;
+  return index < steps.size() && steps[index].kind == Step<T>::Kind::convolution ? src_halo(steps[index].conv) : Halo{};
 }
 
 template <class T>
@@ -52,7 +52,7 @@ BatchExecutor<T>::BatchExecutor(const Inference<T>& inference, int largest_batch
     std::size_t& room = pair[turns.back()];
     room = std::max(room, TensorView<T>::required(steps[i].dst, largest_batch, halo_of(steps, i + 1)));
     if (steps[i].kind == Step<T>::Kind::fully_connected)
-      dense = std::max(dense, TensorView<T>::required(steps[i].dst, largest_batch, 0));
+      dense = std::max(dense, TensorView<T>::required(steps[i].dst, largest_batch, {}));
   }
   memory_.reserve(input + pair[0] + pair[1]);
   dense_.reserve(dense);

@@ -86,7 +86,10 @@ class BatchNormTraining final : public TrainingLayer<T> {
   }
 
  private:
-  static constexpr int rows_without_pool = 4;
+  /// Four, or as many as have 256 columns, 16 KB.
+  int rows_without_pool() const {
+    return std::max(4, 256 / norm_.shape.columns);
+  }
 
   /// diff_src = a dy + b src + c.
   struct Factors {
@@ -101,7 +104,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
   /// With a pool, the rows of one row of windows, the last band taking what is left over; without, a few rows.
   template <class Body>
   void for_each_band(Plane<const T> plane, const Body& body) const {
-    const int step = norm_.pool ? norm_.pool->shape.stride_rows : rows_without_pool;
+    const int step = norm_.pool ? norm_.pool->shape.stride_rows : rows_without_pool();
     const int bands = norm_.pool ? norm_.pool->shape.dst_rows : (plane.rows + step - 1) / step;
     for (int i = 0; i < bands; ++i) {
       const int row = i * step, end = i + 1 < bands ? row + step : plane.rows;
@@ -109,7 +112,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
     }
   }
   std::size_t band_values() const {
-    int rows = rows_without_pool;
+    int rows = rows_without_pool();
     if (norm_.pool) {
       const PoolShape& s = norm_.pool->shape;
       rows = std::max(s.stride_rows, s.src_rows - (s.dst_rows - 1) * s.stride_rows);

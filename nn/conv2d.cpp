@@ -7,17 +7,17 @@
 
 namespace decid::nn {
 
-int src_halo(const Conv2dShape& s) {
-  return std::max(s.pad_rows, s.pad_columns);
+Halo src_halo(const Conv2dShape& s) {
+  return {s.pad_rows, s.pad_columns};
 }
 
-int diff_halo(const Conv2dShape& s) {
+Halo diff_halo(const Conv2dShape& s) {
   // Taps reach (position + pad - tap) / stride: from -(kernel - 1 - pad) / stride to (src - 1 + pad) / stride.
   const auto reach = [](int src, int dst, int kernel, int stride, int pad) {
-    return std::max((kernel - 1 - pad) / stride, (src - 1 + pad) / stride - (dst - 1));
+    return std::max({(kernel - 1 - pad) / stride, (src - 1 + pad) / stride - (dst - 1), 0});
   };
-  return std::max(reach(s.src_rows, s.dst_rows, s.kernel_rows, s.stride_rows, s.pad_rows),
-                  reach(s.src_columns, s.dst_columns, s.kernel_columns, s.stride_columns, s.pad_columns));
+  return {reach(s.src_rows, s.dst_rows, s.kernel_rows, s.stride_rows, s.pad_rows),
+          reach(s.src_columns, s.dst_columns, s.kernel_columns, s.stride_columns, s.pad_columns)};
 }
 
 namespace {
@@ -32,8 +32,8 @@ class Conv2dTraining final : public TrainingLayer<T> {
     bias_parts_.reserve(blocks * bias().size());
   }
 
-  int src_halo() const override { return nn::src_halo(shape_); }
-  int diff_dst_halo() const override { return diff_halo(shape_); }
+  Halo src_halo() const override { return nn::src_halo(shape_); }
+  Halo diff_dst_halo() const override { return diff_halo(shape_); }
   bool fuse(BatchSums<T>& sums) override {
     sums_ = &sums;
     return true;

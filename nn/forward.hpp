@@ -25,11 +25,11 @@ void fully_connected_forward(const TensorView<const T>& src, const std::vector<T
                              const TensorView<T>& dst, AlignedBuffer<T>& dense) {
   for_each_group(src.blocks(), dst.shape().channels, output_group, [&](int block, int first, int last) {
     // The kernel writes its outputs side by side; the halo for a padded convolution behind this layer parts them.
-    T* const outputs =
-        dst.halo() == 0 ? dst.row(block, 0, 0) : dense.data() + static_cast<std::size_t>(block) * bias.size() * lanes;
+    T* const outputs = dst.halo().empty() ? dst.row(block, 0, 0)
+                                          : dense.data() + static_cast<std::size_t>(block) * bias.size() * lanes;
     kernels<T>().fully_connected_forward(src.shape(), src.block(block), weight.data(), bias.data(), outputs, first,
                                          last);
-    if (dst.halo() != 0)
+    if (!dst.halo().empty())
       for (int o = first; o < last; ++o) std::copy_n(outputs + o * lanes, lanes, dst.row(block, o, 0));
   });
 }

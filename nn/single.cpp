@@ -28,7 +28,7 @@ SingleExecutor::SingleExecutor(const Inference<float>& inference) : inference_(i
   maps_.push_back({inference.input_shape()});
   for (const Step<float>& step : inference.steps()) {
     Way way{.src = maps_.size() - 1, .dst = maps_.size() - 1, .offset = {}};
-    if (step.sums()) maps_.back().halo = std::max(maps_.back().halo, src_halo(step.conv));
+    if (step.sums()) maps_.back().halo = larger(maps_.back().halo, src_halo(step.conv));
     if (!step.in_place()) {
       way.dst = maps_.size();
       maps_.push_back({step.dst});

@@ -27,12 +27,12 @@ class SingleExecutor {
   /// Blocks of 16 channels, [block][row][column][lane], zeros around each plane.
   struct Map {
     Shape shape;
-    int halo = 0;
+    Halo halo = {};
     std::size_t offset = 0;  // in memory_
 
     int blocks() const { return (shape.channels + lanes - 1) / lanes; }
-    std::ptrdiff_t row() const { return static_cast<std::ptrdiff_t>(shape.columns + 2 * halo) * lanes; }
-    std::ptrdiff_t block() const { return row() * (shape.rows + 2 * halo); }
+    std::ptrdiff_t row() const { return static_cast<std::ptrdiff_t>(shape.columns + 2 * halo.columns) * lanes; }
+    std::ptrdiff_t block() const { return row() * (shape.rows + 2 * halo.rows); }
     std::size_t values() const { return static_cast<std::size_t>(blocks() * block()); }
   };
   /// A step of inference from one map to another, or in place.
@@ -41,7 +41,9 @@ class SingleExecutor {
     std::vector<std::ptrdiff_t> offset;  // of each tap
   };
 
-  float* at(const Map& map) { return memory_.data() + map.offset + map.halo * (map.row() + lanes); }
+  float* at(const Map& map) {
+    return memory_.data() + map.offset + map.halo.rows * map.row() + map.halo.columns * lanes;
+  }
   void load(std::span<const float> image);
   void store(const Map& map, std::span<float> values);
   void run_steps(std::size_t count);

@@ -21,6 +21,16 @@ struct Shape {
   bool operator==(const Shape&) const = default;
 };
 
+/// Rows and columns of zeros on each side of a plane.
+struct Halo {
+  int rows = 0, columns = 0;
+  bool empty() const { return rows == 0 && columns == 0; }
+};
+/// The least that holds both.
+inline Halo larger(Halo a, Halo b) {
+  return {a.rows > b.rows ? a.rows : b.rows, a.columns > b.columns ? a.columns : b.columns};
+}
+
 // Plain data, because kernels compiled for different instruction sets share them; the conversions are inlined so that
 // no copy compiled for one set can be linked into code for another.
 
@@ -88,20 +98,20 @@ class TensorView {
 
   TensorView() = default;
   /// `memory` holds at least required(shape, batch, halo) values.
-  TensorView(T* memory, Shape shape, int batch, int halo)
+  TensorView(T* memory, Shape shape, int batch, Halo halo)
       : memory_(memory), shape_(shape), batch_(batch), halo_(halo) {}
   operator TensorView<const T>() const requires(!std::is_const_v<T>) { return {memory_, shape_, batch_, halo_}; }
 
-  static std::size_t required(Shape shape, int batch, int halo) {
-    const auto plane =
-        static_cast<std::size_t>(shape.rows + 2 * halo) * static_cast<std::size_t>(shape.columns + 2 * halo);
+  static std::size_t required(Shape shape, int batch, Halo halo) {
+    const auto plane = static_cast<std::size_t>(shape.rows + 2 * halo.rows) *
+                       static_cast<std::size_t>(shape.columns + 2 * halo.columns);
     return blocks_of(batch) * static_cast<std::size_t>(shape.channels) * plane * lanes;
   }
   static std::size_t blocks_of(int batch) { return static_cast<std::size_t>((batch + lanes - 1) / lanes); }
 
   const Shape& shape() const { return shape_; }
   int batch() const { return batch_; }
-  int halo() const { return halo_; }
+  Halo halo() const { return halo_; }
   int blocks() const { return static_cast<int>(blocks_of(batch_)); }
   /// Lanes of a block that hold samples; the others hold values that no reduction reads.
   int valid_lanes(int block) const { return batch_ - block * lanes < lanes ? batch_ - block * lanes : lanes; }
@@ -109,7 +119,7 @@ class TensorView {
   void set_batch(int batch) { batch_ = batch; }
 
   BlockView<T> block(int block) const {
-    return {memory_ + block * channel_stride() * shape_.channels + halo_ * row_stride() + halo_ * lanes,
+    return {memory_ + block * channel_stride() * shape_.channels + halo_.rows * row_stride() + halo_.columns * lanes,
             channel_stride(), row_stride()};
   }
   Plane<T> plane(int block, int channel) const {
@@ -134,12 +144,12 @@ class TensorView {
   }
   /// Zeroes the halo, needed when the memory served another tensor before.
   void clear_halo() const requires(!std::is_const_v<T>) {
-    if (halo_ == 0) return;
-    const std::ptrdiff_t side = static_cast<std::ptrdiff_t>(halo_) * lanes;
+    if (halo_.empty()) return;
+    const std::ptrdiff_t side = static_cast<std::ptrdiff_t>(halo_.columns) * lanes;
     const std::ptrdiff_t width = static_cast<std::ptrdiff_t>(shape_.columns) * lanes;
     for (int b = 0; b < blocks(); ++b)
       for (int c = 0; c < shape_.channels; ++c)
-        for (int r = -halo_; r < shape_.rows + halo_; ++r) {
+        for (int r = -halo_.rows; r < shape_.rows + halo_.rows; ++r) {
           T* begin = row(b, c, r) - side;
           const bool inside = r >= 0 && r < shape_.rows;
           for (std::ptrdiff_t i = 0; i < (inside ? side : row_stride()); ++i) begin[i] = T(0);
@@ -149,8 +159,8 @@ class TensorView {
   }
 
  private:
-  std::ptrdiff_t row_stride() const { return static_cast<std::ptrdiff_t>(shape_.columns + 2 * halo_) * lanes; }
-  std::ptrdiff_t channel_stride() const { return row_stride() * (shape_.rows + 2 * halo_); }
+  std::ptrdiff_t row_stride() const { return static_cast<std::ptrdiff_t>(shape_.columns + 2 * halo_.columns) * lanes; }
+  std::ptrdiff_t channel_stride() const { return row_stride() * (shape_.rows + 2 * halo_.rows); }
   template <class Body>
   void for_each_value(int sample, const Body& body) const {
     for (int c = 0; c < shape_.channels; ++c)
@@ -163,7 +173,7 @@ class TensorView {
   T* memory_ = nullptr;
   Shape shape_;
   int batch_ = 0;
-  int halo_ = 0;
+  Halo halo_;
 };
 
 }  // namespace decid::nn

@@ -30,10 +30,10 @@ Trainer<T>::~Trainer() = default;
 
 // The tensor behind activation `index` is read by the layers that follow it, up to the first not in place.
 template <class T>
-int Trainer<T>::activation_halo(std::size_t index) const {
-  int halo = 0;
+Halo Trainer<T>::activation_halo(std::size_t index) const {
+  Halo halo;
   for (std::size_t i = index; i < layers_.size(); ++i) {
-    halo = std::max(halo, layers_[i]->src_halo());
+    halo = larger(halo, layers_[i]->src_halo());
     if (!layers_[i]->in_place()) break;
   }
   return halo;
@@ -41,9 +41,9 @@ int Trainer<T>::activation_halo(std::size_t index) const {
 
 // Its derivative is read by the layer that made it, before any that worked in place.
 template <class T>
-int Trainer<T>::difference_halo(std::size_t index) const {
+Halo Trainer<T>::difference_halo(std::size_t index) const {
   while (index > 0 && layers_[index - 1]->in_place()) --index;
-  return index > 0 ? layers_[index - 1]->diff_dst_halo() : 0;
+  return index > 0 ? layers_[index - 1]->diff_dst_halo() : Halo{};
 }
 
 // The derivative by activation `index` takes its place: the layer that follows allows it, and the one before has no
@@ -61,7 +61,7 @@ void Trainer<T>::plan() {
     Shape shape;
     std::size_t activation = 0;  // offset
     int turn = 0;                // which of the two
-    int activation_halo = 0, difference_halo = 0;
+    Halo activation_halo, difference_halo;
   };
   std::vector<Place> places(layers_.size() + 1);
   std::size_t kept = 0, pair[2] = {0, 0};
@@ -71,7 +71,7 @@ void Trainer<T>::plan() {
     place.activation_halo = activation_halo(i);
     place.difference_halo = difference_halo(i);
     if (difference_replaces_activation(i))
-      place.activation_halo = place.difference_halo = std::max(place.activation_halo, place.difference_halo);
+      place.activation_halo = place.difference_halo = larger(place.activation_halo, place.difference_halo);
     if (i > 0 && layers_[i - 1]->in_place()) {
       place.activation = places[i - 1].activation;
       place.turn = places[i - 1].turn;

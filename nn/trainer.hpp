@@ -57,8 +57,8 @@ class Trainer {
 
  private:
   void plan();
-  int activation_halo(std::size_t index) const;
-  int difference_halo(std::size_t index) const;
+  Halo activation_halo(std::size_t index) const;
+  Halo difference_halo(std::size_t index) const;
   bool difference_replaces_activation(std::size_t index) const;
 
   Network<T>& network_;

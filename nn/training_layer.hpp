@@ -30,8 +30,8 @@ class TrainingLayer {
   /// backward reads dst, so that the layer behind must not overwrite it.
   virtual bool backward_reads_dst() const { return false; }
   /// Zeros that this layer reads around src in forward and backward, and around diff_dst in backward.
-  virtual int src_halo() const { return 0; }
-  virtual int diff_dst_halo() const { return 0; }
+  virtual Halo src_halo() const { return {}; }
+  virtual Halo diff_dst_halo() const { return {}; }
   /// From now on forward takes the sums of the BatchNorm behind it, as fusion.hpp says. False if this layer cannot.
   virtual bool fuse(BatchSums<T>& sums) {
     (void)sums;

@@ -21,7 +21,7 @@ inline constexpr int group = 16;  // channels a call, as in nn/sharing.hpp
 struct Batch {
   AlignedBuffer<float> memory;
   TensorView<float> tensor;
-  Batch(Shape shape, int halo) {
+  Batch(Shape shape, Halo halo) {
     const std::size_t count = TensorView<float>::required(shape, blocks * lanes, halo);
     memory.reserve(count);
     tensor = TensorView<float>(memory.data(), shape, blocks * lanes, halo);
@@ -66,7 +66,7 @@ class ConvRun {
  public:
   explicit ConvRun(const Conv2dShape& s)
       : shape_(s),
-        src_({s.src_channels, s.src_rows, s.src_columns}, std::max(s.pad_rows, s.pad_columns)),
+        src_({s.src_channels, s.src_rows, s.src_columns}, src_halo(s)),
         dst_({s.dst_channels, s.dst_rows, s.dst_columns}, diff_halo(s)),
         weight_(static_cast<std::size_t>(s.dst_channels * s.src_channels * s.kernel_rows * s.kernel_columns), 0.01F),
         bias_(static_cast<std::size_t>(s.dst_channels), 0.1F) {}

@@ -42,7 +42,7 @@ void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction dir
 /// 64 channels of 110 x 110, 198 MB with both blocks: from memory, as after the first convolution of a large network.
 void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
   const Shape shape{64, 110, 110};
-  const Batch x(shape, 1), dy(shape, 1), pooled({64, 55, 55}, 1);
+  const Batch x(shape, {1, 1}), dy(shape, {1, 1}), pooled({64, 55, 55}, {1, 1});
   Bandwidth bandwidth;
   const auto run = [&](const Kernels<float>& k, int channels) {
     for (int b = 0; b < blocks; ++b)
@@ -67,7 +67,7 @@ void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
 void bench_dense(benchmark::State& state, int direction, Isa isa) {
   const Shape shape{32, 27, 27};
   constexpr int outputs = 7;
-  const Batch src(shape, 1), diff_src(shape, 1);
+  const Batch src(shape, {1, 1}), diff_src(shape, {1, 1});
   std::vector<float> weight(static_cast<std::size_t>(outputs * shape.size()), 0.01F), bias(outputs),
       dst(outputs * lanes);
   const auto run = [&](const Kernels<float>& k, int b) {
@@ -97,9 +97,9 @@ void bench_dense(benchmark::State& state, int direction, Isa isa) {
 
 /// The other layout, output channels in the lanes, as single samples have it: 32 samples one after the other.
 void bench_conv_single(benchmark::State& state, const Conv2dShape& s, Isa isa) {
-  const int halo = std::max(s.pad_rows, s.pad_columns), dst_blocks = (s.dst_channels + lanes - 1) / lanes;
-  const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(s.src_columns + 2 * halo) * lanes;
-  const std::ptrdiff_t plane = row * (s.src_rows + 2 * halo);
+  const int dst_blocks = (s.dst_channels + lanes - 1) / lanes;
+  const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(s.src_columns + 2 * s.pad_columns) * lanes;
+  const std::ptrdiff_t plane = row * (s.src_rows + 2 * s.pad_rows);
   const std::ptrdiff_t dst_row = static_cast<std::ptrdiff_t>(s.dst_columns) * lanes;
   std::vector<std::ptrdiff_t> offset;
   for (int c = 0; c < s.src_channels; ++c)

@@ -114,11 +114,11 @@ class LayerTimes {
       layers_.push_back(make_training_layer(layer, batch, layers_.empty() ? nullptr : layers_.back().get()));
     for (std::size_t i = 0; i <= layers_.size(); ++i) {
       const Shape shape = i > 0 ? layers_[i - 1]->layer().dst_shape() : named.input;
-      const int halo = i > 0 ? layers_[i - 1]->diff_dst_halo() : 0;
-      const int src_halo = i < layers_.size() ? layers_[i]->src_halo() : 0;
+      const Halo halo = i > 0 ? layers_[i - 1]->diff_dst_halo() : Halo{};
+      const Halo src_halo = i < layers_.size() ? layers_[i]->src_halo() : Halo{};
       const bool shared =
           i > 0 && i < layers_.size() && layers_[i]->diff_may_replace_src() && !layers_[i - 1]->backward_reads_dst();
-      activations_.push_back(tensor(shape, shared ? std::max(halo, src_halo) : src_halo));
+      activations_.push_back(tensor(shape, shared ? larger(halo, src_halo) : src_halo));
       differences_.push_back(shared ? activations_.back() : tensor(shape, halo));
     }
     load_some(activations_.front());
@@ -163,7 +163,7 @@ class LayerTimes {
 
  private:
   static std::string percent(double value) { return value > 0 ? std::to_string(std::lround(value)) : "-"; }
-  TensorView<float> tensor(Shape shape, int halo) {
+  TensorView<float> tensor(Shape shape, Halo halo) {
     memory_.emplace_back().reserve(TensorView<float>::required(shape, batch_, halo));
     return {memory_.back().data(), shape, batch_, halo};
   }

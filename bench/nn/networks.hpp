@@ -1,6 +1,6 @@
 // The networks that are timed, one training step of each, and the multiplications and additions in it. NetA is small,
-// NetB is the paper's preset, Best the default preset (identify/training/presets.cpp); peers/training.py has A and B
-// too.
+// NetB is the paper's preset, Best the default preset, Series that of time series (identify/training/presets.cpp);
+// peers/training.py has A and B too.
 #pragma once
 
 #include <cstddef>
@@ -24,6 +24,14 @@ inline constexpr NamedNetwork best_network{
     "conv 48 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 64 5x1 stride 2x1 pad 2x0; batchnorm; relu; conv 96 3x1 "
     "stride 2x1 pad 1x0; batchnorm; relu; fc 256; batchnorm; relu; fc 7"};
 
+inline constexpr NamedNetwork series_network{
+    "Series",
+    {9, 605, 1},
+    "conv 48 15x1 stride 2x1 pad 7x0; batchnorm; relu; conv 64 9x1 stride 2x1 pad 4x0; batchnorm; relu; conv 96 7x1 "
+    "stride 2x1 pad 3x0; batchnorm; relu; conv 128 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 128 5x1 stride 2x1 "
+    "pad "
+    "2x0; batchnorm; relu; statspool; fc 256; batchnorm; relu; fc 72"};
+
 inline constexpr NamedNetwork named_networks[] = {
     {"NetA",
      {2, 110, 110},
@@ -34,6 +42,7 @@ inline constexpr NamedNetwork named_networks[] = {
      "conv 64 3x3 pad 1; batchnorm; relu; maxpool 2; conv 64 3x3 pad 1; batchnorm; relu; maxpool 2; conv 128 3x3 pad "
      "1; batchnorm; relu; maxpool 2; conv 128 3x3 pad 1; batchnorm; relu; globalavgpool; fc 7"},
     best_network,
+    series_network,
 };
 
 /// A layer of multiply-adds: the others' work is not counted, as it is bound by memory.

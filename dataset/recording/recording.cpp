@@ -37,8 +37,8 @@ int find_sway(const Table& table, int time, Recording& recording) {
   }
   const int sway = time == 0 ? 1 : 0;
   if (table.has_header()) {
-    recording.warnings.push_back("column '" + table.names()[static_cast<std::size_t>(sway)] +
-                                 "' is taken as the sway: it is the only one");
+    add_info(recording.warnings, "column_assumed",
+             "column '" + table.names()[static_cast<std::size_t>(sway)] + "' is taken as the sway: it is the only one");
   }
   return sway;
 }
@@ -62,14 +62,14 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
     clock = read_clock(table, time, recording.file, "--rate");
   } catch (const Error& error) {
     if (!options.rate_hz) throw;
-    recording.warnings.push_back("the column of time is not used: " + error.problem());
+    add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());
     return given;
   }
   if (options.rate_hz) {
     if (std::abs(clock.rate_hz - *options.rate_hz) > rate_tolerance * clock.rate_hz) {
-      recording.warnings.push_back("the column " + name + " says " + six_digits(clock.rate_hz) +
-                                   " Hz, the rate given is " + six_digits(*options.rate_hz) +
-                                   " Hz; the rate given is used");
+      add_caution(recording.warnings, "rate_differs",
+                  "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, the rate given is " +
+                      six_digits(*options.rate_hz) + " Hz; the rate given is used");
     }
     return given;
   }
@@ -80,10 +80,11 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
                                                : "if it is in seconds, call it time_s, or give --rate");
   }
   if (clock.rate_hz < slowest_plausible_hz) {
-    recording.warnings.push_back("the column " + name + " says " + six_digits(clock.rate_hz) +
-                                 " Hz, which is slow; if it is not in seconds, call it time_ms or give --rate");
+    add_caution(recording.warnings, "slow_rate",
+                "the column " + name + " says " + six_digits(clock.rate_hz) +
+                    " Hz, which is slow; if it is not in seconds, call it time_ms or give --rate");
   }
-  if (!clock.warning.empty()) recording.warnings.push_back(clock.warning);
+  if (!clock.warning.empty()) add_caution(recording.warnings, "uneven_times", clock.warning);
   return clock;
 }
 
@@ -94,7 +95,7 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   std::vector<double> values = place_evenly(table.numbers(column, missing), clock);
   const std::string filled =
       fill_gaps(values, clock.rate_hz, fill_gaps_s, table.names()[static_cast<std::size_t>(column)], recording.file);
-  if (!filled.empty()) recording.warnings.push_back(filled);
+  if (!filled.empty()) add_caution(recording.warnings, "gaps_filled", filled);
   return values;
 }
 
@@ -115,19 +116,21 @@ void check_size(const Signal<double>& sway, bool guessed, Recording& recording) 
   }
   if (peak_deg > largest_plausible_deg) {
     recording.is_large = true;
-    recording.warnings.push_back("sway reaches " + three_digits(peak_deg) +
-                                 " degrees, more than a standing body does; " + other);
+    add_caution(recording.warnings, "large_sway",
+                "sway reaches " + three_digits(peak_deg) + " degrees, more than a standing body does; " + other);
   }
   if (peak_to_peak_deg < smallest_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
-    recording.warnings.push_back("sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
-                                 three_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
+    add_caution(recording.warnings, "small_sway",
+                "sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
+                    three_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
   }
 }
 
 /// Brings sway in its column's unit to radians.
 void convert(Signal<double>& sway, const RecordingOptions& options, Recording& recording) {
   const std::optional<Unit> unit = unit_of(sway.column, options.unit, recording.file, "--unit");
-  if (!unit) recording.warnings.push_back("no unit in the name of " + sway.column + ": degrees are assumed");
+  if (!unit)
+    add_info(recording.warnings, "unit_assumed", "no unit in the name of " + sway.column + ": degrees are assumed");
   const double factor = rad_in(unit.value_or(Unit::degree));
   for (double& value : sway.rad) value *= factor;
   check_size(sway, !unit, recording);
@@ -149,7 +152,7 @@ void read_tilt(const Table& table, int sway, const Clock& clock, const Recording
                 "name signals that were sampled together");
   }
   const std::optional<Unit> unit = unit_of(name, options.tilt_unit, recording.file, "--tilt-unit");
-  if (!unit) recording.warnings.push_back("no unit in the name of " + name + ": degrees are assumed");
+  if (!unit) add_info(recording.warnings, "unit_assumed", "no unit in the name of " + name + ": degrees are assumed");
   Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options.fill_gaps_s, recording)};
   const double factor = rad_in(unit.value_or(Unit::degree)) * (options.invert_tilt ? -1.0 : 1.0);
   for (double& value : tilt.rad) value *= factor;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/warning.hpp"
 #include "dataset/recording/signals.hpp"
 
 namespace decid::dataset {
@@ -28,9 +29,9 @@ struct RecordingOptions {
 struct Recording {
   std::string file;  ///< empty: from samples in memory
   double rate_hz = 0.0;
-  Signals<double> signals;            ///< com_sway, and platform_tilt if it was asked for
-  bool is_large = false;              ///< its sway is larger than a standing body's; a warning says so
-  std::vector<std::string> warnings;  ///< for people: what was assumed, what looks odd
+  Signals<double> signals;  ///< com_sway, and platform_tilt if it was asked for
+  bool is_large = false;    ///< its sway is larger than a standing body's; a warning says so
+  Warnings warnings;        ///< what was assumed, what looks odd
 };
 
 /// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables or fields of a struct; a matrix's columns by

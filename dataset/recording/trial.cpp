@@ -125,14 +125,16 @@ TiltMatch find_start(const Signal<double>& tilt, const sim::Protocol& protocol, 
                        "sway is positive in that direction too"));
   }
   if (match.correlation < good_correlation) {
-    recording.warnings.push_back("the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
-                                 "): its delay may be wrong, or the platform played something else");
+    add_caution(recording.warnings, "tilt_follows_roughly",
+                "the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
+                    "): its delay may be wrong, or the platform played something else");
   }
   if (std::abs(match.gain - 1.0) > good_gain) {
-    recording.warnings.push_back("the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
-                                 " times as far as the protocol says; the model knows its amplitude only: train one "
-                                 "for yours, or check " +
-                                 either(recording, "the tilt's unit", "--tilt-unit"));
+    add_caution(recording.warnings, "tilt_of_other_size",
+                "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
+                    " times as far as the protocol says; the model knows its amplitude only: train one "
+                    "for yours, or check " +
+                    either(recording, "the tilt's unit", "--tilt-unit"));
   }
   return result;
 }
@@ -150,20 +152,23 @@ void tell_length(Recording& recording, const sim::Protocol& protocol, const Plac
       text += "the first " + six_digits(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
     }
     if (after_s > 0.5 * sample_s) text += "the last " + six_digits(after_s) + " s are not used";
-    if (!start_was_told)
+    if (start_was_told) {
+      add_info(recording.warnings, "part_not_used", text);
+    } else {
       text += either(recording, "; a start chooses others", "; --begin SECONDS chooses others") +
               ". Was this the protocol that was played?";
-    recording.warnings.push_back(text);
+      add_caution(recording.warnings, "part_not_used", text);
+    }
   }
   const long long lacking = place.first + (protocol.samples() - 1 - place.last);
   if (lacking > 0) {
-    recording.warnings.push_back("the recording lacks " + std::to_string(lacking) +
-                                 (lacking == 1 ? " sample" : " samples") + " of the protocol's " +
-                                 std::to_string(protocol.samples()) + " at its " +
-                                 (place.first == 0                       ? "end"
-                                  : place.last == protocol.samples() - 1 ? "start"
-                                                                         : "ends") +
-                                 "; its mirror image stands in for them");
+    add_caution(recording.warnings, "samples_lacking",
+                "the recording lacks " + std::to_string(lacking) + (lacking == 1 ? " sample" : " samples") +
+                    " of the protocol's " + std::to_string(protocol.samples()) + " at its " +
+                    (place.first == 0                       ? "end"
+                     : place.last == protocol.samples() - 1 ? "start"
+                                                            : "ends") +
+                    "; its mirror image stands in for them");
   }
 }
 
@@ -243,8 +248,8 @@ Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, con
   }
   const auto samples = static_cast<std::size_t>(needed);
   if (!same_rate) {
-    recording.warnings.push_back("resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) +
-                                 " Hz");
+    add_info(recording.warnings, "resampled",
+             "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
   }
   tell_length(recording, protocol, place, options.start_s || trial.tilt);
   for (const Signal<double>& signal : recording.signals) {

@@ -113,24 +113,29 @@ void Fit::predict(const Density& density, const std::vector<State>& states) {
 void Fit::warn(const Density& density) {
   if (!agreed()) {
     const auto worst = std::ranges::max_element(rhat_);
-    warnings_.push_back(
-        format("the chains do not agree (R-hat %.3f): the table may fit more than one controller", *worst));
+    add_caution(warnings_, "chains_disagree",
+                format("the chains do not agree (R-hat %.3f): the table may fit more than one controller", *worst));
   }
   const double percent = 100.0 * mean(Density::error);
   const Priors& priors = density.priors();
   if (misfit_.p_value < unlikely) {
-    warnings_.push_back(format(
-        "the model does not explain the table: chi-square is %.3g at %d degrees of freedom by its %s (p = %.2g)%s",
-        misfit_.chi_square, misfit_.degrees_of_freedom, density.table().confidence.c_str(), misfit_.p_value,
-        *priors.error > 0.0
-            ? format("; the intervals take the rest, %.2g %% of the response, for errors of the table", percent).c_str()
-            : "; the intervals are too narrow"));
+    add_caution(
+        warnings_, "table_unexplained",
+        format(
+            "the model does not explain the table: chi-square is %.3g at %d degrees of freedom by its %s (p = %.2g)%s",
+            misfit_.chi_square, misfit_.degrees_of_freedom, density.table().confidence.c_str(), misfit_.p_value,
+            *priors.error > 0.0
+                ? format("; the intervals take the rest, %.2g %% of the response, for errors of the table", percent)
+                      .c_str()
+                : "; the intervals are too narrow"));
   }
   if (!density.table().has_confidence() && quantile(Density::error, 0.05) > *priors.error * priors.error_factor) {
-    warnings_.push_back(format(
-        "the model leaves %.2g %% of the response unexplained, far more than the %.2g %% expected: the intervals "
-        "take it for errors of the table",
-        percent, 100.0 * *priors.error));
+    add_caution(
+        warnings_, "response_unexplained",
+        format(
+            "the model leaves %.2g %% of the response unexplained, far more than the %.2g %% expected: the intervals "
+            "take it for errors of the table",
+            percent, 100.0 * *priors.error));
   }
 }
 

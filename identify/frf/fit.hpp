@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/warning.hpp"
 #include "identify/frf/density.hpp"
 #include "identify/frf/walkers.hpp"
 
@@ -59,7 +60,7 @@ class Fit {
   const std::vector<Predicted>& predicted() const noexcept { return predicted_; }
   const Misfit& misfit() const noexcept { return misfit_; }
   /// For people.
-  const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+  const Warnings& warnings() const noexcept { return warnings_; }
 
  private:
   friend Fit fit(const Density& density, const WalkerSettings& settings);
@@ -73,7 +74,7 @@ class Fit {
   long long evaluations_ = 0;
   std::vector<Predicted> predicted_;
   Misfit misfit_;
-  std::vector<std::string> warnings_;
+  Warnings warnings_;
 };
 
 /// Throws Error for settings that walk() refuses, and where hardly any controller of the ranges is stable.

@@ -8,6 +8,14 @@
 namespace decid::nn {
 namespace {
 
+/// One column whose rows lie side by side is one row: then tiles, which take columns, share weights and what taps read.
+/// The order of taps and of positions stays.
+inline Conv2dShape in_one_row(const Conv2dShape& s, BlockView<const float> src, BlockView<const float> dst) {
+  if (s.src_columns > 1 || s.kernel_columns > 1 || s.pad_columns > 0 || src.row != lanes || dst.row != lanes) return s;
+  return {s.src_channels, 1, s.src_rows, s.dst_channels, 1, s.dst_rows, 1, s.kernel_rows, s.stride_columns,
+          s.stride_rows,  0, s.pad_rows};
+}
+
 /// dst[q, i, j] = start[q] + sum over (channel, tap row, tap column) of weight * src at strides of the output's
 /// position plus strides of the tap. Strides in values, may be negative.
 struct Correlation {
@@ -179,20 +187,8 @@ void correlate_block(const Correlation& s, const TapBlock& block, int first, int
       });
 }
 
-/// The same with rows and columns of dst exchanged if there is only one column, so that tiles have columns to share
-/// weights: the order of taps stays.
-inline Correlation along_rows(Correlation s) {
-  if (s.columns > 1) return s;
-  s.columns = s.rows;
-  s.rows = 1;
-  s.src_column = s.src_row;
-  s.dst_column = s.dst_row;
-  return s;
-}
-
 template <class V>
-void correlate(const Correlation& wanted, int first_channel, int last_channel) {
-  const Correlation s = along_rows(wanted);
+void correlate(const Correlation& s, int first_channel, int last_channel) {
   const int taps = s.channels * s.tap_rows * s.tap_columns;
   TapBlock block;
   for (int first = first_channel; first < last_channel; first += group_channels) {
@@ -214,8 +210,9 @@ void correlate(const Correlation& wanted, int first_channel, int last_channel) {
 }
 
 template <class V>
-void conv2d_forward(const Conv2dShape& s, BlockView<const float> src, const float* weight, const float* bias,
+void conv2d_forward(const Conv2dShape& wanted, BlockView<const float> src, const float* weight, const float* bias,
                     BlockView<float> dst, int first, int last) {
+  const Conv2dShape s = in_one_row(wanted, src, dst);
   const std::ptrdiff_t kernel = static_cast<std::ptrdiff_t>(s.kernel_rows) * s.kernel_columns;
   Correlation c{};
   c.rows = s.dst_rows;
@@ -257,8 +254,9 @@ inline Phase phase_of(int phase, int size, int kernel, int stride, int pad) {
 /// With stride s the positions of src fall into s classes a direction, each of which meets its own taps only: one
 /// correlation with stride 1 over diff_dst for each class.
 template <class V>
-void conv2d_backward_src(const Conv2dShape& s, BlockView<const float> diff_dst, const float* weight,
+void conv2d_backward_src(const Conv2dShape& wanted, BlockView<const float> diff_dst, const float* weight,
                          BlockView<float> diff_src, int first, int last) {
+  const Conv2dShape s = in_one_row(wanted, diff_src, diff_dst);
   const std::ptrdiff_t kernel = static_cast<std::ptrdiff_t>(s.kernel_rows) * s.kernel_columns;
   for (int y = 0; y < smaller(s.stride_rows, s.src_rows); ++y)
     for (int x = 0; x < smaller(s.stride_columns, s.src_columns); ++x) {

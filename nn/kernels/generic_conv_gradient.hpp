@@ -2,7 +2,7 @@
 // positions (i, j) in order; the lane tree comes last. Chains pause in a scratch between blocks of rows.
 #pragma once
 
-#include "nn/kernels/generic_lanes.hpp"
+#include "nn/kernels/generic_conv.hpp"
 
 namespace decid::nn {
 namespace {
@@ -230,8 +230,9 @@ void store_gradient(const GradientTask& task, GradientBlock& block, int t, int t
 }
 
 template <class V>
-void conv2d_backward_weight(const Conv2dShape& s, BlockView<const float> src, BlockView<const float> diff_dst,
+void conv2d_backward_weight(const Conv2dShape& wanted, BlockView<const float> src, BlockView<const float> diff_dst,
                             int valid, float* diff_weight, float* diff_bias, int first, int last) {
+  const Conv2dShape s = in_one_row(wanted, src, diff_dst);
   const int taps = s.src_channels * s.kernel_rows * s.kernel_columns;
   alignas(64) float acc[gradient_channels * (gradient_taps + 1) * lanes];
   GradientBlock block;

@@ -24,14 +24,20 @@ template <class V, int R, class F>
   for (int j = 0; j < columns; ++j)
     for (int r = 0; r < R; ++r)
       for (int p = 0; p < parts_of_row; ++p) f(row + r, j * lanes + p * V::width, a[r][p], b[r][p]);
-  for (int r = 0; r < R; ++r) {
-    alignas(64) float row_sum[2 * lanes];
+  alignas(64) float row_sum[R][2 * lanes];
+  for (int r = 0; r < R; ++r)
     for (int p = 0; p < parts_of_row; ++p) {
-      V::store(row_sum + p * V::width, a[r][p]);
-      V::store(row_sum + lanes + p * V::width, b[r][p]);
+      V::store(row_sum[r] + p * V::width, a[r][p]);
+      V::store(row_sum[r] + lanes + p * V::width, b[r][p]);
     }
-    for (int l = 0; l < 2 * lanes; ++l) sums[l] += static_cast<double>(row_sum[l]);
-  }
+  // Four sums side by side: planes of one column come here with every value.
+  using Doubles = double __attribute__((vector_size(32)));
+  unroll<2 * lanes / 4>([&](auto k) {
+    Doubles sum;
+    __builtin_memcpy(&sum, sums + 4 * k, sizeof sum);
+    for (int r = 0; r < R; ++r) sum += __builtin_convertvector(load_quad(row_sum[r] + 4 * k), Doubles);
+    __builtin_memcpy(sums + 4 * k, &sum, sizeof sum);
+  });
 }
 
 /// Two sums over rows from `row` on. A row's chain waits for its own last addition, so as many rows go side by side as

@@ -154,9 +154,9 @@ const Kernels<T>& kernels();
 const Kernels<float>& kernels_of(Isa isa);
 
 /// Halo that conv2d_forward reads around src: the padding.
-int src_halo(const Conv2dShape& shape);
+Halo src_halo(const Conv2dShape& shape);
 /// Halo that conv2d_backward_src reads around diff_dst.
-int diff_halo(const Conv2dShape& shape);
+Halo diff_halo(const Conv2dShape& shape);
 
 /// The sum over the lanes of a block, by the contract's tree; lanes from `valid` on count as 0.
 template <class T>

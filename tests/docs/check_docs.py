@@ -1,5 +1,6 @@
 """Holds README.md and docs/ to what readers rely on: relative links lead somewhere, headings that are linked to exist,
-the README is short, and it leads to every page of docs/. Usage: check_docs.py ROOT"""
+the README is short, it leads to every page of docs/, and the codes of
+warnings that sources give are those that docs/recordings.md lists, each with its severity. Usage: check_docs.py ROOT"""
 
 import pathlib
 import re
@@ -34,6 +35,24 @@ def links_of(page):
             yield target, (page.parent / path).resolve() if path else page, anchor
 
 
+WARNING = re.compile(r'add_(info|caution|invalid)\(\s*[\w.]+,\s*"(\w+)"|\{Severity::(\w+), "(\w+)"')
+LISTED = re.compile(r"^\| `(\w+)` \| (info|caution|invalid)(?:, (info|caution|invalid))? \|", re.MULTILINE)
+
+
+def warnings_of(root):
+    """(code, severity) of each warning in sources, and of each that docs/recordings.md lists."""
+    given = set()
+    for folder in ("dataset", "identify"):
+        for source in (root / folder).rglob("*.cpp"):
+            for severity, code, other_severity, other in WARNING.findall(source.read_text(encoding="utf-8")):
+                given.add((code or other, severity or other_severity))
+    page = root / "docs/recordings.md"
+    listed = set()
+    for code, *severities in LISTED.findall(page.read_text(encoding="utf-8")) if page.exists() else ():
+        listed |= {(code, severity) for severity in severities if severity}
+    return given, listed
+
+
 def check(root):
     problems = []
     readme = root / "README.md"
@@ -52,6 +71,11 @@ def check(root):
             reached.add(page)
             waiting += [path for _, path, _ in links_of(page) if path.suffix == ".md" and path.is_file()]
     problems += [f"{page.relative_to(root)}: README.md does not lead to it" for page in docs if page not in reached]
+    given, listed = warnings_of(root)
+    problems += [f"docs/recordings.md: the warning {code} ({severity}) is not listed"
+                 for code, severity in sorted(given - listed)]
+    problems += [f"docs/recordings.md: no source gives the warning {code} ({severity})"
+                 for code, severity in sorted(listed - given)]
     size = readme.stat().st_size
     if size > README_LIMIT_BYTES:
         problems.append(f"README.md: {size} bytes, at most {README_LIMIT_BYTES}; move text to docs/")

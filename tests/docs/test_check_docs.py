@@ -60,6 +60,14 @@ class CheckDocs(unittest.TestCase):
         self.write("README.md", longest + "x")
         self.assertEqual(self.problems(), ["README.md: 9217 bytes, at most 9216; move text to docs/"])
 
+    def test_warnings_are_listed(self):
+        self.write("dataset/a.cpp", 'add_caution(\n    recording.warnings, "small", "is small");\n'
+                                    'warnings.insert(at, {Severity::info, "noted", text});')
+        self.write("docs/recordings.md", "| `small` | info, caution | |\n")
+        self.write("docs/page.md", "[recordings](recordings.md)")
+        self.assertEqual(self.problems(), ["docs/recordings.md: the warning noted (info) is not listed",
+                                           "docs/recordings.md: no source gives the warning small (info)"])
+
 
 if __name__ == "__main__":
     unittest.main()

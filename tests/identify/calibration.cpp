@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "base/math.hpp"
 #include "base/random.hpp"
 #include "tests/helpers.hpp"
 
@@ -59,6 +60,40 @@ TEST_CASE("calibration_of: those that agree alone, and none") {
   const std::vector<CalibratedTrial> trials = trials_of(1.0, 40);
   CHECK(calibration_of_agreeing(trials, {2.0, 4.0}).trials == 30);
   check_error([] { calibration_of({}, {1.0}); }, {"calibration", "no trials"});
+}
+
+TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no covariance") {
+  const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
+  constexpr int count = 4000;
+  constexpr double spread = 0.3;
+  const auto value = [&](std::size_t p, double x) { return table[p].low + table[p].range() * normal_distribution(x); };
+  std::vector<posterior::State> draws(count, posterior::State{.parameters = decid::sim::Parameters(table.size())});
+  decid::sim::Parameters truth(table.size());
+  double exact = 0.0;
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const double centre = 0.2 * static_cast<double>(p) - 0.5, off = p % 2 == 0 ? 0.0 : spread;
+    truth[p] = value(p, centre + off);
+    // Over the standard normal density, which is that of the ranges.
+    exact += 0.5 * (centre + off) * (centre + off) - 0.5 * off * off / (spread * spread) - std::log(spread);
+    for (std::size_t i = 0; i < count; ++i) {
+      draws[i].parameters[p] = value(p, centre + spread * Random(3, Stream::posterior, p).normal(i));
+    }
+  }
+  // The last one is known but for 1e-5 once the first is: correlated, and far narrower than a network's A may be.
+  constexpr double narrow = 1e-5;
+  const std::size_t last = table.size() - 1;
+  const double its_centre = 0.2 * static_cast<double>(last) - 0.5;
+  truth[last] = value(last, its_centre);
+  exact += std::log(spread) - std::log(narrow);
+  for (std::size_t i = 0; i < count; ++i)
+    draws[i].parameters[last] = value(last, its_centre + spread * Random(3, Stream::posterior, 0).normal(i) +
+                                                narrow * Random(3, Stream::posterior, last).normal(i));
+  exact /= static_cast<double>(table.size());
+  // The logarithms of seven deviations err by 1 / sqrt(2 count), three squares by twice that: four deviations.
+  CHECK(
+      within(gaussian_log_score(truth, draws, table), exact, 4.0 / 7.0 * std::sqrt((7.0 + 3.0 * 6.0) / (2.0 * count))));
+  std::fill(draws.begin(), draws.end(), draws.front());
+  CHECK(std::isnan(gaussian_log_score(truth, draws, table)));
 }
 
 TEST_CASE("calibration_by: three parts of equal size, in the key's order; a network's errors stand beside") {

@@ -53,7 +53,7 @@ Explanation recording(const std::vector<double>& sway, const sim::Parameters& pa
 
 bool warns(const Explanation& explanation, const std::string& part) {
   return std::ranges::any_of(explanation.warnings,
-                             [&](const std::string& w) { return w.find(part) != std::string::npos; });
+                             [&](const Warning& w) { return w.text.find(part) != std::string::npos; });
 }
 
 }  // namespace
@@ -197,8 +197,7 @@ TEST_CASE("explanation: a stimulus without a frequency response says so once") {
   const dataset::Trial own = as_trial(sway);
   const Explanation found = explains.explain({parameters, own});
   CHECK(!found.frf.has_value());
-  CHECK(std::ranges::count_if(found.warnings,
-                              [](const std::string& w) { return w.starts_with("no frequency response"); }) == 1);
+  CHECK(std::ranges::count_if(found.warnings, [](const Warning& w) { return w.code == "no_frequency_response"; }) == 1);
 }
 
 }  // namespace decid

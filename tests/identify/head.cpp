@@ -99,8 +99,8 @@ TEST_CASE("the point head's loss is the squared error of every parameter, its gr
   const nn::Shape shape{3, 1, 1};
   constexpr int batch = 18;
   for (nn::AlignedBuffer<float>* buffer : {&memory, &gradient})
-    buffer->reserve(nn::TensorView<float>::required(shape, batch, 0));
-  const nn::TensorView<float> outputs(memory.data(), shape, batch, 0), diff(gradient.data(), shape, batch, 0);
+    buffer->reserve(nn::TensorView<float>::required(shape, batch, {}));
+  const nn::TensorView<float> outputs(memory.data(), shape, batch, {}), diff(gradient.data(), shape, batch, {});
   std::vector<float> targets(batch * 3);
   double sum = 0.0;
   for (int i = 0; i < batch; ++i)

@@ -162,8 +162,8 @@ TEST_CASE(
   nn::AlignedBuffer<float> memory, gradient;
   const nn::Shape shape{outputs, 1, 1};
   for (nn::AlignedBuffer<float>* buffer : {&memory, &gradient})
-    buffer->reserve(nn::TensorView<float>::required(shape, batch, 0));
-  const nn::TensorView<float> given(memory.data(), shape, batch, 0), diff(gradient.data(), shape, batch, 0);
+    buffer->reserve(nn::TensorView<float>::required(shape, batch, {}));
+  const nn::TensorView<float> given(memory.data(), shape, batch, {}), diff(gradient.data(), shape, batch, {});
   const Random random(12, Stream::weights, 2);
   std::vector<float> targets;
   double expected = 0.0;

@@ -147,7 +147,7 @@ TEST_CASE("recalibration: a network that promises too much keeps its promises on
     const double error = 4.9 * 1.5 * std::sqrt(2.0 / fresh);
     CHECK(within(after.log_score_per_parameter[p], std::log(2.0) - 1.5, error));
   }
-  CHECK(within(after.log_score, std::log(2.0) - 1.5, 4.9 * 1.5 * std::sqrt(2.0 / (7.0 * fresh))));
+  CHECK(within(after.figures.log_score, std::log(2.0) - 1.5, 4.9 * 1.5 * std::sqrt(2.0 / (7.0 * fresh))));
 }
 
 TEST_CASE("recalibration: the same for any number of threads") {

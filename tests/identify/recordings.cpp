@@ -15,8 +15,8 @@ namespace decid {
 namespace {
 
 bool warns(const Identification& id, const std::string& part) {
-  const std::vector<std::string> warnings = id.warnings();
-  return std::ranges::any_of(warnings, [&](const std::string& w) { return w.find(part) != std::string::npos; });
+  const Warnings warnings = id.warnings();
+  return std::ranges::any_of(warnings, [&](const Warning& w) { return w.text.find(part) != std::string::npos; });
 }
 
 /// An untrained network whose outputs are small: what it identifies is near the middle of the ranges.

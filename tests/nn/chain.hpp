@@ -124,7 +124,7 @@ class Chain {
   }
 
  private:
-  TensorView<T> fresh(Shape shape, int batch, int halo) {
+  TensorView<T> fresh(Shape shape, int batch, Halo halo) {
     memory_.push_back(std::make_unique<AlignedBuffer<T>>());
     memory_.back()->reserve(TensorView<T>::required(shape, batch, halo));
     return TensorView<T>(memory_.back()->data(), shape, batch, halo);
@@ -145,8 +145,8 @@ class Chain {
       std::size_t reader = i;
       while (reader < count && training_[reader]->in_place()) ++reader;
       const Shape shape = i == 0 ? layers_[0].src_shape() : layers_[i - 1].dst_shape();
-      activations_.push_back(fresh(shape, batch, reader < count ? training_[reader]->src_halo() : 0));
-      differences_[i] = fresh(shape, batch, i == 0 ? 0 : training_[i - 1]->diff_dst_halo());
+      activations_.push_back(fresh(shape, batch, reader < count ? training_[reader]->src_halo() : Halo{}));
+      differences_[i] = fresh(shape, batch, i == 0 ? Halo{} : training_[i - 1]->diff_dst_halo());
     }
   }
 

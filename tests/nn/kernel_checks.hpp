@@ -39,11 +39,17 @@ class Dice {
 
 enum class Fill { values, nothing };
 
-/// A block of 16 samples in its own memory, with more halo than asked for now and then.
+/// At least `least`, and up to `most` rows and columns more.
+inline Halo some_halo(Halo least, int most, Dice& dice) {
+  const int rows = least.rows + dice.between(0, most);
+  return {rows, least.columns + dice.between(0, most)};
+}
+
+/// A block of 16 samples in its own memory.
 struct Block {
   std::vector<float> memory;
   TensorView<float> tensor;
-  Block(Shape shape, int halo, Dice& dice, Fill fill, float scale = 1) {
+  Block(Shape shape, Halo halo, Dice& dice, Fill fill, float scale = 1) {
     memory.assign(TensorView<float>::required(shape, lanes, halo), 0.0F);
     tensor = TensorView<float>(memory.data(), shape, lanes, halo);
     for (int c = 0; c < shape.channels; ++c)

@@ -51,9 +51,9 @@ Conv2dShape conv_shape(int src_channels, int dst_channels, Pair size, Pair kerne
 void check_conv(const Conv2dShape& s, std::uint64_t seed, float scale = 1) {
   Dice dice(seed);
   const int valid = dice.between(1, lanes);
-  const Block src({s.src_channels, s.src_rows, s.src_columns}, std::max(s.pad_rows, s.pad_columns) + dice.between(0, 2),
-                  dice, Fill::values, scale);
-  const Block diff_dst({s.dst_channels, s.dst_rows, s.dst_columns}, diff_halo(s) + dice.between(0, 2), dice,
+  const Block src({s.src_channels, s.src_rows, s.src_columns}, some_halo(src_halo(s), 2, dice), dice, Fill::values,
+                  scale);
+  const Block diff_dst({s.dst_channels, s.dst_rows, s.dst_columns}, some_halo(diff_halo(s), 2, dice), dice,
                        Fill::values, scale);
   const auto weights = static_cast<std::size_t>(s.dst_channels * s.src_channels * s.kernel_rows * s.kernel_columns);
   const std::vector<float> weight = random_values(weights, dice, scale);
@@ -64,7 +64,7 @@ void check_conv(const Conv2dShape& s, std::uint64_t seed, float scale = 1) {
       TensorView<float>(spoiled_diff.memory.data(), diff_dst.tensor.shape(), lanes, diff_dst.tensor.halo());
   spoiled_src.spoil_lanes(valid);
   spoiled_diff.spoil_lanes(valid);
-  const int dst_halo = dice.between(0, 3), src_halo = dice.between(0, 3);
+  const Halo dst_halo = some_halo({}, 3, dice), own_halo = some_halo({}, 3, dice);
 
   check_all("forward " + text(s), [&](const Kernels<float>& k) {
     const Block dst({s.dst_channels, s.dst_rows, s.dst_columns}, dst_halo, dice, Fill::nothing);
@@ -74,7 +74,7 @@ void check_conv(const Conv2dShape& s, std::uint64_t seed, float scale = 1) {
     return dst.memory;
   });
   check_all("backward src " + text(s), [&](const Kernels<float>& k) {
-    const Block diff_src({s.src_channels, s.src_rows, s.src_columns}, src_halo, dice, Fill::nothing);
+    const Block diff_src({s.src_channels, s.src_rows, s.src_columns}, own_halo, dice, Fill::nothing);
     const int split = &k == &reference_kernels<float>() ? 0 : s.src_channels / 2;
     k.conv2d_backward_src(s, diff_dst.const_view(), weight.data(), diff_src.view(), 0, split);
     k.conv2d_backward_src(s, diff_dst.const_view(), weight.data(), diff_src.view(), split, s.src_channels);
@@ -132,6 +132,14 @@ TEST_CASE("convolutions: chosen geometries") {
   check_conv(conv_shape(1, 1, {3, 150}, {2, 2}, {1, 1}, {0, 1}), 13);     // rows longer than a block of positions
 }
 
+TEST_CASE("convolutions: one column, whose rows lie side by side or not") {
+  for (std::uint64_t seed = 0; seed < 16; ++seed) {
+    check_conv(conv_shape(3, 6, {41, 1}, {15, 1}, {2, 1}, {7, 0}), 400 + seed);
+    check_conv(conv_shape(17, 5, {20, 1}, {5, 1}, {3, 2}, {2, 0}), 420 + seed);
+    check_conv(conv_shape(2, 4, {9, 1}, {4, 3}, {1, 1}, {0, 1}), 440 + seed);
+  }
+}
+
 TEST_CASE("convolutions: random geometries") {
   Dice dice(20260101);
   constexpr int channels[] = {1, 2, 3, 5, 7, 16, 17};
@@ -168,7 +176,7 @@ TEST_CASE("fully connected") {
     Dice dice(static_cast<std::uint64_t>(outputs) + 500);
     const int valid = dice.between(1, lanes);
     const auto values = static_cast<std::size_t>(shape.size()), count = static_cast<std::size_t>(outputs);
-    const Block src(shape, dice.between(0, 2), dice, Fill::values);
+    const Block src(shape, some_halo({}, 2, dice), dice, Fill::values);
     const std::vector<float> weight = random_values(values * count, dice), bias = random_values(count, dice),
                              diff = random_values(count * lanes, dice);
     const int split = outputs / 3;
@@ -179,7 +187,7 @@ TEST_CASE("fully connected") {
       return dst;
     });
     check_all("backward src", [&](const Kernels<float>& k) {
-      const Block diff_src(shape, 1, dice, Fill::nothing);
+      const Block diff_src(shape, Halo{1, 1}, dice, Fill::nothing);
       k.fully_connected_backward_src(shape, outputs, diff.data(), weight.data(), diff_src.view(), 0,
                                      shape.channels / 2);
       k.fully_connected_backward_src(shape, outputs, diff.data(), weight.data(), diff_src.view(), shape.channels / 2,

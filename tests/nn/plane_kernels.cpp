@@ -34,7 +34,8 @@ TEST_CASE("batch normalisation, ReLU") {
   Dice dice(700);
   for (const Shape shape : {Shape{1, 1, 1}, Shape{1, 13, 13}, Shape{1, 6, 1}, Shape{1, 4, 27}, Shape{1, 31, 110}})
     for (int repeat = 0; repeat < 4; ++repeat) {
-      const Block x(shape, dice.between(0, 2), dice, Fill::values), dy(shape, dice.between(0, 2), dice, Fill::values);
+      const Block x(shape, some_halo({}, 2, dice), dice, Fill::values),
+          dy(shape, some_halo({}, 2, dice), dice, Fill::values);
       check_all("sums", [&](const Kernels<float>& k) {
         std::vector<double> sums(4 * lanes, 0.125);  // added to, not overwritten
         k.batchnorm_sums(x.const_plane(), 0.37F, sums.data());
@@ -42,7 +43,7 @@ TEST_CASE("batch normalisation, ReLU") {
         return sums;
       });
       check_all("apply", [&](const Kernels<float>& k) {
-        const Block y(shape, 1, dice, Fill::nothing), dx(shape, 1, dice, Fill::nothing);
+        const Block y(shape, Halo{1, 1}, dice, Fill::nothing), dx(shape, Halo{1, 1}, dice, Fill::nothing);
         k.activation_forward({1.3F, -0.4F, false, Pooling::none}, {}, x.const_plane(), y.plane());
         k.batchnorm_backward_apply(x.const_plane(), dy.const_plane(), 0.9F, -0.1F, 0.03F, dx.plane());
         std::vector<float> all = y.memory;
@@ -66,7 +67,7 @@ TEST_CASE("statistics pooling") {
   Dice dice(850);
   for (int trial = 0; trial < 20; ++trial) {
     const Shape shape{1, dice.between(1, 14), dice.between(1, 9)};
-    const Block x(shape, trial % 3, dice, Fill::values), y({4, 1, 1}, 0, dice, Fill::values);
+    const Block x(shape, Halo{trial % 3, trial % 2}, dice, Fill::values), y({4, 1, 1}, Halo{}, dice, Fill::values);
     const Plane<const float> source = x.const_plane();
     INFO(shape.rows << "x" << shape.columns);
     check_all("forward", [&](const Kernels<float>& k) {
@@ -75,7 +76,7 @@ TEST_CASE("statistics pooling") {
       return out;
     });
     check_all("backward", [&](const Kernels<float>& k) {
-      const Block diff(shape, 1, dice, Fill::nothing);
+      const Block diff(shape, Halo{1, 1}, dice, Fill::nothing);
       std::vector<float> deviation(lanes, 0.75F);
       k.statistics_pool_backward(source, y.tensor.row(0, 0, 0), deviation.data(), y.tensor.row(0, 2, 0),
                                  y.tensor.row(0, 3, 0), diff.plane());
@@ -133,12 +134,13 @@ TEST_CASE("pooling") {
     const int rows = dice.between(kr, 14), columns = dice.between(kc, 14), channels = dice.between(1, 3);
     const PoolShape s{channels, rows, columns, (rows - kr) / sr + 1, (columns - kc) / sc + 1, kr, kc, sr, sc};
     // Few different values: ties for the largest, and both zeros.
-    Block x({channels, rows, columns}, trial % 3, dice, Fill::values);
+    Block x({channels, rows, columns}, Halo{trial % 3, trial % 2}, dice, Fill::values);
     for (float& v : x.memory) v = std::trunc(v * 3);
-    const Block dy({channels, s.dst_rows, s.dst_columns}, trial % 2, dice, Fill::values);
+    const Block dy({channels, s.dst_rows, s.dst_columns}, Halo{trial % 2, trial % 3}, dice, Fill::values);
     INFO("window " << kr << "x" << kc << " stride " << sr << "x" << sc << " of " << rows << "x" << columns);
     check_all("forward", [&](const Kernels<float>& k) {
-      const Block mean(dy.tensor.shape(), 1, dice, Fill::nothing), max(dy.tensor.shape(), 0, dice, Fill::nothing);
+      const Block mean(dy.tensor.shape(), Halo{1, 1}, dice, Fill::nothing),
+          max(dy.tensor.shape(), Halo{}, dice, Fill::nothing);
       k.average_pool_forward(s, x.const_view(), mean.view());
       k.max_pool_forward(s, x.const_view(), max.view());
       std::vector<float> all = mean.memory;
@@ -146,7 +148,8 @@ TEST_CASE("pooling") {
       return all;
     });
     check_all("backward", [&](const Kernels<float>& k) {
-      const Block mean(x.tensor.shape(), 1, dice, Fill::nothing), max(x.tensor.shape(), 2, dice, Fill::nothing);
+      const Block mean(x.tensor.shape(), Halo{1, 1}, dice, Fill::nothing),
+          max(x.tensor.shape(), Halo{2, 1}, dice, Fill::nothing);
       k.average_pool_backward(s, dy.const_view(), mean.view());
       k.max_pool_backward(s, x.const_view(), dy.const_view(), max.view());
       std::vector<float> all = mean.memory;
@@ -164,10 +167,10 @@ TEST_CASE("activation and pool in one: the bits of scale and shift, ReLU and poo
     const int rows = dice.between(kr, 14), columns = dice.between(kc, 14);
     const int sr = dice.between(kr, kr + 1), sc = dice.between(kc, kc + 1);
     const PoolShape s{1, rows, columns, (rows - kr) / sr + 1, (columns - kc) / sc + 1, kr, kc, sr, sc};
-    Block x({1, rows, columns}, trial % 3, dice, Fill::values);
+    Block x({1, rows, columns}, Halo{trial % 3, trial % 2}, dice, Fill::values);
     for (float& v : x.memory) v = std::trunc(v * 3);
-    const Block dy({1, s.dst_rows, s.dst_columns}, trial % 2, dice, Fill::values);
-    const Block whole_dy({1, rows, columns}, trial % 2, dice, Fill::values);
+    const Block dy({1, s.dst_rows, s.dst_columns}, Halo{trial % 2, trial % 3}, dice, Fill::values);
+    const Block whole_dy({1, rows, columns}, Halo{trial % 2, trial % 3}, dice, Fill::values);
     for (const Pooling pooling : {Pooling::none, Pooling::average, Pooling::max})
       for (const bool relu : {false, true}) {
         const Activation<float> a{-1.5F, 0.75F, relu, pooling};
@@ -175,7 +178,7 @@ TEST_CASE("activation and pool in one: the bits of scale and shift, ReLU and poo
         const Block& diff_dst = pooling == Pooling::none ? whole_dy : dy;
 
         // One after the other.
-        Block values({1, rows, columns}, 0, dice, Fill::nothing);
+        Block values({1, rows, columns}, Halo{}, dice, Fill::nothing);
         plain.activation_forward({a.scale, a.shift, false, Pooling::none}, {}, x.const_plane(), values.plane());
         for (std::size_t i = 0; i < values.memory.size(); ++i) {
           const float v = x.plane().data[static_cast<std::ptrdiff_t>(i) / (columns * lanes) * x.plane().row +
@@ -183,8 +186,8 @@ TEST_CASE("activation and pool in one: the bits of scale and shift, ReLU and poo
           REQUIRE(values.memory[i] == std::fma(v, a.scale, a.shift));
         }
         if (relu) plain.relu_forward(values.plane());
-        const Block pooled(diff_dst.tensor.shape(), 0, dice, Fill::nothing);
-        const Block diff({1, rows, columns}, 0, dice, Fill::nothing);
+        const Block pooled(diff_dst.tensor.shape(), Halo{}, dice, Fill::nothing);
+        const Block diff({1, rows, columns}, Halo{}, dice, Fill::nothing);
         if (pooling == Pooling::none) {
           copy(values, pooled);
           copy(diff_dst, diff);
@@ -200,8 +203,8 @@ TEST_CASE("activation and pool in one: the bits of scale and shift, ReLU and poo
         for (const Kernels<float>* table : all_tables()) {
           INFO(table->name << ", pooling " << static_cast<int>(pooling) << ", relu " << relu << ", window " << kr << "x"
                            << kc);
-          const Block y(diff_dst.tensor.shape(), 0, dice, Fill::nothing),
-              dx({1, rows, columns}, 0, dice, Fill::nothing);
+          const Block y(diff_dst.tensor.shape(), Halo{}, dice, Fill::nothing),
+              dx({1, rows, columns}, Halo{}, dice, Fill::nothing);
           table->activation_forward(a, s, x.const_plane(), y.plane());
           table->activation_backward(a, s, x.const_plane(), diff_dst.const_plane(), dx.plane());
           CHECK(same_bits(y.memory, pooled.memory));

@@ -141,9 +141,9 @@ TEST_CASE("PyTorch: mean squared error") {
   for (const auto& [name, batch, outputs] : {Case{"mse", 19, 7}, Case{"msefull", 32, 3}, Case{"mseone", 1, 1}}) {
     AlignedBuffer<float> memory, diff_memory;
     const Shape shape{outputs, 1, 1};
-    memory.reserve(TensorView<float>::required(shape, batch, 0));
-    diff_memory.reserve(TensorView<float>::required(shape, batch, 0));
-    const TensorView<float> output(memory.data(), shape, batch, 0), diff(diff_memory.data(), shape, batch, 0);
+    memory.reserve(TensorView<float>::required(shape, batch, {}));
+    diff_memory.reserve(TensorView<float>::required(shape, batch, {}));
+    const TensorView<float> output(memory.data(), shape, batch, {}), diff(diff_memory.data(), shape, batch, {});
     const auto id = static_cast<std::uint32_t>(6000 + batch);
     load_hashed(output, id, 2.0);
     const auto targets = hashed_values<float>(id + 1, static_cast<std::size_t>(batch * outputs));

@@ -34,7 +34,7 @@ struct CalibrateOptions {
   int trials = 300;
   std::uint64_t seed = 2026;
   bool resume = false;
-  std::string output, figure;
+  std::string output, figure, model;
   posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   posterior::Settings settings;
 };
@@ -71,6 +71,8 @@ Json trial_json(const CalibratedTrial& trial) {
           {"sd", values_json(trial.deviation)},
           {"below", trial.below},
           {"network", trial.network ? values_json(*trial.network) : Json(nullptr)},
+          {"log_score", number_or_null(trial.log_score)},
+          {"network_log_score", number_or_null(trial.network_log_score)},
           {"rhat", number_or_null(trial.rhat)},
           {"effective_draws", trial.effective_draws},
           {"agreed", trial.agreed},
@@ -85,6 +87,12 @@ CalibratedTrial trial_from(const Json& json) {
   trial.deviation = values_from(json.at("sd"));
   trial.below = json.at("below").get<std::vector<double>>();
   if (json.contains("network") && !json.at("network").is_null()) trial.network = values_from(json.at("network"));
+  const auto score = [&](const char* key) {
+    const auto found = json.find(key);
+    return found == json.end() || found->is_null() ? CalibratedTrial::unknown_score : found->get<double>();
+  };
+  trial.log_score = score("log_score");
+  trial.network_log_score = score("network_log_score");
   trial.rhat = json.at("rhat").is_null() ? 1e300 : json.at("rhat").get<double>();
   trial.effective_draws = json.at("effective_draws").get<double>();
   trial.agreed = json.at("agreed").get<bool>();
@@ -100,15 +108,22 @@ Json settings_of(const Json& calibration, const std::string& file) {
   return settings;
 }
 
-/// The trials of an earlier call with the same settings.
-std::vector<CalibratedTrial> earlier_trials(const CalibrateOptions& options, const Json& settings) {
+/// The trials of an earlier call with the same settings; without the answers of another network.
+std::vector<CalibratedTrial> earlier_trials(const CalibrateOptions& options, const Json& settings,
+                                            const Json& network) {
   std::vector<CalibratedTrial> trials;
   if (!options.resume || !std::filesystem::exists(options.output)) return trials;
   const Json json = parse_json(read_file(options.output), options.output);
   try {
     if (settings_of(json, options.output) != settings)
       throw Error(options.output, "is of other settings", "give those of the call that wrote it, or another name");
-    for (const Json& trial : json.at("trials")) trials.push_back(trial_from(trial));
+    const bool same_network = json.value("network", Json(nullptr)) == network;
+    for (const Json& trial : json.at("trials")) {
+      trials.push_back(trial_from(trial));
+      if (same_network) continue;
+      trials.back().network.reset();
+      trials.back().network_log_score = CalibratedTrial::unknown_score;
+    }
   } catch (const Json::exception&) {
     throw Error(options.output, "is not a calibration", "give the file that decid calibrate -o wrote");
   }
@@ -124,13 +139,26 @@ Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
                 {"covered90", of.covered90},
                 {"distance", of.distance}};
   };
-  Json json{{"trials", found.trials}, {"agreed", found.agreed}, {"band", found.band}, {"all", one(found.all)}};
+  Json json{{"trials", found.trials},
+            {"agreed", found.agreed},
+            {"band", found.band},
+            {"log_score", number_or_null(found.log_score)},
+            {"network_log_score", number_or_null(found.network_log_score)},
+            {"all", one(found.all)}};
   for (std::size_t p = 0; p < table.size(); ++p) json["parameters"][table[p].name] = one(found.parameters[p]);
   return json;
 }
 
 std::string network_text(const ParameterCalibration& of) {
   return std::isnan(of.network_mse) ? "-" : format("%.4f", of.network_mse);
+}
+
+/// Nothing where trials of an earlier version have none.
+std::string scores_text(const Calibration& found) {
+  if (std::isnan(found.log_score)) return {};
+  std::string text = format("\nlog score %.3f nats a parameter", found.log_score);
+  if (!std::isnan(found.network_log_score)) text += format(", the network's %.3f", found.network_log_score);
+  return text + "\n";
 }
 
 /// The keys by which trials are parted: what makes a recording easy or hard.
@@ -182,16 +210,24 @@ std::string figures_text(const sim::ParameterTable& table, const Calibration& fo
   return text;
 }
 
-/// The built-in network's answers, where it knows the experiment.
+/// A network's answers: the built-in one's where it knows the experiment, or those of a model that was given.
 class Network {
  public:
-  explicit Network(const sim::Protocol& protocol) : model_(built_in_model()) {
+  /// Throws Error if a given model is of another experiment.
+  Network(const std::string& model, const sim::Protocol& protocol) : model_(model_or_built_in(model)) {
+    if (!model.empty()) require_same_experiment(model_, model, protocol, "protocol " + protocol.name);
     if (model_.protocol.experiment == protocol.experiment) identifier_.emplace(model_);
   }
-  std::optional<sim::Parameters> operator()(const std::vector<float>& sway_rad) {
-    if (!identifier_) return {};
+  /// SHA-256 of its weights; null if it does not know the experiment.
+  Json hash() const { return identifier_ ? Json(nn::weights_sha256(model_.network)) : Json(nullptr); }
+  /// Into what the trial says of the network.
+  void answer(const std::vector<float>& sway_rad, CalibratedTrial& trial) {
+    if (!identifier_) return;
     std::vector<dataset::Trial> trials{dataset::trial_of(sway_rad)};
-    return identifier_->estimate(std::move(trials)).front().parameters;
+    const Estimate found = std::move(identifier_->estimate(std::move(trials)).front());
+    trial.network = found.parameters;
+    if (found.distribution)
+      trial.network_log_score = found.distribution->log_density(trial.truth) / static_cast<double>(trial.truth.size());
   }
 
  private:
@@ -239,13 +275,13 @@ class Trials {
 };
 
 CalibratedTrial calibrate_trial(const posterior::Density& density, const Trials::Trial& trial,
-                                posterior::Settings settings) {
+                                const sim::ParameterTable& ranges, posterior::Settings settings) {
   const auto begin = std::chrono::steady_clock::now();
   settings.seed = trial.attempt;
   const posterior::Posterior found = posterior::sample(density, density.observe(trial.sway_rad), settings, {},
                                                        [](const posterior::Progress&) { return !interrupted(); });
   if (interrupted()) return {};
-  CalibratedTrial result = calibrate(trial.truth, found);
+  CalibratedTrial result = calibrate(trial.truth, found, ranges);
   result.attempt = trial.attempt;
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
@@ -255,6 +291,7 @@ void run_calibrate(const CalibrateOptions& options) {
   catch_interrupt();
   std::vector<std::string> inputs;
   const sim::Protocol protocol = options.protocol.load(&inputs);
+  inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   inputs.push_back(options.output);
   refuse_same_file(options.figure, inputs);
@@ -263,14 +300,15 @@ void run_calibrate(const CalibrateOptions& options) {
   if (options.resume && options.output.empty())
     throw Error("--resume", "needs --output", "name the file to go on with");
   const Json settings = settings_json(options, protocol);
-  std::vector<CalibratedTrial> trials = earlier_trials(options, settings);
+  Network network(options.model, protocol);
+  const Json hash = network.hash();
+  std::vector<CalibratedTrial> trials = earlier_trials(options, settings, hash);
   const posterior::Density density(protocol, options.priors);
   Trials source(protocol, options.priors, options.seed, 0);
-  Network network(protocol);
   for (CalibratedTrial& trial : trials) {
     source.seek(trial.attempt);
     const Trials::Trial again = source.next();
-    if (!trial.network) trial.network = network(again.sway_rad);
+    if (!trial.network) network.answer(again.sway_rad, trial);
   }
   const sim::ParameterTable table = protocol.ranges();
   // Of uniform draws: errors do not depend on which trials were valid.
@@ -280,7 +318,9 @@ void run_calibrate(const CalibrateOptions& options) {
   const auto document = [&] {
     Json all = Json::array();
     for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
-    Json json{{"settings", settings}, {"calibration", figures_json(table, calibration_of(trials, deviation))}};
+    Json json{{"settings", settings},
+              {"network", hash},
+              {"calibration", figures_json(table, calibration_of(trials, deviation))}};
     const bool some = std::ranges::any_of(trials, &CalibratedTrial::agreed);
     json["parts"] = parts_json(trials, protocol, deviation);
     json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, deviation)) : Json(nullptr);
@@ -298,10 +338,10 @@ void run_calibrate(const CalibrateOptions& options) {
       std::vector<CalibratedTrial> done(batch.size());
       parallel_for(static_cast<int>(batch.size()), [&](int i) {
         done[static_cast<std::size_t>(i)] =
-            calibrate_trial(density, batch[static_cast<std::size_t>(i)], options.settings);
+            calibrate_trial(density, batch[static_cast<std::size_t>(i)], table, options.settings);
       });
       if (interrupted()) break;
-      for (std::size_t i = 0; i < batch.size(); ++i) done[i].network = network(batch[i].sway_rad);
+      for (std::size_t i = 0; i < batch.size(); ++i) network.answer(batch[i].sway_rad, done[i]);
       trials.insert(trials.end(), done.begin(), done.end());
       if (!options.output.empty()) write_file(options.output, document());
       bar.update(static_cast<long long>(trials.size()));
@@ -314,7 +354,7 @@ void run_calibrate(const CalibrateOptions& options) {
   } else {
     std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95 %%)\n\n",
                         found.trials, found.agreed, found.band)
-              << figures_text(table, found) << parts_text(trials, protocol, deviation);
+              << figures_text(table, found) << scores_text(found) << parts_text(trials, protocol, deviation);
   }
   if (!options.figure.empty()) write_file(options.figure, calibration_figure(table, trials, found.band));
   if (interrupted())
@@ -331,6 +371,7 @@ void add_calibrate(const Command& program) {
   command.add_option("--trials", options->trials, "How many").show_default().range(1, 1'000'000);
   add_protocol_options(command, options->protocol);
   add_seed_option(command, options->seed, "Of the trials");
+  command.add_option("--model", options->model, "Model file whose network stands beside; default: the built-in model");
   command.add_option("--prior-start", options->priors.start_s, "As for fit, and of the trials; 0: known")
       .show_default()
       .range(0.0, 0.5);

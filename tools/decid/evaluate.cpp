@@ -65,7 +65,7 @@ void add_promises(Json& json, const sim::ParameterTable& table, const NetworkCal
   add("covered50", &ParameterCalibration::covered50);
   add("covered90", &ParameterCalibration::covered90);
   add("promised", &ParameterCalibration::promised);
-  json["log_score"] = number_or_null(found.log_score);
+  json["log_score"] = number_or_null(found.figures.log_score);
   json["log_score_per_parameter"] = by_parameter(table, found.log_score_per_parameter);
 }
 
@@ -77,7 +77,7 @@ std::string promises_text(const sim::ParameterTable& table, const Evaluation& re
   };
   for (std::size_t p = 0; p < table.size(); ++p)
     line(table[p].name, result.mse_per_parameter[p], found.figures.parameters[p], found.log_score_per_parameter[p]);
-  line("all", result.mse(), found.figures.all, found.log_score);
+  line("all", result.mse(), found.figures.all, found.figures.log_score);
   return text +
          "  promised: mean variance, to be as large as the MSE; in 50 %, in 90 %: share of the truths in these "
          "intervals;\n  log score: mean log density at the truth, of shares of the ranges, in nats a parameter; 0 "

@@ -32,6 +32,7 @@ namespace fs = std::filesystem;
 struct ExportOptions {
   CommonOptions common;
   std::string model, output, name;
+  BodyFlags body;
   FirmwareOptions firmware;
 };
 
@@ -59,17 +60,19 @@ std::string name_of(const std::string& model) {
 }
 
 /// What the program itself finds for the self-test's sway, with identify's network.
-TestVector test_vector(const Model& model, const FirmwarePlan& plan) {
+TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePlan& plan) {
   TestVector test;
   std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
-  model.make_input(test_sway(model.protocol.samples()), image);
+  const std::vector<float> sway = test_sway(model.protocol.samples());
+  model.make_input(dataset::Sway(sway, body.height), image);
   test.outputs.resize(static_cast<std::size_t>(model.network.output_shape().size()));
   if (plan.options.int8)
     test.outputs = run_plan(plan, image);
   else
     nn::Predictor(model.network, 1).run(image, test.outputs);
-  for (const double value : model.decode(test.outputs)) test.parameters.push_back(static_cast<float>(value));
-  if (const auto found = model.distribution(test.outputs))
+  for (const double value : body.from_model(model, model.decode(test.outputs)))
+    test.parameters.push_back(static_cast<float>(value));
+  if (const auto found = model.distribution(test.outputs, body.ranges))
     for (int p = 0; p < static_cast<int>(found->parameters()); ++p)
       test.deviations.push_back(static_cast<float>(found->deviation(p)));
   return test;
@@ -79,15 +82,19 @@ void export_model(const ExportOptions& options) {
   const std::string name = options.name.empty() ? name_of(options.model) : options.name;
   check_firmware_name(name);
   const Model model = model_or_built_in(options.model);
+  const ForBody body = for_body(model, model_name(options.model), options.body.body());
   FirmwarePlan plan = plan_firmware(model, options.firmware);
   if (options.firmware.int8) quantise(plan, model);
-  const TestVector test = test_vector(model, plan);
+  const TestVector test = test_vector(model, body, plan);
   const std::string hash = nn::weights_sha256(model.network);
   const std::string origin =
-      format("Made by decid %s from %s, weights SHA-256\n   %s%s.", version,
+      format("Made by decid %s from %s, weights SHA-256\n   %s%s%s.", version,
              options.model.empty() ? "its built-in model" : comment(fs::path(options.model).filename()).c_str(),
-             hash.c_str(), options.firmware.int8 ? ", in 8-bit integers" : "");
-  write_files(options.output, name, firmware_files(model, plan, test, name, origin));
+             hash.c_str(), options.firmware.int8 ? ", in 8-bit integers" : "",
+             options.body.mass_kg
+                 ? format(", for a body of %g kg and %g m", *options.body.mass_kg, *options.body.height_m).c_str()
+                 : "");
+  write_files(options.output, name, firmware_files(model, body, plan, test, name, origin));
   if (options.common.json) {
     std::cout << Json{{"files", {name + ".h", name + ".c"}},
                       {"weight_bytes", plan.weight_bytes()},
@@ -115,6 +122,7 @@ void add_export_c(const Command& parent) {
   command.add_flag("--incremental", options->firmware.incremental,
                    "With functions that take samples as they arrive and spread the work");
   command.add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
+  add_body_options(command, options->body);
   add_common_options(command, options->common, true);
   command.footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");
   command.callback([options] {
@@ -132,11 +140,13 @@ struct ControllerOptions {
   CommonOptions common;
   std::string result, output, name = "decid_controller", protocol = "default";
   int recording = 1;
+  bool force = false;
   std::vector<std::optional<double>> parameters = std::vector<std::optional<double>>(controller_parameters().size());
 };
 
-/// The parameters of one recording in the JSON that decid identify wrote.
-sim::Parameters identified(const std::string& path, int recording) {
+/// The parameters of one recording in the JSON that decid identify wrote. Throws Error if they are not usable, unless
+/// `force`.
+sim::Parameters identified(const std::string& path, int recording, bool force) {
   const std::string remedy = "give a file written by decid identify -o";
   const Json json = Json::parse(read_file(path), nullptr, false);
   if (!json.is_object() || !json.contains("recordings") || !json["recordings"].is_array())
@@ -145,6 +155,15 @@ sim::Parameters identified(const std::string& path, int recording) {
   if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
     throw Error(path, format("has %s, and none of number %d", counted(std::ssize(all), "recording").c_str(), recording),
                 "choose one: --recording");
+  const Json& chosen = all.at(static_cast<std::size_t>(recording) - 1);
+  if (const auto trust = chosen.find("trust"); trust != chosen.end() && *trust != name(Trust::usable)) {
+    const Json why = chosen.value(Json::json_pointer("/warnings/0/text"), Json("no reason is given"));
+    const std::string text = why.is_string() ? why.get<std::string>() : why.dump();
+    if (*trust == name(Trust::not_usable) && !force)
+      throw Error(path, format("is not usable for recording %d: ", recording) + text,
+                  "mend the recording, or take its values all the same with --force");
+    std::cerr << path << ": " << text << '\n';
+  }
   const sim::ParameterTable& table = controller_parameters();
   sim::Parameters parameters(table.size());
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -161,10 +180,14 @@ sim::Parameters identified(const std::string& path, int recording) {
 
 void export_controller(const ControllerOptions& options) {
   check_firmware_name(options.name);
-  sim::Parameters parameters =
-      options.result.empty() ? controller_parameters().middle() : identified(options.result, options.recording);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));  // a network may answer a little less
+  sim::Parameters parameters = options.result.empty() ? controller_parameters().middle()
+                                                      : identified(options.result, options.recording, options.force);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (!options.parameters[i] && parameters[i] < 0.0)  // a network may answer a little less
+      std::cerr << format("%s = %.4g is below 0: the controller has 0\n", controller_parameters()[i].name.c_str(),
+                          parameters[i]);
+    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));
+  }
   const std::string origin =
       format("The DEC posture controller, made by decid %s%s.", version,
              options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
@@ -180,6 +203,7 @@ void add_export_controller(const Command& parent) {
   const Command command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
   command.add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
   command.add_option("--recording", options->recording, "Which of its recordings, from 1").show_default();
+  command.add_flag("--force", options->force, "Even of a result that is not usable");
   for (std::size_t i = 0; i < options->parameters.size(); ++i) {
     const sim::ParameterInfo& info = controller_parameters()[i];
     if (i == sim::Nv) continue;  // a machine has its own noise
@@ -217,7 +241,7 @@ void export_sway(const SwayOptions& options) {
     const dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol, reading.trial);
     static_assert(std::endian::native == std::endian::little);
     bytes.append(reinterpret_cast<const char*>(trial.sway_rad().data()), trial.sway_rad().size() * sizeof(float));
-    for (const std::string& warning : recording.warnings) std::cerr << path << ": " << warning << '\n';
+    for (const Warning& warning : recording.warnings) std::cerr << path << ": " << warning.text << '\n';
   }
   write_file(options.output, bytes);
   if (!options.common.quiet)

@@ -116,7 +116,7 @@ std::string fits_text(const FittedRecordings& all) {
     text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less, %d divergences; %.1f s\n",
                    found.chains(), found.draws(), *fewest, *worst, found.divergences(), fitted.seconds);
     text += check_text(fitted.check);
-    for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
+    text += sway_text(id) + warnings_text(id.warnings());
   }
   return text + body_text(all.identified);
 }

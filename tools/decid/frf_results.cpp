@@ -6,6 +6,7 @@
 
 #include "dataset/npz/arrays.hpp"
 #include "tools/decid/posterior_results.hpp"
+#include "tools/decid/results.hpp"
 
 namespace decid::tools {
 namespace {
@@ -114,7 +115,8 @@ std::string frf_fit_json(const FrfReport& report) {
                   {"correlations", correlations_json(found, ranges.size())},
                   {"frf", table_json(report)},
                   {"diagnostics", diagnostics_json(found, ranges)},
-                  {"warnings", found.warnings()}};
+                  {"trust", name(trust_of(found.warnings()))},
+                  {"warnings", warnings_json(found.warnings())}};
   // A file name need not be UTF-8; other bytes are replaced.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -124,7 +126,7 @@ std::string frf_fit_text(const FrfReport& report) {
   const sim::Protocol& protocol = report.density.model().protocol();
   const sim::ParameterTable ranges = protocol.ranges();
   const frf::Table& table = report.density.table();
-  std::string text = headline(report);
+  std::string text = headline(report) + trust_text(found.warnings());
   text += table_heading("mean", "90 % of the draws", report.truth.has_value(), "   told");
   const sim::Parameters mean = means(report);
   for (std::size_t p = 0; p < ranges.size(); ++p)
@@ -151,8 +153,7 @@ std::string frf_fit_text(const FrfReport& report) {
   text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less; %.1f s\n", found.chains(),
                  found.draws(), *std::ranges::min_element(found.effective_draws()),
                  *std::ranges::max_element(found.rhat()), report.seconds);
-  for (const std::string& warning : found.warnings()) text += "  warning: " + warning + "\n";
-  return text;
+  return text + warnings_text(found.warnings());
 }
 
 void write_frf_draws(const std::filesystem::path& path, const FrfReport& report) {

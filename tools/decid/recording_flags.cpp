@@ -40,7 +40,7 @@ ReadOptions RecordingFlags::read_options() const {
   return made;
 }
 
-std::optional<sim::Body> RecordingFlags::body() const {
+std::optional<sim::Body> BodyFlags::body() const {
   if (mass_kg.has_value() != height_m.has_value())
     throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
   if (!mass_kg) return {};
@@ -80,7 +80,7 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags, const 
   return recordings;
 }
 
-void add_body_options(const Command& command, RecordingFlags& flags) {
+void add_body_options(const Command& command, BodyFlags& flags) {
   command.add_option("--mass", flags.mass_kg, "The subject's mass in kg, with --height; default: the protocol's body")
       .range(1.0, 500.0);
   command.add_option("--height", flags.height_m, "The subject's height in m").range(0.3, 3.0);

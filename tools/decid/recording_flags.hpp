@@ -11,26 +11,32 @@
 
 namespace decid::tools {
 
+/// What --mass and --height say.
+struct BodyFlags {
+  std::optional<double> mass_kg, height_m;
+
+  /// The subject's, if they were given. Throws Error if one stands alone.
+  std::optional<sim::Body> body() const;
+};
+/// --mass and --height.
+void add_body_options(const Command& command, BodyFlags& flags);
+
 /// The options themselves.
-struct RecordingFlags {
+struct RecordingFlags : BodyFlags {
   std::vector<std::string> files;
   std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
-  std::optional<double> rate, begin, mass_kg, height_m;
+  std::optional<double> rate, begin;
   double fill_gaps = 0.0;
 
   std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }
   /// Throws Error for options that contradict each other.
   ReadOptions read_options() const;
-  /// The subject's of --mass and --height, if they were given. Throws Error if one stands alone.
-  std::optional<sim::Body> body() const;
   /// Those of --truth, if it was given. Throws Error for others than the table's.
   std::optional<sim::Parameters> known(const sim::ParameterTable& table) const;
 };
 /// `begin`: the names of the option that says where the protocol starts; messages call it --begin. Returns the
 /// recordings themselves, which need not be given.
 Option add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);
-/// --mass and --height.
-void add_body_options(const Command& command, RecordingFlags& flags);
 /// --truth, of the commands that show estimates.
 void add_truth_option(const Command& command, RecordingFlags& flags);
 

@@ -65,7 +65,8 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
                          {"gain", tilt->gain}};
   }
   recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
-  recording["warnings"] = id.warnings();
+  recording["trust"] = name(id.trust());
+  recording["warnings"] = warnings_json(id.warnings());
   if (id.estimate.distribution) add_distribution(recording, *id.estimate.distribution, protocol);
   return recording;
 }
@@ -98,9 +99,28 @@ std::string identifications_json(const std::string& model, const Identifications
   return recordings_json(model, all, recordings);
 }
 
+std::string trust_text(const Warnings& warnings) {
+  const Trust trust = trust_of(warnings);
+  if (trust == Trust::usable) return "  usable: no check found anything odd\n";
+  return (trust == Trust::caution ? "  with caution: " : "  NOT USABLE: ") + gravest(warnings)->text + "\n";
+}
+
+std::string warnings_text(const Warnings& warnings) {
+  std::string text;
+  for (auto w = warnings.begin(); w != warnings.end(); ++w)
+    if (w->severity == Severity::info)
+      text += "  note: " + w->text + "\n";
+    else if (w != gravest(warnings))
+      text += "  warning: " + w->text + "\n";
+  return text;
+}
+
 std::string headline(const Identification& id) {
-  std::string text =
-      format("%s (%s): peak to peak %.3f degrees", id.file.c_str(), id.column.c_str(), id.peak_to_peak_deg());
+  return format("%s (%s)\n", id.file.c_str(), id.column.c_str()) + trust_text(id.warnings());
+}
+
+std::string sway_text(const Identification& id) {
+  std::string text = format("  sway: peak to peak %.3f degrees", id.peak_to_peak_deg());
   if (std::isfinite(id.explanation.rms_residual_deg))
     text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.explanation.rms_residual_deg,
                    100 * id.explanation.variance_accounted_for);
@@ -122,7 +142,7 @@ std::string identifications_text(const Identifications& all) {
     }
     text += headline(id);
     text += id.estimate.distribution ? distribution_table(id, all.protocol) : point_table(id, all.protocol);
-    for (const std::string& warning : id.warnings()) text += "  warning: " + warning + "\n";
+    text += sway_text(id) + warnings_text(id.warnings());
   }
   return text + body_text(all);
 }

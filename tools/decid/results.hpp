@@ -16,10 +16,16 @@ std::string identifications_json(const std::string& model, const Identifications
 std::string identifications_text(const Identifications& all);
 
 /// Their parts, for commands that have more to report: a recording's object, the document of such objects, and the
-/// lines above a recording's table.
+/// lines about a recording's table.
 Json recording_json(const Identification& id, const sim::Protocol& protocol);
 std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings);
+/// The recording, and what its answer is worth.
 std::string headline(const Identification& id);
+/// How it sways, and how much of that its answer explains.
+std::string sway_text(const Identification& id);
+/// A line: usable, with caution, or not, with the gravest of the warnings; and a line for each of the others.
+std::string trust_text(const Warnings& warnings);
+std::string warnings_text(const Warnings& warnings);
 /// Whose stiffness and damping the tables show: a line below them.
 std::string body_text(const Identifications& all);
 

@@ -95,7 +95,7 @@ std::string spectrum_settings(const Model& model, const FirmwarePlan& plan, cons
 }
 
 /// Of what makes an image of time series.
-std::string series_settings(const Model& model) {
+std::string series_settings(const Model& model, const ForBody& body) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
   const sim::Experiment& experiment = model.protocol.experiment;
@@ -107,11 +107,11 @@ std::string series_settings(const Model& model) {
          define_double("SWAY_CHANGE_KNEE_RAD", dataset::sway_change_knee_rad) +
          define_double("SWAY_BEND_KNEE_RAD", dataset::sway_bend_knee_rad) +
          define_double("TORQUE_KNEE_RAD", dataset::torque_knee_rad) +
-         define_double("TORQUE_OVER_BEND", bend_over_lean / (block_s * block_s));
+         define_double("TORQUE_OVER_BEND", body.height * (bend_over_lean / (block_s * block_s)));
 }
 
 /// The preprocessor's settings of the runtime's parts.
-std::string settings(const Model& model, const FirmwarePlan& plan) {
+std::string settings(const Model& model, const ForBody& body, const FirmwarePlan& plan) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
   const bool series = image.block > 0;
@@ -120,7 +120,7 @@ std::string settings(const Model& model, const FirmwarePlan& plan) {
                      define("FOLD", image.fold) + define("IMAGE_CHANNELS", shape.channels) +
                      define("IMAGE_ROWS", shape.rows) + define("IMAGE_COLUMNS", shape.columns) +
                      define("STANDARDIZES_ROWS", image.standardize_rows);
-  text += series ? series_settings(model) : spectrum_settings(model, plan, uses);
+  text += series ? series_settings(model, body) : spectrum_settings(model, plan, uses);
   text += define("USES_ASINH", uses.asinh) +
           define("USES_LOG", uses.log_modulus || uses.residual || uses.asinh || uses.mixture) +
           define("USES_SQUARE_ROOT", uses.modulus || uses.residual || uses.asinh || uses.mixture || uses.statistics) +
@@ -131,7 +131,8 @@ std::string settings(const Model& model, const FirmwarePlan& plan) {
           define("USES_STATISTICS", uses.statistics) + define("MAPS", static_cast<long long>(plan.maps.size())) +
           define("LAYERS", static_cast<long long>(plan.layers.size())) +
           define("PARAMETERS", static_cast<long long>(model.parameters().size())) +
-          define("OUTPUTS", model.network.output_shape().size()) + define("COMPONENTS", components(model));
+          define("OUTPUTS", model.network.output_shape().size()) + define("COMPONENTS", components(model)) +
+          define("OTHER_BODY", !body.assumed);
   if (uses.mixture) text += define_double("ROOT_TWELVE", std::sqrt(12.0));
   if (uses.statistics)
     text += "#define STATISTICS_EPSILON " + literal(static_cast<float>(nn::StatisticsPool::epsilon)) + "\n";
@@ -220,14 +221,14 @@ std::string layer_tables(const FirmwarePlan& plan) {
 
 /// What the image of a time series is made with: how much each cycle's difference counts, and the planes that do not
 /// depend on the sway.
-std::string series_tables(const Model& model) {
+std::string series_tables(const Model& model, const ForBody& body) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
   std::vector<double> scale{0.0};
   for (int k = 1; k < image.fold; ++k) scale.push_back(std::sqrt(k / (k + 1.0)));
   const std::vector<float> still(static_cast<std::size_t>(model.protocol.samples()), 0.0F);
   std::vector<float> shown(static_cast<std::size_t>(shape.size())), given;
-  model.images().make(still, shown);
+  model.images().make(dataset::Sway(still, body.height), shown);
   std::vector<int> first;
   const auto rows = static_cast<std::ptrdiff_t>(shape.rows);
   std::ptrdiff_t plane = 0;
@@ -250,16 +251,21 @@ std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
 }
 
 /// What brings outputs to parameters, and what the self-test expects.
-std::string result_tables(const Model& model, const TestVector& test) {
+std::string result_tables(const Model& model, const ForBody& body, const TestVector& test) {
   const auto doubles = [](const sim::Parameters& p) { return std::vector<double>(p.begin(), p.end()); };
   std::string text = table("static const double target_mean[PARAMETERS]", doubles(model.targets.mean)) +
                      table("static const double target_deviation[PARAMETERS]", doubles(model.targets.deviation)) +
                      table("static const uint32_t test_outputs[OUTPUTS]", bits_of(test.outputs)) +
                      table("static const uint32_t test_parameters[PARAMETERS]", bits_of(test.parameters));
+  if (!body.assumed) {
+    sim::Parameters one(model.parameters().size());
+    std::ranges::fill(one, 1.0);
+    text += table("static const double body_factor[PARAMETERS]", doubles(body.from_model(model, one)));
+  }
   if (components(model) == 0) return text;
   std::vector<double> range, factor;
   for (std::size_t p = 0; p < model.parameters().size(); ++p) {
-    range.push_back(model.parameters()[p].range());
+    range.push_back(body.ranges[p].range());
     factor.push_back(model.recalibration.factor(p));
   }
   return text + table("static const double parameter_range[PARAMETERS]", range) +
@@ -366,7 +372,7 @@ void check_firmware_name(const std::string& name) {
               "give up to 40 letters, digits and underscores, a letter first");
 }
 
-FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const TestVector& test,
+FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,
                              const std::string& name, const std::string& origin) {
   std::string header = "/* " + origin + "\n   How to use it: docs/firmware.md of decid. */\n";
   header += embedded::firmware_header();
@@ -385,7 +391,7 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
 )",
                               plan.weight_bytes(), plan.arena.bytes, plan.whole_map_bytes());
   source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
-  source += settings(model, plan) + "\n";
+  source += settings(model, body, plan) + "\n";
   source += embedded::firmware_arithmetic();
   source += "\n";
   source += embedded::firmware_elementary();
@@ -393,7 +399,7 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
   source += embedded::firmware_types();
   source += "\n/* ---- Tables */\n\n";
   const bool series = model.image().block > 0;
-  source += series ? series_tables(model) : turns(model.image().window) + passes(model, plan);
+  source += series ? series_tables(model, body) : turns(model.image().window) + passes(model, plan);
   std::vector<int> channels;
   for (const Channel channel : model.image().channels) channels.push_back(static_cast<int>(channel));
   source += table("static const int32_t image_channel[]", channels);
@@ -401,7 +407,7 @@ FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const
     source += table("static const float row_mean[]", model.rows.mean) +
               table("static const float row_deviation[]", model.rows.deviation);
   }
-  source += layer_tables(plan) + result_tables(model, test) + "\n";
+  source += layer_tables(plan) + result_tables(model, body, test) + "\n";
   const auto add = [&](std::string_view part) {
     source += part;
     source += "\n";

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "identify/for_body.hpp"
 #include "tools/firmware/plan.hpp"
 
 namespace decid::tools {
@@ -25,8 +26,9 @@ std::vector<float> test_sway(int samples);
 
 /// Throws Error unless `name` is an identifier of C, at most 40 characters long.
 void check_firmware_name(const std::string& name);
-/// `name` begins every public name of the files. `origin`: what they were made from, for people.
-FirmwareFiles firmware_files(const Model& model, const FirmwarePlan& plan, const TestVector& test,
+/// For recordings of `body`. `name` begins every public name of the files. `origin`: what they were made from, for
+/// people.
+FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,
                              const std::string& name, const std::string& origin);
 
 /// `text` with DECID_FW replaced: by `name` before names in lower case, by NAME elsewhere.

@@ -295,7 +295,7 @@ function section(recording, index) {
   document.getElementById("main").append(element("section", { id, "aria-labelledby": `${id}-title` },
     element("h2", { id: `${id}-title` }, recording.file),
     element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
-    warningBox(recording.warnings),
+    trustBox(recording),
     element("dl", { class: "figures" },
       figure("Can it be believed?", agreed ? "chains agree" : "chains disagree", `R-hat ${fixed(rhat, 3)} at most; 1 is perfect`),
       figure("Does the model sway like this?", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",

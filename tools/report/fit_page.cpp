@@ -12,6 +12,7 @@
 #include "embedded/fit_js.hpp"
 #include "embedded/recordings_js.hpp"
 #include "tools/report/page.hpp"
+#include "tools/report/parameters_json.hpp"
 #include "tools/report/recording_json.hpp"
 
 namespace decid::tools {
@@ -203,7 +204,8 @@ Json recording_to_json(const Identification& recording, const FitFigures& fitted
           {"column", recording.column},
           {"tilt", tilt_to_json(recording)},
           {"protocol", protocol_figures(of.protocol)},
-          {"warnings", recording.warnings()},
+          {"trust", name(recording.trust())},
+          {"warnings", warnings_json(recording.warnings())},
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
           {"answer", name(fitted.answer)},
           {"parameters", parameters_of(recording, fitted, of.protocol)},

@@ -291,14 +291,14 @@ function section(recording, index) {
   const made = element("section", { id, "aria-labelledby": `${id}-title` },
     element("h2", { id: `${id}-title` }, recording.file),
     element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
-    warningBox(recording.warnings));
+    trustBox(recording));
   document.getElementById("main").append(made);
+  made.append(element("h3", {}, "Identified parameters"), parameterTable(recording));
+  if (isSure(recording)) made.append(...certainty(recording));
   made.append(element("dl", { class: "figures" },
     figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording"),
     figure("Variance accounted for", percent(recording.variance_accounted_for), "of the recording, by the re-simulated sway"),
     figure("Residual, rms", absent(recording.rms_residual_deg) ? "n/a" : fixed(recording.rms_residual_deg, 3) + " deg", "recorded minus re-simulated")));
-  made.append(element("h3", {}, "Identified parameters"), parameterTable(recording));
-  if (isSure(recording)) made.append(...certainty(recording));
 
   const { sway, fitted } = recording.series;
   if (sway.length > 1) {

@@ -19,6 +19,7 @@
 #include "embedded/recordings_js.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/page.hpp"
+#include "tools/report/parameters_json.hpp"
 #include "tools/report/recording_json.hpp"
 
 namespace decid::tools {
@@ -177,7 +178,8 @@ Json recording_to_json(const Identification& recording, const Identifications& o
             {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
             {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
             {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
-            {"warnings", recording.warnings()},
+            {"trust", name(recording.trust())},
+            {"warnings", warnings_json(recording.warnings())},
             {"series", series_to_json(recording, of.tilt_rad)},
             {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
             {"image", image_to_json(recording, of)}};

@@ -29,4 +29,11 @@ Json evaluation_json(const sim::ParameterTable& table, const Evaluation& evaluat
           {"trials", evaluation.trials}};
 }
 
+Json warnings_json(const Warnings& warnings) {
+  Json list = Json::array();
+  for (const Warning& w : warnings)
+    list.push_back({{"code", w.code}, {"severity", name(w.severity)}, {"text", w.text}});
+  return list;
+}
+
 }  // namespace decid::tools

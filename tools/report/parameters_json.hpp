@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "base/json_object.hpp"
+#include "base/warning.hpp"
 #include "identify/training/training.hpp"
 
 namespace decid::tools {
@@ -15,6 +16,9 @@ Json number_or_null(double value);
 /// when the truth is known, "true". number: how values are written, pages round them.
 Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
                      const std::optional<sim::Parameters>& truth, Json (*number)(double) = number_or_null);
+
+/// A list of {"code", "severity", "text"}.
+Json warnings_json(const Warnings& warnings);
 
 /// {"Kp": values[0], ...}.
 template <class Values>

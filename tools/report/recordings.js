@@ -8,11 +8,12 @@ function inOtherWords(parameter) {
   return parameter.unit === "s" ? fixed(1000 * parameter.value, 0) + " ms" : null;
 }
 
-function warningBox(warnings) {
-  if (warnings.length === 0) return null;
-  return element("div", { class: "warning", role: "note", "aria-label": "Warnings" },
-    element("strong", {}, warnings.length === 1 ? "Warning" : "Warnings"),
-    element("ul", {}, ...warnings.map(text => element("li", {}, text))));
+// Whether the answer can be used, and everything that was noticed, the gravest first.
+function trustBox({ trust, warnings }) {
+  const verdict = { usable: "Usable: no check found anything odd", caution: "Use with caution", "not usable": "Not usable" }[trust];
+  return element("div", { class: trust === "usable" ? "verdict" : "warning", role: "note", "aria-label": "Can it be used?" },
+    element("strong", {}, verdict),
+    warnings.length === 0 ? null : element("ul", {}, ...warnings.map(({ text, severity }) => element("li", {}, (severity === "info" ? "Note: " : "") + text))));
 }
 
 const describeTilt = tilt => absent(tilt) ? "" : ` By the tilt measured (\u201c${tilt.column}\u201d) the protocol starts ` +
@@ -32,8 +33,7 @@ function contents(valueCell, [heading, last]) {
   if (recordings.length < 2) return;
   const rows = recordings.map((recording, index) => element("tr", {},
     element("th", { scope: "row", class: "file" }, element("a", { href: `#recording-${index + 1}` }, recording.file),
-      recording.warnings.length === 0 ? null
-        : element("span", { class: "description" }, `${recording.warnings.length} warning` + (recording.warnings.length === 1 ? "" : "s"))),
+      recording.trust === "usable" ? null : element("span", { class: "description" }, recording.trust === "caution" ? "with caution" : "not usable")),
     ...recording.parameters.map(parameter => element("td", { class: "number" }, valueCell(parameter))),
     element("td", { class: "number" }, last(recording))));
   const nav = document.getElementById("contents");

@@ -68,6 +68,42 @@ Figure amplitude_histogram(const StudyData& data) {
       {blue}};
 }
 
+/// The image of time series: a plot for each plane. Those of the sway are as many as cycles: their mean, and how each
+/// differs from those before it.
+Figure input_series(const Study& study) {
+  const dataset::ImageShape& shape = study.sample.image_shape;
+  const auto rows = static_cast<std::size_t>(shape.rows);
+  const double block_s = study.image.block / study.protocol.experiment.sample_rate_hz;
+  std::vector<std::string> header{"time_s"};
+  for (const dataset::Channel channel : study.image.channels) {
+    const bool folded = dataset::is_of_sway(channel) && study.image.fold > 1;
+    header.push_back(dataset::name(channel) + std::string(folded ? "_mean" : ""));
+    for (int cycle = 2; folded && cycle <= study.image.fold; ++cycle)
+      header.push_back(dataset::name(channel) + format("_difference_%d", cycle));
+  }
+  std::vector<std::vector<double>> columns(header.size());
+  for (std::size_t row = 0; row < rows; ++row) columns[0].push_back(static_cast<double>(row) * block_s);
+  const double width = 395, height = 150, step_x = width + 70, step_y = height + 75;
+  const std::size_t rows_of_plots = header.size() / 2;
+  Sheet sheet(2 * step_x + 20, step_y * static_cast<double>(rows_of_plots) + 20);
+  for (std::size_t plane = 1; plane < header.size(); ++plane) {
+    for (std::size_t row = 0; row < rows; ++row)
+      columns[plane].push_back(static_cast<double>(study.sample.image[(plane - 1) * rows + row]));
+    const std::size_t across = (plane - 1) % 2, down = (plane - 1) / 2;
+    Plot plot(sheet, {60 + step_x * static_cast<double>(across), 35 + step_y * static_cast<double>(down)}, width,
+              height, {"Time (s)", 0, columns[0].back()}, axis_for("", {columns[plane]}, false), header[plane]);
+    plot.line(columns[0], columns[plane], {blue, 1});
+  }
+  return {"input-image",
+          "What the network sees",
+          format("Trial %d of the %s as the network's %d time series of %d values, each the mean of %d samples; of the "
+                 "sway the cycles' mean, then how each differs from those before it.",
+                 study.sample.index, study.sample.from.c_str(), shape.channels, shape.rows, study.image.block),
+          sheet.svg(),
+          csv(header, columns, 7),
+          {blue}};
+}
+
 /// Frequency upwards, as far as it is not a mirror image.
 Figure input_image(const Study& study) {
   const dataset::ImageShape& shape = study.sample.image_shape;
@@ -123,8 +159,37 @@ Figure input_image(const Study& study) {
       {"#000000"}};
 }
 
+/// Of images of one column: a line of pixels for each filter, as the tiles would be thousands of lines high.
+Figure activation_lines(const Study& study) {
+  const nn::Shape& shape = study.sample.activation_shape;
+  Bitmap map(shape.rows, shape.channels, 1);
+  std::vector<std::vector<double>> columns;
+  std::vector<std::string> header;
+  const auto rows = static_cast<std::size_t>(shape.rows);
+  for (int c = 0; c < shape.channels; ++c) {
+    header.push_back("filter_" + std::to_string(c + 1));
+    const auto values = std::span(study.sample.activation).subspan(static_cast<std::size_t>(c) * rows, rows);
+    columns.emplace_back(values.begin(), values.end());
+    const auto range = usual_range(columns.back());
+    for (std::size_t row = 0; row < rows; ++row) map.at(c, static_cast<int>(row)) = shade(columns.back()[row], range);
+  }
+  const double height = 8.0 * shape.channels;
+  Sheet sheet(900, 20 + height);
+  sheet.bitmap({10, 10}, 880, height, map);
+  return {
+      "activations",
+      "First layer's activations",
+      format("Response of each of the %d filters of the first layer (%s) to what is above, BatchNorm included, before "
+             "ReLU; a line each, lighter is larger, each with a scale of its own. %s to the right.",
+             shape.channels, study.sample.activation_layer.c_str(), study.image.block > 0 ? "Time" : "Frequency"),
+      sheet.svg(),
+      csv(header, columns, 5),
+      {"#000000", "#ffffff"}};
+}
+
 Figure activations(const Study& study) {
   const nn::Shape& shape = study.sample.activation_shape;
+  if (shape.columns == 1) return activation_lines(study);
   const int side = static_cast<int>(std::ceil(std::sqrt(shape.channels))), gap = 3;
   const int lines = (shape.channels + side - 1) / side;
   const auto plane = static_cast<std::size_t>(shape.rows * shape.columns);
@@ -248,7 +313,7 @@ Figure known(const Study& study, const KnownTrial& trial, const std::string& id,
 std::vector<Figure> study_figures(const Study& study) {
   std::vector<Figure> figures;
   if (study.data) figures.push_back(amplitude_histogram(*study.data));
-  figures.push_back(input_image(study));
+  figures.push_back(study.image.block > 0 ? input_series(study) : input_image(study));
   figures.push_back(activations(study));
   if (!study.log.empty()) figures.push_back(loss(study));
   figures.push_back(

@@ -167,7 +167,8 @@ std::string faults_convention(const Study& study) {
       "every "
       "row; with twice the tilt those that stand, and of leg and trunk one body with other noise in each. Promised: "
       "the mean variance that the network gives, to be as large as the MSE. In 90 %%: share of the truths in the "
-      "intervals of 90 %%. Warned: share of the recordings with a warning, to be set beside that of the first row.",
+      "intervals of 90 %%. Warned: share of the recordings with a warning of caution or worse, to be set beside that "
+      "of the first row.",
       study.faults.front().errors.trials, study.faults_noise_deg);
 }
 
@@ -227,7 +228,7 @@ Json study_json(const Study& study) {
         {"peak_to_peak_deg", study.recording->peak_to_peak_deg()},
         {"rms_residual_deg", number_or_null(study.recording->explanation.rms_residual_deg)},
         {"variance_accounted_for", number_or_null(study.recording->explanation.variance_accounted_for)},
-        {"warnings", study.recording->warnings()}};
+        {"warnings", warnings_json(study.recording->warnings())}};
   json["worth"] = Json::array();
   for (const NoiseLevel& level : study.levels) {
     Json entry{{"sensor_noise_deg", level.sensor_noise_deg}};

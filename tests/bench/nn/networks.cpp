@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "dataset/image/image.hpp"
+#include "identify/head.hpp"
 #include "identify/model.hpp"
 #include "identify/training/presets.hpp"
 #include "sim/protocol.hpp"
@@ -14,7 +15,7 @@ namespace {
 
 void check_same(const bench::NamedNetwork& timed, const std::string& preset_name) {
   const Preset& preset = preset_named(preset_name);
-  const Model model(sim::default_protocol(), preset.image, preset.architecture);
+  const Model model(sim::default_protocol(), preset.image, preset.architecture, head_named(preset.head, "preset"));
   const nn::Network<float> network(timed.input, timed.architecture);
   CHECK(network.architecture() == model.network.architecture());
   CHECK(timed.input == model.network.input_shape());
@@ -22,7 +23,8 @@ void check_same(const bench::NamedNetwork& timed, const std::string& preset_name
 
 }  // namespace
 
-TEST_CASE("the network that benchmarks call Best is the default preset's, NetB the paper's") {
+TEST_CASE("the networks that benchmarks call Best, NetB and Series are those of the presets") {
   check_same(bench::best_network, "best");
+  check_same(bench::series_network, "series");
   check_same(bench::named_networks[1], "paper");
 }

@@ -42,8 +42,8 @@ double deviation(const Recording& recording, std::size_t margin = 0) {
 }
 
 bool warns(const Recording& recording, const std::string& part) {
-  for (const std::string& warning : recording.warnings) {
-    if (warning.find(part) != std::string::npos) return true;
+  for (const Warning& warning : recording.warnings) {
+    if (warning.text.find(part) != std::string::npos) return true;
   }
   return false;
 }
@@ -66,7 +66,8 @@ TEST_CASE("jitter is interpolated, and reported") {
   CHECK(deviation(recording) < 7e-4);
   CHECK(warns(recording, "uneven"));
   // Three digits: "20.5%".
-  const std::string digits = recording.warnings.front().substr(recording.warnings.front().find("by up to ") + 9, 5);
+  const std::string digits =
+      recording.warnings.front().text.substr(recording.warnings.front().text.find("by up to ") + 9, 5);
   CHECK(digits[2] == '.');
   CHECK(digits[4] == '%');
   CHECK(warns(recording, "100 Hz"));

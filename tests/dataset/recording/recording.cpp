@@ -35,8 +35,8 @@ void check_one_two_three(const std::string& text, const RecordingOptions& option
 }
 
 bool warns(const Recording& recording, const std::string& part) {
-  for (const std::string& warning : recording.warnings) {
-    if (warning.find(part) != std::string::npos) return true;
+  for (const Warning& warning : recording.warnings) {
+    if (warning.text.find(part) != std::string::npos) return true;
   }
   return false;
 }
@@ -245,7 +245,7 @@ TEST_CASE("samples in memory: errors and warnings name neither columns nor optio
   for (const std::vector<double>& odd : {std::vector<double>{0.1, 0.5}, {0.1, 0.100001}}) {
     const Recording recording = recording_of(odd, 100.0);
     REQUIRE(recording.warnings.size() == 1);
-    plain(recording.warnings.front());
+    plain(recording.warnings.front().text);
   }
 }
 

@@ -34,8 +34,8 @@ Recording ramp(std::size_t samples, double rate_hz = 100.0) {
 }
 
 bool warns(const Recording& recording, const std::string& part) {
-  for (const std::string& warning : recording.warnings) {
-    if (warning.find(part) != std::string::npos) return true;
+  for (const Warning& warning : recording.warnings) {
+    if (warning.text.find(part) != std::string::npos) return true;
   }
   return false;
 }
@@ -247,7 +247,7 @@ TEST_CASE("of samples in memory neither errors nor warnings name files, columns 
     recording.file.clear();
     bring_to_protocol(recording, protocol);
     CHECK_FALSE(recording.warnings.empty());
-    for (const std::string& warning : recording.warnings) check_plain(warning);
+    for (const Warning& warning : recording.warnings) check_plain(warning.text);
   }
 }
 

@@ -94,13 +94,13 @@ TEST_CASE("a table that no controller explains is said to be one, and widens the
   const frf::Fit good = fit_of(0.02, {}), bad = fit_of(0.02, {}, zigzag);
   CHECK(bad.misfit().p_value < 1e-6);
   REQUIRE(bad.warnings().size() == 1);
-  CHECK(bad.warnings()[0].find("does not explain the table: chi-square") != std::string::npos);
-  CHECK(bad.warnings()[0].find("for errors of the table") != std::string::npos);
+  CHECK(bad.warnings()[0].text.find("does not explain the table: chi-square") != std::string::npos);
+  CHECK(bad.warnings()[0].text.find("for errors of the table") != std::string::npos);
   CHECK(bad.mean(Density::error) > 0.2);
   CHECK(bad.deviation(sim::Delay) > 2.0 * good.deviation(sim::Delay));
   const frf::Fit sure = fit_of(0.02, {.error = 0.0}, zigzag);
   REQUIRE_FALSE(sure.warnings().empty());
-  CHECK(sure.warnings().back().find("too narrow") != std::string::npos);
+  CHECK(sure.warnings().back().text.find("too narrow") != std::string::npos);
 }
 
 TEST_CASE("without confidence the table's errors are inferred, and too large ones said") {
@@ -112,7 +112,7 @@ TEST_CASE("without confidence the table's errors are inferred, and too large one
   const frf::Fit bad = fit_of(0.0, {}, zigzag);
   CHECK(bad.mean(Density::error) > 0.25);
   REQUIRE(bad.warnings().size() == 1);
-  CHECK(bad.warnings()[0].find("of the response unexplained") != std::string::npos);
+  CHECK(bad.warnings()[0].text.find("of the response unexplained") != std::string::npos);
 }
 
 TEST_CASE("the draws have the bits that they have everywhere" * doctest::test_suite("golden")) {

@@ -23,7 +23,7 @@ TEST_CASE("the built-in model is the one that docs/models.md describes") {
 }
 
 /// Mean over 7 z-scored parameters, exact sway.
-constexpr double built_in_mse = 0.16390529332069062;
+constexpr double built_in_mse = 0.20084474340069522;
 
 TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
   dataset::DatasetRequest request;
@@ -52,7 +52,7 @@ constexpr bool sanitized = false;
 
 /// Valid fresh trials of a protocol as recordings with 0.02 degrees of sensor noise.
 std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int count) {
-  sim::Protocol noisy = protocol;
+  sim::Protocol noisy = protocol.ideal();
   noisy.noise.sensor = {.low_deg = 0.02, .high_deg = 0.02};
   const dataset::Dataset data = dataset::generate({.protocol = noisy, .count = count, .seed = 823});
   std::vector<std::vector<float>> all;
@@ -87,14 +87,20 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
   CHECK(changed([](std::vector<float>& sway) {
           for (float& value : sway) value = -value;  // the sign
         }) >= 0.95);
-  for (const int late : {200, 1000})  // two seconds, ten
-    CHECK(changed([&](std::vector<float>& sway) { std::rotate(sway.begin(), sway.begin() + late, sway.end()); }) >=
-          0.95);
+  // docs/recordings.md has the rates over 500 trials: 0.74, 0.90, 0.83 and 0.87, here with three standard errors off.
+  struct Late {
+    int samples;
+    double least;
+  };
+  for (const Late late : {Late{200, 0.62}, Late{1000, 0.82}})  // two seconds, ten
+    CHECK(changed([&](std::vector<float>& sway) {
+            std::rotate(sway.begin(), sway.begin() + late.samples, sway.end());
+          }) >= late.least);
   CHECK(changed([](std::vector<float>& sway) {  // 100 Hz taken for what is 80: the recording's first four fifths
           std::vector<float> slow(sway.size());
           for (std::size_t k = 0; k < sway.size(); ++k) slow[k] = sway[k * 4 / 5];
           sway = slow;
-        }) >= 0.95);
+        }) >= 0.73);
   std::uint64_t item = 0;
   CHECK(changed([&](std::vector<float>& sway) {  // white noise of half a degree
           const Random random(5, Stream::sensor_noise, item++);
@@ -104,7 +110,7 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
   // A platform that plays a sine.
   sim::Protocol sine = model.protocol;
   sine.experiment.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5}}, .cycle_s = 121.0};
-  CHECK(part_unfamiliar(model, recordings_of(sine, count)) >= 0.9);
+  CHECK(part_unfamiliar(model, recordings_of(sine, count)) >= 0.78);
 }
 
 TEST_CASE("another body: answers times its m g h, trials of it, and heights that the model does not know") {
@@ -127,7 +133,7 @@ TEST_CASE("another body: answers times its m g h, trials of it, and heights that
     if (scales) CHECK(test::near(b.at("normalized").get<double>(), a.at("normalized").get<double>(), 1e-4));
   }
   test::check_refused(identify + " --mass 70", {"--mass, --height", "one stands alone"});
-  test::check_refused(identify + " --mass 60 --height 1.5", {"times as tall", "built-in model", "body_heights"});
+  test::check_refused(identify + " --mass 60 --height 1.3", {"times as tall", "built-in model", "body_heights"});
 
   const auto error_on = [&](const std::string& mass) {
     test::write_text(folder / "p.json", R"({"body": {"subject": {"mass_kg": )" + mass + R"(, "height_m": 1.80}}})");

@@ -112,6 +112,24 @@ TEST_CASE("export sway reads recordings as identify does, and counts of one are 
                              {"has 1 recording, and none of number 2", "--recording"});
 }
 
+TEST_CASE("export controller refuses what is not usable, and says what it takes for 0") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  REQUIRE(run_decid("identify " + folder / "t.csv" + " -o " + folder / "r.json").code == 0);
+  Json result = Json::parse(read_text(folder / "r.json"));
+  Json& recording = result["recordings"][0];
+  recording["trust"] = "not usable";
+  recording["warnings"] = {{{"code", "impossible_value"}, {"severity", "invalid"}, {"text", "Kp_pass is below 0"}}};
+  recording["parameters"][decid::sim::Kp_pass]["value"] = -342.0;
+  decid::test::write_text(folder / "r.json", result.dump());
+  const std::string command = "export controller " + folder / "r.json" + " -o " + folder / "c";
+  decid::test::check_refused(command, {"r.json", "not usable for recording 1: Kp_pass is below 0", "--force"});
+  CHECK_FALSE(std::filesystem::exists(folder / "c"));
+  const auto forced = run_decid(command + " --force");
+  CHECK(forced.code == 0);
+  CHECK(forced.err.find("Kp_pass = -342 is below 0: the controller has 0") != std::string::npos);
+}
+
 TEST_CASE("identify prints, writes JSON and a report") {
   const Folder folder;
   const std::string trial = folder / "trial.csv";
@@ -131,6 +149,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   CHECK(recording.at("fit").at("rms_residual_deg").is_number());
   CHECK(recording.at("fit").at("variance_accounted_for").is_number());
   CHECK(recording.at("warnings").is_array());
+  CHECK(recording.at("trust") == "usable");
   REQUIRE(recording.at("parameters").size() == 7);
   for (std::size_t p = 0; p < 7; ++p) {
     const auto& info = decid::sim::single_pendulum().parameters[p];
@@ -204,14 +223,19 @@ TEST_CASE("the frequency response is in the JSON, and a sway that does not follo
   }
   CHECK(coherent > 3);
   CHECK(recording["following"] > 0.7);
-  CHECK(recording["warnings"].dump().find("looks unlike") == std::string::npos);
+  CHECK(recording["warnings"].dump().find("unfamiliar") == std::string::npos);
 
   // The platform stood still: sway of the vestibular noise alone.
   decid::test::write_text(folder / "still.json", R"({"sequence": {"amplitude_deg": 1e-6}})");
   REQUIRE(run_decid("simulate --seed 3 --protocol " + folder / "still.json" + " -o " + folder / "b.csv").code == 0);
   const Json still = Json::parse(run_decid("identify " + folder / "b.csv --json").out).at("recordings").at(0);
-  CHECK(still["following"] < 0.3);
-  CHECK(still["warnings"].dump().find("looks unlike") != std::string::npos);
+  CHECK(still["following"] < 0.6);
+  CHECK(still["trust"] == "not usable");
+  CHECK(still["warnings"][0]["code"] == "unfamiliar");
+  CHECK(still["warnings"][0]["severity"] == "invalid");
+  CHECK(still["warnings"][0]["text"].get<std::string>().starts_with("looks unlike"));
+  const std::string text = run_decid("identify " + folder / "b.csv").out;
+  CHECK(text.find("NOT USABLE: looks unlike") < text.find("Kp"));
 }
 
 TEST_CASE("a measured tilt puts a recording that started early in time") {
@@ -419,10 +443,9 @@ TEST_CASE("an offset of the sensor is noticed") {
   std::string header;
   std::string shifted = "time,com_sway_deg\n";
   for (const auto& row : read_csv(folder / "a.csv", header))
-    shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 1.5) + "\n";
+    shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 3.5) + "\n";
   decid::test::write_text(folder / "b.csv", shifted);
   CHECK(run_decid("identify " + folder / "a.csv").out.find("offset") == std::string::npos);
   CHECK(run_decid("identify " + folder / "b.csv").out.find("detrend by offset") != std::string::npos);
-  CHECK(run_decid("identify --detrend offset " + folder / "b.csv").out.find("warning: the sway's mean") ==
-        std::string::npos);
+  CHECK(run_decid("identify --detrend offset " + folder / "b.csv").out.find("the sway's mean") == std::string::npos);
 }

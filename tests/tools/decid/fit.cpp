@@ -224,6 +224,24 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   check_refused("calibrate --trials 0", {"--trials"});
 }
 
+TEST_CASE("calibrate: another network's answers take the place of the first one's" * doctest::test_suite("slow")) {
+  const Folder folder;
+  const std::string command =
+      "calibrate --quiet --sensor-noise 0.02 --most-draws 8 --trials 1 --json -o " + folder / "c.json";
+  const std::string model = " --model " DECID_SOURCE_DIR "/models/ideal.safetensors";
+  const auto first = run_decid(command);
+  CAPTURE(first.err);
+  REQUIRE(first.code == 0);
+  const Json own = Json::parse(first.out), other = Json::parse(run_decid(command + " --resume" + model).out);
+  CHECK(own["network"] != other["network"]);
+  CHECK(own["trials"][0]["mean"] == other["trials"][0]["mean"]);
+  CHECK(own["trials"][0]["network"] != other["trials"][0]["network"]);
+  CHECK(own["calibration"]["network_log_score"].is_number());
+  CHECK(other["calibration"]["network_log_score"].is_null());  // it gives point estimates
+  CHECK(Json::parse(run_decid(command + " --resume").out) == own);
+  check_refused(command + "2 --protocol short" + model, {"protocol short", "another experiment"});
+}
+
 TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::test_suite("slow")) {
   const Folder folder;
   const auto result = run_decid("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" +

@@ -248,6 +248,26 @@ TEST_CASE("a study without a data set simulates its own trials") {
   CHECK(std::filesystem::exists(out + "/error-by-amplitude.svg"));
 }
 
+TEST_CASE("a study of a network of time series shows each of them, and filters in lines") {
+  const Folder folder;
+  REQUIRE(run_decid("study --quiet --trials 16 --realisations 1 -o " + folder / "study").code ==
+          0);  // the built-in model
+  const auto lines_of = [&](const std::string& name) {
+    std::istringstream text(read_text(folder / "study/" + name));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    return lines;
+  };
+  const std::vector<std::string> image = lines_of("input-image.csv"), filters = lines_of("activations.csv");
+  REQUIRE(image.size() == 606);
+  CHECK(image.front() ==
+        "time_s,sway_mean,sway_difference_2,sway_change_mean,sway_change_difference_2,sway_bend_mean,"
+        "sway_bend_difference_2,height,tilt,tilt_velocity");
+  CHECK(image[605].starts_with("60.4,"));
+  REQUIRE(filters.size() == 304);
+  CHECK(std::ranges::count(filters.front(), ',') == 47);
+}
+
 TEST_CASE("studies that cannot be made write nothing") {
   const Setting s;
   const std::string out = " -o " + s.folder / "study";

@@ -4,9 +4,11 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "identify/prediction.hpp"
 #include "identify/training/presets.hpp"
 #include "identify/training/training.hpp"
+#include "sim/segments.hpp"
 #include "tests/tools/firmware/models.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
@@ -52,32 +54,42 @@ std::vector<Compiler> compilers() {
   return all;
 }
 
-/// Exports `model` and runs the harness on its trials: their parameters.
-void check_bits(Model model, int trials, const std::string& options, std::size_t most_compilers) {
+/// Exports `model` and runs the harness on its trials: their parameters. subject: whose trials they are, the model's
+/// own body if empty.
+void check_bits(Model model, int trials, const std::string& options, std::size_t most_compilers,
+                const std::optional<sim::Subject>& subject = {}) {
   const Folder folder;
+  std::optional<sim::Body> told;
+  std::string body_options;
+  if (subject) {
+    told = sim::body_of(sim::segments_of(*subject));
+    body_options = format(" --mass %.17g --height %.17g ", subject->mass_kg, subject->height_m);
+  }
+  const ForBody body = for_body(model, "model", told);
   const dataset::Dataset data = test::noisy_trials(model, trials, 31);
   std::string images;
   std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
   for (int i = 0; i < trials; ++i) {
-    model.make_input(data.trial(i), image);
+    model.make_input({data.trial(i), body.height}, image);
     images += as_bytes(image);
   }
   test::write_text(folder / "sway.bin", as_bytes(data.sway));
   test::write_text(folder / "images.bin", images);
   test::write_text(folder / "m.safetensors", to_bytes(model));
-  REQUIRE(run_decid("export c " + folder / "m.safetensors" + " --name model " + options + " --quiet -o " + folder / "c")
+  REQUIRE(run_decid("export c " + folder / "m.safetensors" + " --name model " + options + body_options +
+                    " --quiet -o " + folder / "c")
               .code == 0);
   std::string expected;
   if (options.find("--int8") == std::string::npos) {
-    expected = test::identified_bytes(model, data);
+    expected = test::identified_bytes(model, body, data);
   } else {
     FirmwarePlan plan = plan_firmware(model, {.int8 = true});
     quantise(plan, model);
-    const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
+    const auto sways = sways_in_memory([&](int i) { return data.trial(i); }, body.height);
     const std::vector<float> outputs = predict_planned(plan, model, trials, sways);
     const std::size_t width = outputs.size() / static_cast<std::size_t>(trials);
     for (std::size_t i = 0; i < outputs.size(); i += width)
-      expected += test::said_bytes(model, std::span(outputs).subspan(i, width));
+      expected += test::said_bytes(model, body, std::span(outputs).subspan(i, width));
   }
   std::string defines;
   if (options.find("--incremental") != std::string::npos) defines += " -DINCREMENTAL";
@@ -151,7 +163,9 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
     const dataset::ImageSettings series{.window = 6050, .channels = every_series_channel, .fold = 2, .block = 10};
     const std::string architecture =
         "conv 6 9x1 stride 3x1 pad 4x0; batchnorm; relu; conv 5 4x1 stride 2x1; statspool; fc 9; relu; fc 72";
-    Model model = test::made_up_model(sim::default_protocol(), series, architecture, mixture_head(2));
+    sim::Protocol protocol = sim::default_protocol();
+    protocol.heights = {.low = 0.9, .high = 1.1};
+    Model model = test::made_up_model(protocol, series, architecture, mixture_head(2));
     for (std::size_t p = 0; p < model.parameters().size(); ++p) {
       Recalibration::Levels levels;
       for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = 0.05 * static_cast<double>(i + 1);
@@ -161,6 +175,8 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
     check_bits(model, 2, "--incremental", 99);
     check_bits(model, 2, "", 1);
     check_bits(model, 2, "--incremental --int8", 2);
+    for (const char* options : {"--incremental", "--int8"})
+      check_bits(model, 2, options, 2, sim::Subject{.mass_kg = 60.0, .height_m = 1.65});
   }
   SUBCASE("time series of three cycles behind a lead-in") {
     const dataset::ImageSettings series{.window = 2000,

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "base/file.hpp"
+#include "identify/for_body.hpp"
 #include "identify/model.hpp"
 #include "identify/prediction.hpp"
 #include "tests/tools/decid/run.hpp"
@@ -42,7 +43,7 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
 
 /// Valid trials of the model's experiment with 0.02 degrees of sensor noise.
 inline dataset::Dataset noisy_trials(const Model& model, int count, std::uint64_t seed) {
-  sim::Protocol protocol = model.protocol;
+  sim::Protocol protocol = model.protocol.ideal();
   protocol.noise.sensor = {.low_deg = 0.02, .high_deg = 0.02};
   return dataset::generate({.protocol = protocol, .count = count, .seed = seed});
 }
@@ -51,22 +52,22 @@ inline std::string as_bytes(std::span<const float> values) {
   return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
 }
 
-/// What such outputs say: seven floats, and their deviations if the model knows them, as bytes.
-inline std::string said_bytes(const Model& model, std::span<const float> outputs) {
+/// What such outputs say of the body: seven floats, and their deviations if the model knows them, as bytes.
+inline std::string said_bytes(const Model& model, const ForBody& body, std::span<const float> outputs) {
   std::vector<float> all;
-  for (const double value : model.decode(outputs)) all.push_back(static_cast<float>(value));
-  if (const auto found = model.distribution(outputs))
+  for (const double value : body.from_model(model, model.decode(outputs))) all.push_back(static_cast<float>(value));
+  if (const auto found = model.distribution(outputs, body.ranges))
     for (int p = 0; p < static_cast<int>(found->parameters()); ++p)
       all.push_back(static_cast<float>(found->deviation(p)));
   return as_bytes(all);
 }
 
-/// What identify says of the trials, as bytes.
-inline std::string identified_bytes(const Model& model, const dataset::Dataset& data) {
+/// What identify says of the trials, as the body's, as bytes.
+inline std::string identified_bytes(const Model& model, const ForBody& body, const dataset::Dataset& data) {
   std::string all;
   for (int i = 0; i < data.trials(); ++i) {  // one by one, as decid identify does
-    const auto sways = sways_in_memory([&](int) { return data.trial(i); });
-    all += said_bytes(model, predict(model, 1, 1, sways));
+    const auto sways = sways_in_memory([&](int) { return data.trial(i); }, body.height);
+    all += said_bytes(model, body, predict(model, 1, 1, sways));
   }
   return all;
 }

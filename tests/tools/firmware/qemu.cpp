@@ -76,7 +76,8 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
     check_costs(costs, trials);
     check_written("docs/firmware.md", row(name + ", float", costs));
     check_written("docs/firmware.md", controller_row(name, costs));
-    CHECK(test::read_text(folder / "out/results.bin") == test::identified_bytes(model, data));
+    CHECK(test::read_text(folder / "out/results.bin") ==
+          test::identified_bytes(model, for_body(model, "model", {}), data));
   }
   const Folder folder;
   const dataset::Dataset data = test::noisy_trials(model, 2, 78);

@@ -50,7 +50,7 @@ inline FittedRecordings fitted_recordings() {
   Identification& odd = all.identified.recordings[2];
   odd.file = hostile_name;
   odd.truth.reset();
-  odd.explanation.warnings = {"the chains do not agree"};
+  odd.explanation.warnings = {{Severity::caution, "chains_disagree", "the chains do not agree"}};
   all.fits[2].answer = FitFigures::Answer::network;
   return all;
 }

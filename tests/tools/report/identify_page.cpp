@@ -82,7 +82,8 @@ TEST_CASE("the data are those of the identification") {
   Identifications all = recording();
   Identification& made = all.recordings.front();
   made.truth = sim::single_pendulum().parameters.middle();
-  made.estimate.warnings = {"the recording is short"};
+  made.estimate.warnings = {{decid::Severity::info, "resampled", "from 50 Hz"},
+                            {decid::Severity::caution, "samples_lacking", "the recording is short"}};
   const json data = data_of(all);
   CHECK(data["model"]["name"] == "built-in");
   CHECK(data["model"]["sha256"] == "0123abcd");
@@ -90,7 +91,10 @@ TEST_CASE("the data are those of the identification") {
   const json& shown = data["recordings"][0];
   CHECK(shown["file"] == "trial.csv");
   CHECK(shown["column"] == "com_sway_deg");
-  CHECK(shown["warnings"] == json::array({"the recording is short"}));
+  CHECK(shown["trust"] == "caution");
+  CHECK(shown["warnings"][0] ==
+        json{{"code", "samples_lacking"}, {"severity", "caution"}, {"text", "the recording is short"}});
+  CHECK(shown["warnings"][1]["severity"] == "info");
   CHECK(shown["rms_residual_deg"] == 0.25);
   CHECK(shown["variance_accounted_for"] == 0.75);
   CHECK(shown["protocol"]["duration_s"] == 121.0);
@@ -221,7 +225,7 @@ TEST_CASE("text from outside cannot leave its block") {
   Identification& made = all.recordings.front();
   made.file = made.column = hostile;
   all.protocol.name = hostile;
-  made.estimate.warnings = {hostile};
+  made.estimate.warnings = {{decid::Severity::caution, "hostile", hostile}};
   const std::string page = decid::tools::report_html({hostile, hostile, hostile}, all);
   CHECK(count(page, "</script>") == 3);
   CHECK(page.find("<script>alert") == std::string::npos);
@@ -231,7 +235,7 @@ TEST_CASE("text from outside cannot leave its block") {
   // As it was, but for the byte that is not UTF-8.
   const std::string kept = "</script><script>alert(1)</script><!--<script>{{page_js}}&amp;\" \\u003c\xef\xbf\xbd\x01";
   CHECK(data["recordings"][0]["file"] == kept);
-  CHECK(data["recordings"][0]["warnings"][0] == kept);
+  CHECK(data["recordings"][0]["warnings"][0]["text"] == kept);
   CHECK(data["model"]["name"] == kept);
 }
 

@@ -71,8 +71,11 @@ Identifications several(std::vector<decid::dataset::Channel> channels, int fold 
   fallen.explanation.frf->model.clear();
   fallen.explanation.rms_residual_deg = fallen.explanation.variance_accounted_for =
       std::numeric_limits<double>::quiet_NaN();
-  fallen.estimate.warnings = {"delay is outside the range the model was trained on; do not rely on it",
-                              "the body simulated from the identified parameters fell over after 34.2 s"};
+  using decid::Severity;
+  fallen.estimate.warnings = {
+      {Severity::caution, "outside_range", "delay is outside the range the model was trained on; do not rely on it"},
+      {Severity::invalid, "does_not_stand",
+       "the body simulated from the identified parameters fell over after 34.2 s"}};
   Identification odd = recording(simulator, all);
   odd.file = "</script><script>document.body.dataset.error='markup'</script>.csv";
   Identification failed;

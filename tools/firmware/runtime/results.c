@@ -160,7 +160,11 @@ static int32_t take_result(void* arena, float* parameters) {
   for (i = 0; i < PARAMETERS; ++i) {
     /* Not volatile, gcc 12 at -O3 vectorises the way from double to float and back to double, and does not round. */
     const volatile float score = scores[i];
+#if OTHER_BODY
+    parameters[i] = (float)((target_mean[i] + ((double)score * target_deviation[i])) * body_factor[i]);
+#else
     parameters[i] = (float)(target_mean[i] + ((double)score * target_deviation[i]));
+#endif
   }
   return DECID_FW_OK;
 }

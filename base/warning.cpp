@@ -1,0 +1,43 @@
+// What people should know of a result: see warning.hpp.
+#include "base/warning.hpp"
+
+#include <algorithm>
+
+namespace decid {
+
+const char* name(Severity severity) {
+  switch (severity) {
+    case Severity::info:
+      return "info";
+    case Severity::caution:
+      return "caution";
+    case Severity::invalid:
+      return "invalid";
+  }
+  return "";
+}
+
+Warnings::const_iterator gravest(const Warnings& warnings) {
+  return std::ranges::max_element(warnings, {}, &Warning::severity);
+}
+
+Trust trust_of(const Warnings& warnings) {
+  const Severity severity = warnings.empty() ? Severity::info : gravest(warnings)->severity;
+  return severity == Severity::invalid   ? Trust::not_usable
+         : severity == Severity::caution ? Trust::caution
+                                         : Trust::usable;
+}
+
+const char* name(Trust trust) {
+  switch (trust) {
+    case Trust::usable:
+      return "usable";
+    case Trust::caution:
+      return "caution";
+    case Trust::not_usable:
+      return "not usable";
+  }
+  return "";
+}
+
+}  // namespace decid

@@ -1,0 +1,30 @@
+// What warnings leave of a result.
+#include "base/warning.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+using namespace decid;
+
+TEST_CASE("trust: as the gravest warning says") {
+  Warnings warnings;
+  CHECK(trust_of(warnings) == Trust::usable);
+  add_info(warnings, "resampled", "from 50 Hz");
+  CHECK(trust_of(warnings) == Trust::usable);
+  add_invalid(warnings, "unfamiliar", "looks unlike all");
+  add_caution(warnings, "small_sway", "is small");
+  CHECK(trust_of(warnings) == Trust::not_usable);
+  warnings.erase(warnings.begin() + 1);
+  CHECK(trust_of(warnings) == Trust::caution);
+  CHECK(warnings.front() == Warning{Severity::info, "resampled", "from 50 Hz"});
+}
+
+TEST_CASE("severities and verdicts have the names that scripts read") {
+  CHECK(std::string(name(Severity::info)) == "info");
+  CHECK(std::string(name(Severity::caution)) == "caution");
+  CHECK(std::string(name(Severity::invalid)) == "invalid");
+  CHECK(std::string(name(Trust::usable)) == "usable");
+  CHECK(std::string(name(Trust::caution)) == "caution");
+  CHECK(std::string(name(Trust::not_usable)) == "not usable");
+}
