@@ -46,6 +46,7 @@ Segments segments_of(const Subject& subject) {
   segments.leg_com_m = leg_com * segments.leg_length_m;
   segments.leg_inertia_kgm2 = segments.leg_mass_kg * square(leg_gyration * segments.leg_length_m);
   segments.trunk_mass_kg = trunk_mass * subject.mass_kg;
+  segments.trunk_length_m = trunk_length * subject.height_m;
   segments.trunk_com_m = trunk_com * trunk_length * subject.height_m;
   segments.trunk_inertia_kgm2 = segments.trunk_mass_kg * square(trunk_gyration * gyration_length * subject.height_m);
   return segments;

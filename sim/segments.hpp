@@ -18,6 +18,7 @@ struct Subject {
 struct Segments {
   double leg_mass_kg, leg_length_m, leg_com_m, leg_inertia_kgm2;
   double trunk_mass_kg, trunk_com_m, trunk_inertia_kgm2;
+  double trunk_length_m;  ///< hip to shoulder
 
   double mass_kg() const { return leg_mass_kg + trunk_mass_kg; }
   /// Height of the common centre of mass above the ankle, standing straight.

@@ -60,13 +60,16 @@ double near_whole(double rate) {
 
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting) {
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
-  const std::vector<double> time = table.numbers(column);
+  const std::vector<double> time = table.times(column);
   const double unit_s = time_unit_s(name);
   std::vector<double> steps(time.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
   const double usual = median(steps);
   const auto is_even = [&](double step) { return step > 0.0 && std::abs(step - usual) <= even * usual; };
   const double last = static_cast<double>(steps.size());
+  if (usual < 0.0)
+    throw Error(where, "'" + name + "' runs backwards",
+                "turn the rows round, or give " + setting + " if the samples are in order all the same");
   Clock clock;
   if (std::all_of(steps.begin(), steps.end(), is_even)) {
     // Steps agree with the median to 1%; their mean is exact where the times were rounded.

@@ -19,7 +19,7 @@ namespace {
 constexpr double step_tolerance = 0.01;
 
 std::optional<Unit> angle_unit_of(std::string_view word) {
-  if (one_of(word, {"deg", "degree", "degrees", "\xC2\xB0"})) return Unit::degree;
+  if (one_of(word, {"deg", "degree", "degrees", "\xC2\xB0", "grad"})) return Unit::degree;
   if (one_of(word, {"rad", "radian", "radians"})) return Unit::radian;
   if (one_of(word, {"mrad", "milliradian", "milliradians"})) return Unit::milliradian;
   return {};
@@ -29,20 +29,18 @@ bool begins_with_t(std::string_view name) {
   return words(name).front() == "t";
 }
 
-/// "time", "time_ms", "Time since start (s)"; "t", "t (ms)", but not "T_ankle".
-bool is_time(std::string_view name) {
-  const std::vector<std::string> parts = words(name);
-  return one_of(parts.front(), {"time", "times", "timestamp", "timestamps", "zeit", "seconds", "sec", "ms"}) ||
-         (begins_with_t(name) && std::all_of(parts.begin() + 1, parts.end(), [](const std::string& word) {
-            return one_of(word, {"in", "s", "sec", "seconds"}) || time_unit_s(word) != 1.0;
-          }));
+std::optional<double> metres_of(std::string_view word) {
+  if (one_of(word, {"mm", "millimeter", "millimetre"})) return 1e-3;
+  if (one_of(word, {"cm", "centimeter", "centimetre"})) return 1e-2;
+  if (one_of(word, {"m", "meter", "metre"})) return 1.0;
+  return {};
 }
 
 /// What a column is by its name, if that is no angle: "a length". Columns called "m" alone are not.
 const char* other_quantity(std::string_view name) {
   const std::vector<std::string> parts = words(name);
   const std::string& last = parts.back();
-  if (parts.size() > 1 && one_of(last, {"mm", "cm", "m", "meter", "metre"})) return "a length";
+  if (parts.size() > 1 && metres_of(last)) return "a length";
   for (const std::string& word : parts) {
     for (const char* quantity : {"velocity", "speed", "acceleration"})
       if (word.find(quantity) != std::string::npos)
@@ -60,6 +58,15 @@ const char* other_quantity(std::string_view name) {
 }
 
 }  // namespace
+
+bool is_time_name(std::string_view name) {
+  const std::vector<std::string> parts = words(name);
+  return one_of(parts.front(), {"time", "times", "timestamp", "timestamps", "zeit", "zeitstempel", "uhrzeit", "temps",
+                                "tiempo", "tempo", "datetime", "seconds", "sekunden", "sec", "ms"}) ||
+         (begins_with_t(name) && std::all_of(parts.begin() + 1, parts.end(), [](const std::string& word) {
+            return one_of(word, {"in", "s", "sec", "sek", "seconds", "sekunden"}) || time_unit_s(word) != 1.0;
+          }));
+}
 
 std::string six_digits(double value) {
   char text[32];
@@ -99,13 +106,18 @@ std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, 
                             const std::string& setting) {
   if (given) return given;
   if (const char* quantity = other_quantity(name)) {
-    throw Error(where, name + " is " + quantity + " by its name, not an angle",
-                std::string_view(quantity) == "a length"
-                    ? "divide it by the height of the centre of mass above the ankles, or give " + setting +
-                          " if it is an angle"
-                    : "name a column of angles, or give " + setting + " if it is one");
+    throw Error(
+        where, name + " is " + quantity + " by its name, not an angle",
+        std::string_view(quantity) == "a length" && setting == "--unit"
+            ? "give the height of the centre of mass above the ankles as --com-height, or --unit if it is an angle"
+            : "name a column of angles, or give " + setting + " if it is one");
   }
   return unit_in(name);
+}
+
+std::optional<double> metres_in_unit_of(std::string_view name) {
+  const std::vector<std::string> parts = words(name);
+  return parts.size() > 1 ? metres_of(parts.back()) : std::nullopt;
 }
 
 double rad_in(Unit unit) {
@@ -113,9 +125,18 @@ double rad_in(Unit unit) {
   return unit == Unit::milliradian ? 1e-3 : 1.0;
 }
 
+std::string name_before_unit(std::string_view name) {
+  if (name.empty() || (name.back() != ')' && name.back() != ']')) return std::string(name);
+  const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '[');
+  if (open == std::string_view::npos || open == 0) return std::string(name);
+  name = name.substr(0, open);
+  while (!name.empty() && name.back() == ' ') name.remove_suffix(1);
+  return std::string(name);
+}
+
 std::string name_without_unit(std::string_view name) {
   std::vector<std::string> parts = words(name);
-  if (parts.size() > 1 && unit_in(name)) parts.pop_back();
+  if (parts.size() > 1 && (unit_in(name) || metres_in_unit_of(name))) parts.pop_back();
   std::string joined;
   for (const std::string& part : parts) joined += (joined.empty() ? "" : "_") + part;
   return joined;
@@ -160,15 +181,18 @@ int named_column(const Table& table, const std::string& column, const std::strin
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
   };
-  std::vector<int> exact, alike;
+  // As it stands there; in other case; without its unit: "KSP" of "KSP (deg)".
+  std::vector<int> exact, alike, plain;
   for (int i = 0; i < table.columns(); ++i) {
     const std::string& name = table.names()[static_cast<std::size_t>(i)];
     if (name == column) exact.push_back(i);
     if (lower(name) == lower(column)) alike.push_back(i);
+    if (lower(name_before_unit(name)) == lower(column)) plain.push_back(i);
   }
-  const std::vector<int>& found = exact.empty() ? alike : exact;
-  if (found.size() == 1) return found.front();
-  if (found.size() > 1) refuse_several(found, column, where, setting);
+  for (const std::vector<int>& found : {exact, alike, plain}) {
+    if (found.size() == 1) return found.front();
+    if (found.size() > 1) refuse_several(found, column, where, setting);
+  }
   int number = 0;
   const auto [end, error] = std::from_chars(column.data(), column.data() + column.size(), number);
   if (error == std::errc() && end == column.data() + column.size() && number >= 1 && number <= table.columns()) {
@@ -181,12 +205,12 @@ int named_column(const Table& table, const std::string& column, const std::strin
 int find_time(const Table& table) {
   if (table.has_header()) {
     const auto& names = table.names();
-    auto found = std::find_if(names.begin(), names.end(), is_time);
+    auto found = std::find_if(names.begin(), names.end(), is_time_name);
     if (found == names.end()) found = std::find_if(names.begin(), names.end(), begins_with_t);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
   }
   if (table.rate_hz() || table.columns() < 2 || table.rows(0) < 3) return -1;
-  const std::vector<double> first = table.numbers(0);
+  const std::vector<double> first = table.times(0);
   const double step = (first.back() - first.front()) / static_cast<double>(first.size() - 1);
   for (std::size_t i = 1; i < first.size(); ++i) {
     const double found = first[i] - first[i - 1];
@@ -195,9 +219,16 @@ int find_time(const Table& table) {
   return 0;
 }
 
+int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting) {
+  return find_named(table, without,
+                    {"tilt", "platform_tilt", "platform", "plattform", "platform_angle", "tilt_angle",
+                     "plattformwinkel", "kippwinkel", "support_tilt", "a_fs", "support_surface", "stimulus"},
+                    where, setting);
+}
+
 double time_unit_s(std::string_view name) {
   const std::string unit = words(name).back();
-  if (one_of(unit, {"ms", "msec", "milliseconds"})) return 1e-3;
+  if (one_of(unit, {"ms", "msec", "milliseconds", "millisekunden"})) return 1e-3;
   if (one_of(unit, {"us", "usec", "\xC2\xB5s", "microseconds"})) return 1e-6;
   return 1.0;
 }

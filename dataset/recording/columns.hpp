@@ -36,10 +36,14 @@ std::optional<Unit> unit_in(std::string_view name);
 /// none ("COM_x (mm)", "sway_deg_s", "tilt speed"); `where` names the file, `setting` how units are given: "--unit".
 std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
                             const std::string& setting);
+/// Metres in the unit of length that a name ends in, if it does.
+std::optional<double> metres_in_unit_of(std::string_view name);
 /// One of it in radians.
 double rad_in(Unit unit);
 /// "com_x" of "COM_x (deg)".
 std::string name_without_unit(std::string_view name);
+/// "COM x" of "COM x (deg)" and "COM x [mm]".
+std::string name_before_unit(std::string_view name);
 /// The names of a table's columns except one (-1: of all), to be shown.
 std::string list_of(const Table& table, int without);
 
@@ -49,12 +53,17 @@ std::string list_of(const Table& table, int without);
 /// Throws Error for several of one name.
 int find_named(const Table& table, int without, std::initializer_list<const char*> names, const std::string& where,
                const std::string& setting);
-/// The column that the user named, by its name, its name in other case, or its number. Throws Error if there is none or
+/// The column that the user named, by its name, its name in other case or without its unit in brackets, or its number.
+/// Throws Error if there is none or
 /// more than one. `where` names the file, `setting` how columns are named: "--column".
 int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting);
 
+/// "time", "time_ms", "Time since start (s)"; "t", "t (ms)", but not "T_ankle".
+bool is_time_name(std::string_view name);
 /// The column of time, or -1.
 int find_time(const Table& table);
+/// The column called tilt, platform, Plattform or the like, but one, or -1. Throws Error for several of one name.
+int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting);
 
 /// Seconds in one unit of a column of time, by its name.
 double time_unit_s(std::string_view name);

@@ -2,46 +2,55 @@
 // Not installed. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see CsvTable.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "dataset/recording/preamble.hpp"
 #include "dataset/recording/table.hpp"
 
 namespace decid::dataset {
 
 /// A table over its text; numbers are parsed only for the columns asked for, so others may hold anything.
 ///
-/// Accepted: UTF-8 byte order mark, line ends \n, \r\n and \r, blank lines, comment lines (# or %), blanks
+/// Accepted: UTF-8, UTF-16 and Windows-1252, line ends \n, \r\n and \r, blank lines, comment lines (# or %), blanks
 /// around cells, quoted cells (on one line), a separator at the end of the lines, a decimal comma where it cannot be a
-/// separator ("1,5;2,7", "1,5 2,7", a single column), and a line of units below the header ("s,deg"), which become part
-/// of the names: "time (s)".
+/// separator ("1,5;2,7", "1,5 2,7", a single column), lines above the table (preamble.hpp), and a line of units below
+/// the header ("s,deg", "[s];[Grad]"), which become part of the names: "time (s)".
 class CsvTable final : public Table {
  public:
   /// Throws Error if there are no lines of data, rows differ in length, or there are too many rows or columns.
-  /// `where` names the file.
-  CsvTable(std::string text, std::string where);
+  /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found.
+  CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {});
 
   std::size_t rows(int) const override { return rows_; }
   bool has_header() const override { return has_header_; }
   /// From the header, else "column 1", "column 2", ...
   const std::vector<std::string>& names() const override { return names_; }
   std::vector<double> numbers(int column, Missing missing = Missing::refused) const override;
+  /// Clock times, with or without a date, are seconds since the midnight before the first.
+  std::vector<double> times(int column) const override;
   /// The line of the file, from 1.
   std::string place_of(std::size_t row) const override;
+  std::optional<double> rate_hz() const override { return preamble_.rate_hz; }
+  std::size_t preamble_lines() const override { return preamble_.lines; }
 
  private:
   template <class Visit>
-  void for_each_line(const Visit& visit) const;
+  void visit_lines(const Visit& visit) const;
+  template <class Take>
+  void visit_cells(int column, const Take& take) const;
   char find_separator() const;
   void read_header(std::string_view line);
   bool read_units(const std::vector<std::string_view>& cells);
   double number(std::string_view cell, int column, std::size_t line, Missing missing) const;
 
   std::string text_, where_;
+  Preamble preamble_;
   char separator_;
   bool has_header_ = false;
-  bool has_units_ = false;
+  int header_lines_ = 0;  ///< of names and of units, that are not in the preamble
   std::vector<std::string> names_;
   std::size_t rows_ = 0;
 };

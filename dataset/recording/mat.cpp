@@ -212,6 +212,7 @@ MatTable::MatTable(const std::filesystem::path& path) : where_(path.string()) {
   const char* remedy = "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";
   const std::unique_ptr<mat_t, Close> file(Mat_Open(where_.c_str(), MAT_ACC_RDONLY));
   if (!file) throw Error(where_, "is not a MAT-file that can be read, or is damaged", remedy);
+  const bool is_hdf5 = Mat_GetVersion(file.get()) == MAT_FT_MAT73;
   Columns columns;
   // Sizes are checked before the values are read: a header may claim anything.
   while (const std::unique_ptr<matvar_t, Free> variable{Mat_VarReadNextInfo(file.get())}) {
@@ -223,6 +224,12 @@ MatTable::MatTable(const std::filesystem::path& path) : where_(path.string()) {
     if (count > most_values) {
       throw Error(where_, std::string(variable->name != nullptr ? variable->name : "") + " claims too many values",
                   "save the trial to be identified alone");
+    }
+    // h5py pads the name of the class with nulls where MATLAB ends it with one, or leaves it out; matio then knows no
+    // class. HDF5 itself converts whatever numbers there are.
+    if (variable->class_type == MAT_C_EMPTY && is_hdf5 && count > 0) {
+      variable->class_type = MAT_C_DOUBLE;
+      variable->data_type = MAT_T_DOUBLE;
     }
     const bool may_hold_numbers = variable->class_type == MAT_C_STRUCT ||
                                   (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);

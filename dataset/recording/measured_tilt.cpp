@@ -21,9 +21,8 @@ constexpr double contradiction = 0.01;
 constexpr double most_drift = 0.05;
 
 int find_tilt(const Table& table, int time, const std::string& where) {
-  const int named =
-      find_named(table, time, {"tilt", "platform_tilt", "platform", "a_fs", "fs", "stimulus", "support_surface"}, where,
-                 "measured.column");
+  int named = find_tilt_column(table, time, where, "measured.column");
+  if (named < 0) named = find_named(table, time, {"fs"}, where, "measured.column");
   if (named >= 0) return named;
   const int candidates = table.columns() - (time >= 0 ? 1 : 0);
   if (candidates == 1) return time == 0 ? 1 : 0;

@@ -9,6 +9,8 @@
 #include "base/error.hpp"
 #include "dataset/recording/clock.hpp"
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/quality.hpp"
+#include "dataset/recording/sway_source.hpp"
 #include "dataset/recording/table.hpp"
 #include "sim/protocol.hpp"
 
@@ -20,28 +22,6 @@ constexpr double slowest_plausible_hz = 5.0;
 constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
 /// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
-
-int find_sway(const Table& table, int time, Recording& recording) {
-  const int named = find_named(
-      table, time,
-      {"com_sway", "com_x", "sway", "body_sway", "com_ap", "sway_ap", "com_angle", "sway_angle", "a_bs", "com"},
-      recording.file, "--column");
-  if (named >= 0) return named;
-  const int candidates = table.columns() - (time >= 0 ? 1 : 0);
-  if (candidates == 0) {
-    throw Error(recording.file, "has a column of time but none of sway", "add the sway, or name it with --column");
-  }
-  if (candidates > 1) {
-    throw Error(recording.file, "has several columns that may be the sway: " + list_of(table, time),
-                "name one with --column");
-  }
-  const int sway = time == 0 ? 1 : 0;
-  if (table.has_header()) {
-    add_info(recording.warnings, "column_assumed",
-             "column '" + table.names()[static_cast<std::size_t>(sway)] + "' is taken as the sway: it is the only one");
-  }
-  return sway;
-}
 
 Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
@@ -126,23 +106,9 @@ void check_size(const Signal<double>& sway, bool guessed, Recording& recording) 
   }
 }
 
-/// Brings sway in its column's unit to radians.
-void convert(Signal<double>& sway, const RecordingOptions& options, Recording& recording) {
-  const std::optional<Unit> unit = unit_of(sway.column, options.unit, recording.file, "--unit");
-  if (!unit)
-    add_info(recording.warnings, "unit_assumed", "no unit in the name of " + sway.column + ": degrees are assumed");
-  const double factor = rad_in(unit.value_or(Unit::degree));
-  for (double& value : sway.rad) value *= factor;
-  check_size(sway, !unit, recording);
-  if (options.invert_sway) {
-    for (double& value : sway.rad) value = -value;
-  }
-}
-
 /// The tilt's column in radians. Its size is compared with the protocol's later.
-void read_tilt(const Table& table, int sway, const Clock& clock, const RecordingOptions& options,
+void read_tilt(const Table& table, int column, int sway, const Clock& clock, const RecordingOptions& options,
                Recording& recording) {
-  const int column = named_column(table, options.tilt_column, recording.file, "--tilt-column");
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
   if (column == sway) throw Error(recording.file, name + " is the sway", "name the tilt with --tilt-column");
   if (table.rows(column) != table.rows(sway)) {
@@ -159,16 +125,36 @@ void read_tilt(const Table& table, int sway, const Clock& clock, const Recording
   recording.signals.add(std::move(tilt));
 }
 
+/// The tilt by its name alone, if there is one and nothing is wrong with it.
+void look_for_tilt(const Table& table, const SwaySource& sway, const Clock& clock, const RecordingOptions& options,
+                   Recording& recording) {
+  const std::size_t warnings = recording.warnings.size();
+  try {
+    const int column = find_tilt_column(table, -1, recording.file, "--tilt-column");
+    if (column < 0 || std::ranges::find(sway.columns, column) != sway.columns.end()) return;
+    read_tilt(table, column, sway.columns.front(), clock, options, recording);
+    recording.tilt_was_found = true;
+  } catch (const Error& error) {
+    recording.warnings.erase(recording.warnings.begin() + static_cast<std::ptrdiff_t>(warnings),
+                             recording.warnings.end());
+    add_info(recording.warnings, "tilt_not_used", "a column that may be the tilt is not used: " + error.problem());
+  }
+}
+
 }  // namespace
 
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
   Recording recording;
-  recording.file = path.string();
-  const std::unique_ptr<Table> read = read_table(path);
+  recording.file = path == standard_input ? "standard input" : path.string();
+  const std::unique_ptr<Table> read = read_table(path, options.skip_lines);
   const Table& table = *read;
+  if (table.preamble_lines() > 0 && !options.skip_lines)
+    add_info(recording.warnings, "preamble",
+             "the first " + std::to_string(table.preamble_lines()) +
+                 (table.preamble_lines() == 1 ? " line" : " lines") + " are not the table's and are not read");
   int time = find_time(table);
-  const int sway = options.column.empty() ? find_sway(table, time, recording)
-                                          : named_column(table, options.column, recording.file, "--column");
+  const SwaySource source = find_sway_source(table, time, options, recording);
+  const int sway = source.columns.front();
   if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
   const std::string& name = table.names()[static_cast<std::size_t>(sway)];
   if (sway == time) {  // the user has said what it is
@@ -185,10 +171,20 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   }
   const Clock clock = find_clock(table, time, options, recording);
   recording.rate_hz = clock.rate_hz;
-  Signal<double> signal{com_sway, name, read_column(table, sway, clock, options.fill_gaps_s, recording)};
-  convert(signal, options, recording);
-  recording.signals.add(std::move(signal));
-  if (!options.tilt_column.empty()) read_tilt(table, sway, clock, options, recording);
+  const auto numbers = [&](int column) { return read_column(table, column, clock, options.fill_gaps_s, recording); };
+  Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
+  const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name);
+  check_size(signal, guessed, recording);
+  look_for_faults(signal.rad, recording.rate_hz, recording.warnings);
+  if (options.invert_sway) {
+    for (double& value : signal.rad) value = -value;
+  }
+  if (!options.tilt_column.empty()) {
+    read_tilt(table, named_column(table, options.tilt_column, recording.file, "--tilt-column"), sway, clock, options,
+              recording);
+  } else if (options.find_tilt) {
+    look_for_tilt(table, source, clock, options, recording);
+  }
   return recording;
 }
 
@@ -204,6 +200,7 @@ Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
       throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
   check_size(sway, false, recording);
+  look_for_faults(sway.rad, rate_hz, recording.warnings);
   return recording;
 }
 

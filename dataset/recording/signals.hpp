@@ -30,6 +30,10 @@ class Signals {
     if (Signal<Value>* found = find(signal.name)) return *found = std::move(signal);
     return all_.emplace_back(std::move(signal));
   }
+  /// Does nothing if there is none.
+  void remove(std::string_view name) {
+    std::erase_if(all_, [&](const Signal<Value>& signal) { return signal.name == name; });
+  }
   /// Null if there is none.
   const Signal<Value>* find(std::string_view name) const {
     for (const Signal<Value>& signal : all_)

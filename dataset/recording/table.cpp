@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iostream>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -15,6 +16,17 @@ namespace {
 
 constexpr std::size_t file_limit_bytes = std::size_t{1} << 30;
 
+std::string read_standard_input() {
+  std::string text;
+  std::vector<char> block(std::size_t{1} << 16);
+  while (std::cin.read(block.data(), std::ssize(block)) || std::cin.gcount() > 0) {
+    text.append(block.data(), static_cast<std::size_t>(std::cin.gcount()));
+    if (text.size() > file_limit_bytes)
+      throw Error("standard input", "is larger than 1 GiB", "give the trial to be identified alone");
+  }
+  return text;
+}
+
 }  // namespace
 
 const char* remedy_for(Missing missing) {
@@ -23,22 +35,34 @@ const char* remedy_for(Missing missing) {
              : "give a value";
 }
 
-std::unique_ptr<Table> read_table(const std::filesystem::path& path) {
+std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines) {
+  const bool is_stdin = path == standard_input;
+  const std::string where = is_stdin ? "standard input" : path.string();
   std::string end = path.extension().string();
   std::transform(end.begin(), end.end(), end.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   // Reading it first gives the reason if a file cannot be read or is too large.
-  std::string text = read_file(path, file_limit_bytes);
-  if (end == ".mat" || text.starts_with("MATLAB ")) {
-    check_mat(text, path.string());
+  std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
+  if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
+    if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
+    check_mat(text, where);
     text = {};
     return std::make_unique<MatTable>(path);
   }
   if (const std::size_t first = text.find_first_not_of(" \t\r\n"); first != text.npos && text[first] == '{') {
-    throw Error(path.string(), "is JSON, not a table of numbers",
+    throw Error(where, "is JSON, not a table of numbers",
                 "give the recording itself, a CSV or MAT-file; results of decid are none");
   }
-  return std::make_unique<CsvTable>(std::move(text), path.string());
+  if (text.starts_with("\x89HDF\r\n")) {
+    throw Error(where, "is an HDF5 file, but not MATLAB's",
+                "save the signals as a MAT-file (SciPy's savemat) or as CSV");
+  }
+  if (text.starts_with("PK\x03\x04") || text.starts_with("\xD0\xCF\x11\xE0")) {
+    const bool is_npz = end == ".npz";
+    throw Error(where, is_npz ? "is a data set, not a recording" : "is a spreadsheet or an archive, not a text",
+                is_npz ? "give a recording, or the data set to decid evaluate --data" : "save the sheet as CSV");
+  }
+  return std::make_unique<CsvTable>(std::move(text), where, skip_lines);
 }
 
 }  // namespace decid::dataset

@@ -36,14 +36,22 @@ class Table {
   /// The numbers of a column. Throws Error with the place of the first cell that is not a finite number; missing ones
   /// become NaN where they are kept.
   virtual std::vector<double> numbers(int column, Missing missing = Missing::refused) const = 0;
+  /// Those of a column of time, whose cells may also be clock times where the file is text.
+  virtual std::vector<double> times(int column) const { return numbers(column); }
   /// Where a row stands in the file, for people: "line 12", "row 11".
   virtual std::string place_of(std::size_t row) const = 0;
-  /// The sample rate that the file states beside its columns (a MAT-file's variable fs).
+  /// The sample rate that the file states beside its columns (a MAT-file's variable fs, a line above a text's table).
   virtual std::optional<double> rate_hz() const { return {}; }
+  /// Lines of the file above the table, which are not read.
+  virtual std::size_t preamble_lines() const { return 0; }
 };
 
-/// Reads a CSV file (csv.hpp) or a MAT-file (mat.hpp): by its name's end, .mat, or its first bytes.
+/// What stands for a file's name where text comes from standard input.
+inline constexpr const char* standard_input = "-";
+
+/// Reads a CSV file (csv.hpp) or a MAT-file (mat.hpp): by its name's end, .mat, or its first bytes; "-" is standard
+/// input, which is text. `skip_lines`: how many lines of a text stand above its table; empty: they are found.
 /// Throws Error if it cannot be read or holds no numbers.
-std::unique_ptr<Table> read_table(const std::filesystem::path& path);
+std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines = {});
 
 }  // namespace decid::dataset

@@ -139,6 +139,22 @@ TiltMatch find_start(const Signal<double>& tilt, const sim::Protocol& protocol, 
   return result;
 }
 
+/// The same of a tilt that was found by its name alone: one that does not follow the protocol is left out.
+std::optional<TiltMatch> try_start(const sim::Protocol& protocol, double from_hz, Recording& recording) {
+  const Signal<double>& tilt = *recording.signals.find(platform_tilt);
+  try {
+    const TiltMatch match = find_start(tilt, protocol, from_hz, recording);
+    add_info(recording.warnings, "tilt_found",
+             "the column " + tilt.column + " is taken as the platform's tilt and says where the protocol starts");
+    return match;
+  } catch (const Error& error) {
+    add_caution(recording.warnings, "tilt_not_used",
+                "a column that may be the platform's tilt is not used: " + error.problem());
+    recording.signals.remove(platform_tilt);
+    return {};
+  }
+}
+
 /// Warns of what is not used of a longer recording and what is made up of a shorter one.
 void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
   const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
@@ -179,7 +195,7 @@ double mean(const std::vector<double>& signal, std::size_t begin, std::size_t en
   return sum / static_cast<double>(end - begin);
 }
 
-void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind) {
+void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind, Warnings& warnings) {
   if (kind == Detrend::none) return;
   const double rate = protocol.experiment.sample_rate_hz, lead_in_s = protocol.experiment.lead_in_s(),
                cycle_s = protocol.experiment.cycle_s();
@@ -208,6 +224,12 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
   for (std::size_t k = 0; k < sway.size(); ++k) sway[k] -= slope * static_cast<double>(k);
   const double offset = mean(sway, begin, end);
   for (double& value : sway) value -= offset;
+  const double drift = slope * static_cast<double>(sway.size());
+  add_info(warnings, "detrended",
+           "subtracted: an offset of " + three_digits((offset + 0.5 * drift) / sim::rad_per_deg) + " degrees" +
+               (kind == Detrend::linear
+                    ? " and a drift of " + three_digits(drift / sim::rad_per_deg) + " degrees over the trial"
+                    : ""));
 }
 
 }  // namespace
@@ -218,6 +240,7 @@ Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, con
   const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
   const double from_hz = same_rate ? rate : recording.rate_hz;
   const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
+  if (options.start_s && recording.tilt_was_found) recording.signals.remove(platform_tilt);
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
   if (options.start_s && tilt) {
     throw Error(where(recording), "both a start and the tilt say where the protocol starts",
@@ -234,9 +257,11 @@ Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, con
   trial.is_large = recording.is_large;
   Place place{options.start_s.value_or(0.0), 0, needed - 1};
   if (tilt) {
-    trial.tilt = find_start(*tilt, protocol, from_hz, recording);
-    place.start_s = trial.tilt->delay_s;
+    trial.tilt = recording.tilt_was_found ? try_start(protocol, from_hz, recording)
+                                          : find_start(*tilt, protocol, from_hz, recording);
+    tilt = recording.signals.find(platform_tilt);
   }
+  if (trial.tilt) place.start_s = trial.tilt->delay_s;
   if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
   // The length is settled before any work is done: samples k with 0 <= start + k / rate, and before the end.
   place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - rounding)));
@@ -254,7 +279,7 @@ Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, con
   tell_length(recording, protocol, place, options.start_s || trial.tilt);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
-    if (&signal != tilt) detrend(values, protocol, options.detrend);
+    if (&signal != tilt) detrend(values, protocol, options.detrend, recording.warnings);
     trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
   }
   return trial;

@@ -50,8 +50,9 @@ Trial trial_of(std::vector<float> sway_rad);
 /// Throws Error if more is missing, naming both lengths and rates, how many whole cycles there are and how to get a
 /// model for them: none are made up, since what changes from cycle to cycle is what the noise is read from. Throws too
 /// if start_s is not within the recording, or a tilt does not follow the protocol (correlation below 0.5) or follows it
-/// with the other sign. Warns of what is cut, made up or resampled, of a correlation below 0.95 and of a gain that is
-/// off by more than 10%: these warnings are appended to the recording's.
+/// with the other sign; a tilt that was found by its name alone is left out then, and beside start_s, with a warning.
+/// Warns of what is cut, made up or resampled, of a correlation below 0.95 and of a gain that is off by more than 10%:
+/// these warnings are appended to the recording's.
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
 
 }  // namespace decid::dataset

@@ -11,9 +11,19 @@
 namespace decid::tools {
 namespace {
 
+/// What --tilt-column says to have none read.
+constexpr const char* no_column = "none";
+
 std::optional<dataset::Unit> unit_of(const std::string& name) {
-  if (name.empty()) return {};
+  if (name != "deg" && name != "rad") return {};
   return name == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
+}
+
+std::optional<double> metres_of(const std::string& unit) {
+  if (unit == "m") return 1.0;
+  if (unit == "cm") return 0.01;
+  if (unit == "mm") return 0.001;
+  return {};
 }
 
 }  // namespace
@@ -24,17 +34,28 @@ ReadOptions RecordingFlags::read_options() const {
   made.recording.unit = unit_of(unit);
   made.recording.rate_hz = rate;
   made.recording.fill_gaps_s = fill_gaps;
-  made.recording.tilt_column = tilt_column;
+  made.recording.metres_per_unit = metres_of(unit);
+  made.recording.skip_lines = skip_lines;
+  made.recording.com_height_m = com_height;
+  made.recording.leg_column = leg;
+  made.recording.trunk_column = trunk;
+  made.recording.hip_column = hip;
+  made.recording.shoulder_column = shoulder;
+  made.recording.ankle_column = ankle;
+  made.recording.body_height_m = height_m;
+  made.recording.find_tilt = tilt_column != no_column;
+  if (made.recording.find_tilt) made.recording.tilt_column = tilt_column;
   made.recording.tilt_unit = unit_of(tilt_unit);
   made.recording.invert_sway = invert == "sway" || invert == "both";
   made.recording.invert_tilt = invert == "tilt" || invert == "both";
   made.trial.start_s = begin;
   if (detrend == "offset") made.trial.detrend = dataset::Detrend::offset;
   if (detrend == "linear") made.trial.detrend = dataset::Detrend::linear;
-  if (tilt_column.empty() && (!tilt_unit.empty() || made.recording.invert_tilt)) {
+  const bool names_tilt = !made.recording.tilt_column.empty();
+  if (!names_tilt && (!tilt_unit.empty() || made.recording.invert_tilt)) {
     throw Error("--tilt-unit, --invert", "no tilt is read", "name its column with --tilt-column");
   }
-  if (begin && !tilt_column.empty()) {
+  if (begin && names_tilt) {
     throw Error("--begin", "--tilt-column already says where the protocol starts", "give one of the two");
   }
   return made;
@@ -53,11 +74,27 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
 }
 
 Option add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin) {
-  const Option recordings =
-      command.add_option("recordings", flags.files, "CSV or MAT-files: a column of sway, usually one of time");
+  const Option recordings = command.add_option(
+      "recordings", flags.files, "CSV or MAT-files: a column of sway, usually one of time; - is standard input");
   command.add_option("--column", flags.column, "Sway column, by name or number from 1; default: found by name");
-  command.add_option("--unit", flags.unit, "deg or rad; default: from the column's name, else degrees")
-      .one_of({"deg", "rad"});
+  command
+      .add_option("--unit", flags.unit,
+                  "deg or rad, or of positions mm, cm or m; default: from the column's name, else degrees")
+      .one_of({"deg", "rad", "mm", "cm", "m"});
+  command
+      .add_option("--com-height", flags.com_height,
+                  "The sway column is a position, of the centre of mass or a marker, this many m above the ankles")
+      .range(0.01, 3.0);
+  command.add_option("--leg", flags.leg,
+                     "Angle of the legs in space, by name or number; with --trunk, in place of a sway");
+  command.add_option("--trunk", flags.trunk, "Angle of the trunk in space");
+  command.add_option("--hip", flags.hip,
+                     "Position of a hip marker forwards; with --shoulder, --mass and --height, in place of a sway");
+  command.add_option("--shoulder", flags.shoulder, "Position of a shoulder marker");
+  command.add_option("--ankle", flags.ankle,
+                     "Position of the ankle, which others count from; default: their means are upright");
+  command.add_option("--skip-lines", flags.skip_lines, "Lines of a text file above its table; default: found")
+      .range(0, 1000000);
   command.add_option("--rate", flags.rate, "Sample rate in Hz, if there is no time column or it is wrong")
       .range(1.0, 100000.0);
   command
@@ -67,15 +104,18 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags, const 
       .range(0.0, 60.0);
   command.add_option(begin, flags.begin, "Where the protocol starts, in seconds after the first sample")
       .range(0.0, 1e6);
-  command.add_option("--tilt-column", flags.tilt_column,
-                     "The platform's measured tilt, by name or number: finds where the protocol starts");
+  command.add_option(
+      "--tilt-column", flags.tilt_column,
+      "The platform's measured tilt, by name or number: finds where the protocol starts; default: one called "
+      "tilt, platform or the like; none: not read");
   command.add_option("--tilt-unit", flags.tilt_unit, "deg or rad; default: from the column's name, else degrees")
       .one_of({"deg", "rad"});
   command.add_option("--invert", flags.invert, "sway, tilt or both: positive against the protocol's direction")
       .one_of({"sway", "tilt", "both"});
   command
       .add_option("--detrend", flags.detrend,
-                  "offset: subtract the mean of the whole cycles; linear: a drift too; default: none")
+                  "offset: subtract the mean of the whole cycles; linear: a drift too (which costs the built-in model "
+                  "nothing, models for ideal recordings much); default: none")
       .one_of({"none", "offset", "linear"});
   return recordings;
 }

@@ -25,7 +25,9 @@ void add_body_options(const Command& command, BodyFlags& flags);
 struct RecordingFlags : BodyFlags {
   std::vector<std::string> files;
   std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
-  std::optional<double> rate, begin;
+  std::string leg, trunk, hip, shoulder, ankle;
+  std::optional<double> rate, begin, com_height;
+  std::optional<int> skip_lines;
   double fill_gaps = 0.0;
 
   std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }

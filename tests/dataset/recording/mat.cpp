@@ -43,6 +43,17 @@ TEST_CASE("variables of versions 4 and 5 are columns") {
   check_made(read_recording(made("v5.mat"), {.column = "k"}), 8.0);  // whole numbers
 }
 
+TEST_CASE("version 7.3 as h5py writes it, with classes that end without a null or are not named") {
+  const Recording recording = read_recording(made("v73_h5py.mat"), {.tilt_column = "tilt_deg"});
+  check_made(recording);
+  CHECK(recording.signals.at(platform_tilt).rad[19] == -5.0 * sim::rad_per_deg);
+  // HDF5 without MATLAB's header is another format.
+  const TemporaryFolder folder;
+  for (const char* name : {"r.mat", "r.h5"})
+    check_error(reading(write_text(folder / name, "\x89HDF\r\n\x1a\n" + std::string(100, '\0'))),
+                {name, "is an HDF5 file", "as CSV"});
+}
+
 TEST_CASE("fields of structs are columns, and a scalar fs is the rate") {
   check_error(reading(made("v7_struct.mat")),
               {"several columns", "'trial.signals.COM_x'", "'other.COM_x'", "--column"});

@@ -22,3 +22,16 @@ savemat("matrix.mat", {"data": numpy.column_stack([time, sway, tilt])})
 savemat("wide.mat", {"data": numpy.vstack([sway, tilt]), "fs": 50})
 savemat("gaps.mat", {"time": time, "sway": numpy.where(k == 7, numpy.nan, sway)})
 savemat("nothing.mat", {"note": "a text", "z": (1 + 2j) * sway, "one": 1.0})
+
+# Version 7.3 as h5py writes it: the names of the classes without a null at their end, or none at all.
+try:
+    import h5py  # Debian's python3-h5py 3.7; the others need none
+except ImportError:
+    raise SystemExit("v73_h5py.mat is not made: there is no h5py")
+with h5py.File("v73_h5py.mat", "w", userblock_size=512) as file:
+    for name, values in (("time", time), ("COM_x", sway), ("tilt_deg", tilt)):
+        file.create_dataset(name, data=values[None, :])
+    file["time"].attrs["MATLAB_class"] = numpy.bytes_("double")
+    file["COM_x"].attrs.create("MATLAB_class", numpy.array("double", dtype="S16"))
+with open("v73_h5py.mat", "r+b") as file:
+    file.write(b"MATLAB 7.3 MAT-file, written by h5py".ljust(116) + bytes(8) + b"\x00\x02IM")

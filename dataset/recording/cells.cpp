@@ -1,0 +1,177 @@
+// Cells of a table: see cells.hpp. Numbers by std::from_chars: the same in every locale.
+#include "dataset/recording/cells.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "dataset/recording/columns.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+/// "1,5 2,7": every word is a number, and a digit follows each comma.
+bool commas_are_decimal(std::string_view line) {
+  bool any = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] != ',') continue;
+    any = true;
+    if (i + 1 == line.size() || line[i + 1] < '0' || line[i + 1] > '9') return false;
+  }
+  std::vector<std::string_view> cells;
+  split(line, ' ', cells);
+  return any &&
+         std::all_of(cells.begin(), cells.end(), [](std::string_view cell) { return parse_number(cell).is_number; });
+}
+
+/// A line without what stands between quotes.
+std::string outside_quotes(std::string_view line) {
+  std::string outside;
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') quoted = !quoted;
+    if (c == '"' || !quoted) outside += c;
+  }
+  return outside;
+}
+
+}  // namespace
+
+std::string_view trim(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+void split(std::string_view line, char separator, std::vector<std::string_view>& cells) {
+  cells.clear();
+  if (separator == ' ') line = trim(line);
+  bool quoted = false;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i <= line.size(); ++i) {
+    if (i < line.size() && line[i] == '"') quoted = !quoted;
+    if (i < line.size() && (quoted || line[i] != separator)) continue;
+    std::string_view cell = trim(line.substr(begin, i - begin));
+    begin = i + 1;
+    if (separator == ' ' && cell.empty()) continue;  // a run of blanks separates once
+    if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = trim(cell.substr(1, cell.size() - 2));
+    cells.push_back(cell);
+  }
+}
+
+Parsed parse_number(std::string_view cell) {
+  if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
+  std::string with_point;
+  if (cell.find('.') == std::string_view::npos) {
+    if (const std::size_t comma = cell.find(','); comma != std::string_view::npos) {
+      with_point.assign(cell);
+      with_point[comma] = '.';
+      cell = with_point;
+    }
+  }
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error == std::errc::invalid_argument || end != cell.data() + cell.size()) return {false, 0.0};
+  return {true, error == std::errc() ? value : std::numeric_limits<double>::infinity()};
+}
+
+bool is_missing(std::string_view cell) {
+  std::string lower(cell);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return one_of(lower, {"", "nan", "-nan", "na", "n/a", "null", "-"});
+}
+
+std::optional<std::string> unit_of_cell(std::string_view cell) {
+  if (cell.size() >= 2 && (cell.front() == '[' || cell.front() == '(')) {
+    if (cell.back() != (cell.front() == '[' ? ']' : ')')) return {};
+    cell = trim(cell.substr(1, cell.size() - 2));
+  }
+  std::string unit(cell);
+  const std::string as_written = unit;
+  for (char& c : unit) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const bool known =
+      one_of(unit, {"",       "s",       "sec",      "seconds",    "sek",  "sekunden",    "ms",      "us",   "deg",
+                    "degree", "degrees", "\xC2\xB0", "grad",       "rad",  "mrad",        "mm",      "cm",   "m",
+                    "n",      "nm",      "n*m",      "n.m",        "n m",  "v",           "mv",      "hz",   "kg",
+                    "deg/s",  "g",       "rad/s",    "m/s^2",      "m/s2", "m/s",         "%",       "a.u.", "counts",
+                    "1",      "-",       "grad/s",   "\xC2\xB0/s", "min",  "hh:mm:ss.ms", "hh:mm:ss"});
+  if (!known) return {};
+  return as_written;
+}
+
+char separator_of(std::string_view line_before, std::string_view data) {
+  const std::string_view first = trim(line_before);
+  const std::string unquoted = outside_quotes(data);
+  const std::string_view line = trim(unquoted);
+  for (const char separator : {';', '\t'}) {
+    if (line.find(separator) != std::string_view::npos) return separator;
+  }
+  const bool blanks = line.find(' ') != std::string_view::npos;
+  if (line.find(',') == std::string_view::npos) return blanks && !clock_time(line) ? ' ' : ',';
+  // One number with a decimal comma below a header of one name, or several of them between blanks.
+  const bool one_column = !first.empty() && first.find_first_of(", ") == std::string_view::npos &&
+                          !parse_number(first).is_number && std::count(line.begin(), line.end(), ',') == 1;
+  return (blanks || one_column) && commas_are_decimal(trim(data)) ? ' ' : ',';
+}
+
+namespace {
+
+/// The whole numbers between `separator`, as many as `into` has: "12:03" into two. False for anything else.
+template <std::size_t N>
+bool whole_numbers(std::string_view text, char separator, std::array<int, N>& into) {
+  for (std::size_t i = 0; i < N; ++i) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), into[i]);
+    if (error != std::errc() || into[i] < 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (i + 1 == N) return text.empty();
+    if (text.empty() || text.front() != separator) return false;
+    text.remove_prefix(1);
+  }
+  return true;
+}
+
+/// Days since the first of March of year 0 of the Gregorian calendar. Source: the usual count of years from March,
+/// whose months have 153 days in five.
+std::optional<double> days(std::string_view date) {
+  std::array<int, 3> parts{};  // year, month, day
+  if (whole_numbers(date, '.', parts)) {
+    std::swap(parts[0], parts[2]);
+  } else if (whole_numbers(date, '/', parts)) {
+    if (parts[0] < 1000) parts = {parts[2], parts[0], parts[1]};  // month/day/year
+  } else if (!whole_numbers(date, '-', parts)) {
+    return {};
+  }
+  if (parts[0] > 9999 || parts[1] < 1 || parts[1] > 12 || parts[2] < 1 || parts[2] > 31) return {};
+  const int month = (parts[1] + 9) % 12, year = parts[0] - (parts[1] < 3 ? 1 : 0);
+  return 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + parts[2] - 1;
+}
+
+}  // namespace
+
+std::optional<ClockTime> clock_time(std::string_view cell) {
+  double day = 0.0;
+  if (const std::size_t blank = cell.find_first_of(" T"); blank != std::string_view::npos) {
+    const std::optional<double> found = days(cell.substr(0, blank));
+    if (!found) return {};
+    day = *found;
+    cell = trim(cell.substr(blank + 1));
+  }
+  if (cell.ends_with('Z')) cell.remove_suffix(1);
+  double fraction = 0.0;
+  if (const std::size_t point = cell.find_first_of(".,"); point != std::string_view::npos) {
+    const std::string digits = "0." + std::string(cell.substr(point + 1));
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), fraction);
+    if (error != std::errc() || end != digits.data() + digits.size() || digits.find_first_of("eE") != digits.npos) {
+      return {};
+    }
+    cell = cell.substr(0, point);
+  }
+  std::array<int, 3> parts{};  // hours, minutes, seconds
+  if (!whole_numbers(cell, ':', parts) || parts[0] > 24 || parts[1] > 59 || parts[2] > 60) return {};
+  return ClockTime{day, 3600.0 * parts[0] + 60.0 * parts[1] + parts[2] + fraction};
+}
+
+}  // namespace decid::dataset

@@ -1,0 +1,60 @@
+// Cells of a table written as text: split, read as numbers, as clock times, as units.
+// Not installed.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace decid::dataset {
+
+/// Without blanks and tabs around it.
+std::string_view trim(std::string_view text);
+
+/// Calls visit(line, number) for every line that is neither blank nor a comment (# or %), until it returns false. Lines
+/// end in \n, \r\n or \r and are counted from 1, all of them.
+template <class Visit>
+void for_each_line(std::string_view text, const Visit& visit) {
+  std::size_t line_number = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    std::size_t end = begin;
+    while (end < text.size() && text[end] != '\n' && text[end] != '\r') ++end;
+    const std::string_view line = text.substr(begin, end - begin);
+    begin = end + (text.substr(end, 2) == "\r\n" ? 2 : 1);
+    ++line_number;
+    const std::string_view content = trim(line);
+    if (content.empty() || content.front() == '#' || content.front() == '%') continue;
+    if (!visit(line, line_number)) return;
+  }
+}
+
+/// The cells of a line, without blanks and quotes around them. A separator between quotes separates nothing; a run of
+/// blanks separates once.
+void split(std::string_view line, char separator, std::vector<std::string_view>& cells);
+
+struct Parsed {
+  bool is_number;  ///< also if it is not finite, or too large for a double
+  double value;
+};
+/// A comma in a cell is a decimal one: a separator would have ended the cell.
+Parsed parse_number(std::string_view cell);
+
+/// Empty, nan, NA, null, -: no value.
+bool is_missing(std::string_view cell);
+
+struct ClockTime {
+  double day = 0.0;  ///< since the first of March of year 0; 0 without a date
+  double s = 0.0;    ///< since midnight
+  bool operator==(const ClockTime&) const = default;
+};
+/// Of "12:03:04.5", "12:03:04,5", "2026-03-05T12:03:04", "05.03.2026 12:03:04.250". Empty for anything else.
+std::optional<ClockTime> clock_time(std::string_view cell);
+
+/// "deg" of "[deg]" and "(deg)", if it is a unit; empty otherwise. Brackets must close.
+std::optional<std::string> unit_of_cell(std::string_view cell);
+
+/// Which of ; tab , blank separates the cells of a line of data, of which the line before it may be the header.
+char separator_of(std::string_view line_before, std::string_view line);
+
+}  // namespace decid::dataset

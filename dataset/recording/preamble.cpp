@@ -1,0 +1,131 @@
+// What stands above a table: see preamble.hpp.
+#include "dataset/recording/preamble.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "dataset/recording/cells.hpp"
+#include "dataset/recording/columns.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+/// How far down a table may begin.
+constexpr std::size_t most_lines = 300;
+/// Lines of numbers that make a table; fewer at the end of the file.
+constexpr std::size_t lines_of_a_table = 3;
+
+struct Line {
+  std::string_view text;
+  std::size_t number;
+};
+
+bool is_value(std::string_view cell) {
+  return parse_number(cell).is_number || clock_time(cell);
+}
+
+/// The cells of a line; a separator at its end ends the last one.
+std::vector<std::string_view> cells_of(std::string_view line, char separator) {
+  std::vector<std::string_view> cells;
+  split(line, separator, cells);
+  while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
+  return cells;
+}
+
+/// Half of its cells at least hold values, among them one of the first two.
+bool is_data(const std::vector<std::string_view>& cells) {
+  const auto values = std::ranges::count_if(cells, is_value);
+  return 2 * values >= std::ssize(cells) && (is_value(cells[0]) || (cells.size() > 1 && is_value(cells[1])));
+}
+
+bool are_units(const std::vector<std::string_view>& cells) {
+  return std::ranges::all_of(cells, [](std::string_view cell) { return unit_of_cell(cell).has_value(); }) &&
+         std::ranges::any_of(cells, [](std::string_view cell) { return !cell.empty() && !is_value(cell); });
+}
+
+/// "Frequency: 100", "DataRate,120 Hz": one number in a line about a rate.
+std::optional<double> stated_rate(std::string_view line) {
+  bool about_rate = false;
+  std::vector<double> numbers;
+  std::string word;
+  for (std::size_t i = 0; i <= line.size(); ++i) {
+    const char c = i < line.size() ? line[i] : ' ';
+    if (std::string_view(" \t,;:=\"").find(c) == std::string_view::npos) {
+      word += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+      continue;
+    }
+    if (word.empty()) continue;
+    if (const Parsed parsed = parse_number(word); parsed.is_number) numbers.push_back(parsed.value);
+    for (const char* sign : {"frequency", "frequenz", "rate", "fps"})
+      if (word.find(sign) != std::string::npos) about_rate = true;
+    word.clear();
+  }
+  if (!about_rate || numbers.size() != 1 || !is_sample_rate(numbers.front())) return {};
+  return numbers.front();
+}
+
+/// TRC: a line of what the file is, one of names of figures, one of these, one of markers, one of coordinates.
+Preamble of_trc(const std::vector<Line>& lines) {
+  constexpr std::size_t header_lines = 5;
+  if (lines.size() < header_lines) return {};
+  Preamble found;
+  found.lines = lines[header_lines - 1].number;
+  const auto figures = cells_of(lines[1].text, '\t'), values = cells_of(lines[2].text, '\t');
+  std::string unit;
+  for (std::size_t i = 0; i < std::min(figures.size(), values.size()); ++i) {
+    if (figures[i] == "Units") unit = " (" + std::string(values[i]) + ")";
+    if (figures[i] == "DataRate" && is_sample_rate(parse_number(values[i]).value))
+      found.rate_hz = parse_number(values[i]).value;
+  }
+  const auto markers = cells_of(lines[3].text, '\t'), coordinates = cells_of(lines[4].text, '\t');
+  std::string marker;
+  for (std::size_t i = 0; i < std::max(markers.size(), coordinates.size()); ++i) {
+    if (i < markers.size() && !markers[i].empty()) marker = markers[i];
+    const bool has_coordinate = i < coordinates.size() && !coordinates[i].empty();
+    found.names.push_back(has_coordinate ? marker + " " + std::string(coordinates[i].substr(0, 1)) + unit : marker);
+  }
+  return found;
+}
+
+}  // namespace
+
+Preamble find_preamble(std::string_view text) {
+  std::vector<Line> lines;
+  for_each_line(text, [&](std::string_view line, std::size_t number) {
+    lines.push_back({line, number});
+    return lines.size() < most_lines;
+  });
+  if (lines.empty()) return {};
+  if (lines.front().text.starts_with("PathFileType")) return of_trc(lines);
+  for (std::size_t first = 0; first < lines.size(); ++first) {
+    const char separator = separator_of(first > 0 ? lines[first - 1].text : "", lines[first].text);
+    const std::size_t columns = cells_of(lines[first].text, separator).size();
+    const auto fits = [&](std::size_t line) { return cells_of(lines[line].text, separator).size() == columns; };
+    const std::size_t after = std::min(first + lines_of_a_table, lines.size());
+    bool is_table = after - first > 1 || first == 0;
+    for (std::size_t line = first; line < after; ++line)
+      is_table = is_table && fits(line) && is_data(cells_of(lines[line].text, separator));
+    if (!is_table) continue;
+    if (first == 0 || columns == 1 || fits(0)) return {};
+    // The header: the lowest line above that is none of units; one with a time is a better one.
+    std::size_t header = first;
+    if (fits(first - 1)) header = first - 1;
+    if (header > 0 && header < first && are_units(cells_of(lines[header].text, separator)) && fits(header - 1))
+      --header;
+    for (std::size_t line = first; line-- > 0 && fits(line);)
+      if (std::ranges::any_of(cells_of(lines[line].text, separator), is_time_name)) header = line;
+    if (header == 0) return {};
+    Preamble found;
+    found.lines = lines[header].number - 1;
+    for (std::size_t line = 0; line < header; ++line) {
+      const auto cells = cells_of(lines[line].text, separator);
+      if (cells.size() > 1 && std::ranges::all_of(cells, is_value)) return {};
+      if (const auto rate = stated_rate(lines[line].text)) found.rate_hz = rate;
+    }
+    return found;
+  }
+  return {};
+}
+
+}  // namespace decid::dataset

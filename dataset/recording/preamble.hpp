@@ -1,0 +1,26 @@
+// What stands above the table in a text file: who, when, at which rate. Not installed.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace decid::dataset {
+
+struct Preamble {
+  std::size_t lines = 0;                ///< of the file, from its first one, that are not the table's
+  std::optional<double> rate_hz = {};   ///< the sample rate that they state
+  std::vector<std::string> names = {};  ///< of the columns, where the format has them in several lines; else empty
+};
+
+/// The lines above a table's header. The table begins where lines of as many cells follow each other of which half are
+/// numbers or clock times; the lines just above it with as many cells are its header (and its units). Exports of motion
+/// capture say there who, when and at which rate ("Frequency: 100"). A file whose first line has as many cells as its
+/// table has none, nor has one of a single column; neither has one in which no table is found, or whose lines above it
+/// hold numbers like it: a damaged row is not to be taken for a preamble. Of TRC files (OpenSim, Cortex: PathFileType)
+/// the names are made of both lines of their header, with the unit: "C7 X (mm)".
+Preamble find_preamble(std::string_view text);
+
+}  // namespace decid::dataset

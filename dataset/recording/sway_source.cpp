@@ -1,0 +1,216 @@
+// Where the sway comes from: see sway_source.hpp.
+#include "dataset/recording/sway_source.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/error.hpp"
+#include "dataset/recording/columns.hpp"
+#include "sim/double_pendulum.hpp"
+#include "sim/segments.hpp"
+
+namespace decid::dataset {
+
+namespace {
+
+const std::string& name_of(const Table& table, int column) {
+  return table.names()[static_cast<std::size_t>(column)];
+}
+
+bool has_word(std::string_view name, std::initializer_list<std::string_view> list) {
+  return std::ranges::any_of(words(name), [&](const std::string& word) { return one_of(word, list); });
+}
+
+/// A table of a frequency response has a line a frequency, no samples.
+void refuse_response(const Table& table, const std::string& where) {
+  const auto has = [&](std::string_view part) {
+    return std::ranges::any_of(table.names(), [&](const std::string& name) { return words(name).front() == part; });
+  };
+  if (has("frequency") && has("gain"))
+    throw Error(where, "is a table of a frequency response, not a recording", "give it to decid fit --frf");
+}
+
+void refuse_ankle(const std::string& name, const std::string& where) {
+  if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "osg", "dorsiflexion", "plantarflexion"}))
+    return;
+  throw Error(where, name + " is an angle of the ankle by its name: the body's against the platform, not in space",
+              "add the platform's tilt to it, and call the sum sway");
+}
+
+/// Displacements too: they may be the only column, and the unit is looked at later.
+int find_sway(const Table& table, int time, Recording& recording) {
+  const int named = find_named(table, time,
+                               {"com_sway", "com_x", "sway", "body_sway", "com_ap", "sway_ap", "com_angle",
+                                "sway_angle", "a_bs", "com", "ksp", "k\xC3\xB6rperschwerpunkt", "schwankung"},
+                               recording.file, "--column");
+  if (named >= 0) return named;
+  const int candidates = table.columns() - (time >= 0 ? 1 : 0);
+  if (candidates == 0) {
+    throw Error(recording.file, "has a column of time but none of sway", "add the sway, or name it with --column");
+  }
+  if (candidates > 1) {
+    throw Error(recording.file, "has several columns that may be the sway: " + list_of(table, time),
+                "name one with --column");
+  }
+  const int sway = time == 0 ? 1 : 0;
+  if (table.has_header()) {
+    add_info(recording.warnings, "column_assumed",
+             "column '" + name_of(table, sway) + "' is taken as the sway: it is the only one");
+  }
+  return sway;
+}
+
+/// A column of lengths in metres.
+std::vector<double> read_metres(const Table& table, int column, const RecordingOptions& options,
+                                const std::function<std::vector<double>(int)>& read, const std::string& where) {
+  const std::string& name = name_of(table, column);
+  const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : metres_in_unit_of(name);
+  if (!metres) throw Error(where, "the unit of " + name + " is not in its name", "give --unit mm, cm or m");
+  std::vector<double> values = read(column);
+  for (double& value : values) value *= *metres;
+  return values;
+}
+
+void subtract_mean(std::vector<double>& values) {
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  for (double& value : values) value -= mean;
+}
+
+/// Angles of displacements at the top of a rod of this length.
+std::vector<double> angles(const std::vector<double>& displacement_m, double length_m, const std::string& what,
+                           const std::string& where) {
+  std::vector<double> result;
+  result.reserve(displacement_m.size());
+  for (const double x : displacement_m) {
+    if (!(std::abs(x) < length_m))
+      throw Error(
+          where,
+          what + " is " + three_digits(x) + " m from the upright, at a height of " + three_digits(length_m) + " m",
+          "check units and columns; positions count from the ankle (--ankle COLUMN)");
+    result.push_back(std::asin(x / length_m));
+  }
+  return result;
+}
+
+std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<double>& trunk, double height_m) {
+  const sim::DoubleBody body(sim::segments_of({.height_m = height_m}));
+  std::vector<double> sway(leg.size());
+  for (std::size_t k = 0; k < leg.size(); ++k) sway[k] = body.centre_of_mass(leg[k], trunk[k]);
+  return sway;
+}
+
+/// Angles of leg or trunk, rad.
+std::vector<double> read_angles(const Table& table, int column, const RecordingOptions& options,
+                                const std::function<std::vector<double>(int)>& read, Recording& recording) {
+  const std::optional<Unit> unit = unit_of(name_of(table, column), options.unit, recording.file, "--unit");
+  if (!unit)
+    add_info(recording.warnings, "unit_assumed",
+             "no unit in the name of " + name_of(table, column) + ": degrees are assumed");
+  std::vector<double> values = read(column);
+  for (double& value : values) value *= rad_in(unit.value_or(Unit::degree));
+  return values;
+}
+
+}  // namespace
+
+SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
+  using Kind = SwaySource::Kind;
+  const std::string& where = recording.file;
+  const bool segments = !options.leg_column.empty() || !options.trunk_column.empty();
+  const bool markers = !options.hip_column.empty() || !options.shoulder_column.empty();
+  if ((segments && markers) || ((segments || markers) && (!options.column.empty() || options.com_height_m))) {
+    throw Error("--column, --com-height, --leg and --trunk, --hip and --shoulder",
+                "say in several ways where the sway comes from", "give one of them");
+  }
+  if (segments && (options.leg_column.empty() || options.trunk_column.empty()))
+    throw Error("--leg, --trunk", "one stands alone", "give both columns");
+  if (markers && (options.hip_column.empty() || options.shoulder_column.empty()))
+    throw Error("--hip, --shoulder", "one stands alone", "give both columns");
+  if (markers && !options.body_height_m)
+    throw Error("--hip, --shoulder", "how long the segments are is not known", "give --mass and --height");
+  if (!options.ankle_column.empty() && !markers && !options.com_height_m)
+    throw Error("--ankle", "there are no positions that count from it", "give --com-height, or --hip and --shoulder");
+  if (options.com_height_m && !(*options.com_height_m > 0.0))
+    throw Error("--com-height", "is " + three_digits(*options.com_height_m) + " m", "give metres above the ankles");
+  SwaySource source;
+  const auto add = [&](const std::string& column, const char* setting) {
+    source.columns.push_back(named_column(table, column, where, setting));
+  };
+  if (segments) {
+    source.kind = Kind::segments;
+    add(options.leg_column, "--leg");
+    add(options.trunk_column, "--trunk");
+  } else if (markers) {
+    source.kind = Kind::markers;
+    add(options.hip_column, "--hip");
+    add(options.shoulder_column, "--shoulder");
+  } else {
+    source.kind = options.com_height_m ? Kind::displacement : Kind::angle;
+    if (options.column.empty()) {
+      refuse_response(table, where);
+      source.columns.push_back(find_sway(table, time, recording));
+    } else {
+      add(options.column, "--column");
+    }
+    if (!options.com_height_m) refuse_ankle(name_of(table, source.columns.front()), where);
+  }
+  if (!options.ankle_column.empty()) add(options.ankle_column, "--ankle");
+  const int first = source.columns.front();
+  for (const int column : source.columns) {
+    if (table.rows(column) == table.rows(first)) continue;
+    throw Error(where,
+                name_of(table, first) + " has " + std::to_string(table.rows(first)) + " values, " +
+                    name_of(table, column) + " " + std::to_string(table.rows(column)),
+                "name signals that were sampled together");
+  }
+  return source;
+}
+
+Signal<double> read_sway(const Table& table, const SwaySource& source, const RecordingOptions& options,
+                         const std::function<std::vector<double>(int column)>& read, Recording& recording) {
+  using Kind = SwaySource::Kind;
+  const std::vector<int>& columns = source.columns;
+  const std::string& where = recording.file;
+  Signal<double> sway{com_sway, name_of(table, columns.front()), {}};
+  if (source.kind == Kind::angle) {
+    if (options.metres_per_unit)
+      throw Error(where, sway.column + " is said to be a length",
+                  "give the height of the centre of mass above the "
+                  "ankles as --com-height");
+    sway.rad = read_angles(table, columns[0], options, read, recording);
+    return sway;
+  }
+  if (source.kind == Kind::segments) {
+    sway.column += ", " + name_of(table, columns[1]);
+    sway.rad = sway_of(read_angles(table, columns[0], options, read, recording),
+                       read_angles(table, columns[1], options, read, recording), 1.0);
+    return sway;
+  }
+  std::vector<std::vector<double>> positions;
+  for (const int column : columns) positions.push_back(read_metres(table, column, options, read, where));
+  const std::size_t markers = positions.size() - (options.ankle_column.empty() ? 0 : 1);
+  for (std::size_t marker = 0; marker < markers; ++marker) {
+    if (marker > 0) sway.column += ", " + name_of(table, columns[marker]);
+    if (options.ankle_column.empty()) {
+      subtract_mean(positions[marker]);
+    } else {
+      for (std::size_t k = 0; k < positions[marker].size(); ++k) positions[marker][k] -= positions.back()[k];
+    }
+  }
+  if (options.ankle_column.empty())
+    add_info(recording.warnings, "mean_is_upright",
+             "where the ankle is was not given (--ankle): the mean of " + sway.column + " is taken as upright");
+  if (source.kind == Kind::displacement) {
+    sway.rad = angles(positions[0], *options.com_height_m, sway.column, where);
+    return sway;
+  }
+  const sim::Segments segments = sim::segments_of({.height_m = *options.body_height_m});
+  std::vector<double> between(positions[0].size());
+  for (std::size_t k = 0; k < between.size(); ++k) between[k] = positions[1][k] - positions[0][k];
+  sway.rad = sway_of(angles(positions[0], segments.leg_length_m, "the hip", where),
+                     angles(between, segments.trunk_length_m, "the shoulder", where), *options.body_height_m);
+  return sway;
+}
+
+}  // namespace decid::dataset
