@@ -59,11 +59,12 @@ struct Result {
   std::string out, err;
 };
 
-/// `arguments` as a shell reads them; `before`: its commands before the program.
+/// `arguments` as a shell reads them, with a standard input of their own if they have one; `before`: its commands
+/// before the program.
 inline Result run_decid(const std::string& arguments, const std::string& before = {}) {
   const Folder folder;
   const std::string command =
-      before + DECID_PROGRAM + " " + arguments + " >" + folder / "out" + " 2>" + folder / "err" + " </dev/null";
+      before + "</dev/null " + DECID_PROGRAM + " " + arguments + " >" + folder / "out" + " 2>" + folder / "err";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder / "out"), read_text(folder / "err")};
 }
