@@ -21,6 +21,7 @@
 #include "sim/protocol_json.hpp"
 #include "sim/simulate.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/report/calibration_figure.hpp"
 #include "tools/report/parameters_json.hpp"
@@ -288,7 +289,6 @@ CalibratedTrial calibrate_trial(const posterior::Density& density, const Trials:
 }
 
 void run_calibrate(const CalibrateOptions& options) {
-  catch_interrupt();
   std::vector<std::string> inputs;
   const sim::Protocol protocol = options.protocol.load(&inputs);
   inputs.push_back(options.model);
@@ -327,6 +327,7 @@ void run_calibrate(const CalibrateOptions& options) {
     json["trials"] = std::move(all);
     return json.dump(1) + "\n";
   };
+  catch_interrupt();
   {
     ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
     bar.go_on_from(static_cast<long long>(trials.size()));

@@ -11,6 +11,7 @@
 #include "base/version.hpp"
 #include "dataset/npz/npz.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/report/dataset_page.hpp"
 
@@ -84,7 +85,6 @@ void warn_of_little_space(const DatasetOptions& options, std::uint64_t bytes, co
 }
 
 void make_dataset(const DatasetOptions& options) {
-  catch_interrupt();
   DatasetFigures figures;
   figures.file = options.output;
   figures.version = version;
@@ -100,6 +100,7 @@ void make_dataset(const DatasetOptions& options) {
   probe.reset();
   warn_of_little_space(options, dataset::npz_bytes(options.count, figures.request.protocol), partial);
 
+  catch_interrupt();
   const auto start = std::chrono::steady_clock::now();
   int done = 0;
   try {

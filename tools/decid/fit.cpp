@@ -16,6 +16,7 @@
 #include "tools/decid/command.hpp"
 #include "tools/decid/fit_frf.hpp"
 #include "tools/decid/fit_results.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/report/fit_page.hpp"
@@ -89,7 +90,6 @@ void run_table(const FitOptions& options) {
 }
 
 void run_fit(const FitOptions& options) {
-  catch_interrupt();
   ReadOptions reading = options.recordings.read_options();
   std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
@@ -105,6 +105,7 @@ void run_fit(const FitOptions& options) {
   const auto files = static_cast<long long>(options.recordings.files.size());
   constexpr long long parts = 100;  // of a recording, for the bar
   FittedRecordings all;
+  catch_interrupt();
   {
     ProgressBar bar("fit", "%", parts * files, options.common.quiet);
     std::vector<double> done(options.recordings.files.size());  // of each
