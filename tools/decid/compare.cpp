@@ -233,8 +233,9 @@ void add_compare(const Command& program) {
   command.add_option("--most-draws", options->posterior.most_draws, "Of each chain of a posterior; fewer if enough")
       .show_default()
       .range(8, 1'000'000);
-  add_output_option(command, options->output, "JSON file to write");
-  command.add_option("--report", options->report, "Page to write: the table and a chart (.html)");
+  add_output_option(command, "-o,--output", options->output, Written::json, "JSON file to write");
+  add_output_option(command, "--report", options->report, Written::html,
+                    "Page to write: the table and a chart (.html)");
   add_common_options(command, options->common, true);
   command.footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");
   command.callback([options] {

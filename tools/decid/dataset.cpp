@@ -138,12 +138,12 @@ void add_dataset(const Command& program) {
                      "children of trials with large sway. Default: all");
   add_seed_option(command, options->seed, "Seed");
   add_protocol_options(command, options->protocol);
-  add_output_option(command, options->output,
+  add_output_option(command, "-o,--output", options->output, Written::npz,
                     ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
                     "Ctrl-C, a kill or a full disk")
       .required();
-  command.add_option("--report", options->report,
-                     "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
+  add_output_option(command, "--report", options->report, Written::html,
+                    "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
   add_common_options(command, options->common, true);
   command.footer(
       "Example, the paper's set: decid dataset --count 12766 --base 10000 --seed 1 -o data.npz --report data.html");

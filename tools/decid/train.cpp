@@ -204,7 +204,8 @@ void add_train(const Command& program) {
   command.add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
   add_seed_option(command, options->seed, "Seed of weights, shuffling and, with --stream, trials");
   command.add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
-  add_output_option(command, options->output, "Model file to write (.safetensors)").required();
+  add_output_option(command, "-o,--output", options->output, Written::safetensors, "Model file to write (.safetensors)")
+      .required();
   add_common_options(command, options->common, true);
   command.footer("Example: decid train --data data.npz --preset best -o model.safetensors");
   command.callback([options, command] {

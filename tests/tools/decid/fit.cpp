@@ -101,7 +101,8 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   check_refused("fit " + folder / "t.csv" + " --begin 1 --tilt-column 3", {"--begin", "--tilt-column"});
   write_text(folder / "noise.mat", "no MAT-file");
   check_refused("fit " + folder / "noise.mat", {"noise.mat"});
-  check_refused("fit " + folder / "t.csv" + " -o " + folder / "t.csv", {"another name"});
+  std::filesystem::create_symlink("t.csv", folder / "same");
+  check_refused("fit " + folder / "t.csv" + " -o " + folder / "same", {"another name"});
   check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --draws " + folder / "o", {"another name"});
   check_refused("fit " + folder / "t.csv" + " --draws " + folder / "no/d.npz", {"d.npz"});
   check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --report " + folder / "o", {"another name"});
