@@ -137,7 +137,8 @@ static int run_controller(const float* identified) {
   result = balance_begin(&controller, &parameters);
   (void)instructions();
   for (step = 0; (step < 1000) && (result == BALANCE_OK); ++step) {
-    const double torque = balance_step(&controller, 0.001, 0.002, 0.0, 0.0);
+    double torque = 0.0;
+    result = balance_step(&controller, 0.001, 0.002, 0.0, 0.0, &torque);
     largest = (torque > largest) ? torque : largest;
   }
   print_number("controller_instructions_a_step ", instructions() / 1000U, "\n");

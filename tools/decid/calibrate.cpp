@@ -21,6 +21,7 @@
 #include "sim/protocol_json.hpp"
 #include "sim/simulate.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/report/calibration_figure.hpp"
 #include "tools/report/parameters_json.hpp"
@@ -288,7 +289,6 @@ CalibratedTrial calibrate_trial(const posterior::Density& density, const Trials:
 }
 
 void run_calibrate(const CalibrateOptions& options) {
-  catch_interrupt();
   std::vector<std::string> inputs;
   const sim::Protocol protocol = options.protocol.load(&inputs);
   inputs.push_back(options.model);
@@ -327,6 +327,7 @@ void run_calibrate(const CalibrateOptions& options) {
     json["trials"] = std::move(all);
     return json.dump(1) + "\n";
   };
+  catch_interrupt();
   {
     ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
     bar.go_on_from(static_cast<long long>(trials.size()));
@@ -380,8 +381,10 @@ void add_calibrate(const Command& program) {
       .range(0.0, 0.5);
   command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
   command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
-  add_output_option(command, options->output, "JSON file to write, anew after every few trials");
-  command.add_option("--figure", options->figure, "SVG to write: where the truths lie among the draws");
+  add_output_option(command, "-o,--output", options->output, Written::json,
+                    "JSON file to write, anew after every few trials");
+  add_output_option(command, "--figure", options->figure, Written::svg,
+                    "SVG to write: where the truths lie among the draws");
   command.add_flag("--resume", options->resume, "Go on with the trials that the file has");
   add_common_options(command, options->common, true);
   command.footer("Example: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json");

@@ -3,6 +3,8 @@
 
 #include <omp.h>
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <filesystem>
 
@@ -11,6 +13,61 @@
 #include "sim/protocol_json.hpp"
 
 namespace decid::tools {
+namespace {
+
+struct Format {
+  const char* content;
+  const char* ending;
+};
+
+Format format_of(Written written) {
+  switch (written) {
+    case Written::json:
+      return {"JSON", ".json"};
+    case Written::csv:
+      return {"CSV", ".csv"};
+    case Written::npz:
+      return {"NumPy's arrays", ".npz"};
+    case Written::html:
+      return {"a page", ".html"};
+    case Written::svg:
+      return {"an SVG drawing", ".svg"};
+    case Written::safetensors:
+      return {"a model", ".safetensors"};
+    case Written::samples:
+      return {"bare samples", ".bin"};
+    case Written::folder:
+      break;
+  }
+  return {"", ""};
+}
+
+/// Endings that programs and people know; any other one may be given to any format.
+constexpr const char* known_endings[] = {".csv",  ".tsv", ".json", ".npz",         ".npy", ".mat",
+                                         ".html", ".htm", ".svg",  ".png",         ".pdf", ".xls",
+                                         ".xlsx", ".bin", ".hdf5", ".safetensors", ".c",   ".h"};
+
+/// Of the name of what is written; empty: nothing.
+std::string what_is_wrong(const std::string& name, Written written) {
+  if (name == "-") return "'-' is no file; commands that have --json print their results with it";
+  const std::filesystem::path path(name);
+  const Format right = format_of(written);
+  if (written != Written::folder && (path.filename().empty() || std::filesystem::is_directory(path)))
+    return "'" + name + "' is a folder, and one file is written; give its name, say '" +
+           (path / (std::string("result") + right.ending)).string() + "'";
+  std::string ending = path.extension();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool same = ending == right.ending || (written == Written::html && ending == ".htm");
+  if (same || std::ranges::count(known_endings, ending) == 0) return "";
+  if (written == Written::folder)
+    return std::filesystem::is_directory(path)
+               ? ""
+               : "'" + name + "' would be a folder, and ends in " + ending + " like a file; give the name of a folder";
+  return "'" + name + "' would hold " + right.content + ", and ends in " + ending + "; call it '" +
+         std::filesystem::path(path).replace_extension(right.ending).string() + "'";
+}
+
+}  // namespace
 
 void add_common_options(const Command& command, CommonOptions& options, bool prints_figures) {
   command.add_option("--threads", options.threads, "Threads to use; default: all cores. The result is the same")
@@ -45,11 +102,25 @@ void add_seed_option(const Command& command, std::uint64_t& seed, const std::str
   command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT");
 }
 
-Option add_output_option(const Command& command, std::string& output, const std::string& description) {
-  const auto refuse_dash = [](std::string& text) -> std::string {
-    return text == "-" ? "'-' is no file; commands that have --json print their results with it" : "";
-  };
-  return command.add_option("-o,--output", output, description).rewritten(refuse_dash, "");
+Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
+                         const std::string& description) {
+  const auto check = [written](std::string& text) { return what_is_wrong(text, written); };
+  return command.add_option(names, output, description).rewritten(check, "");
+}
+
+void make_output_folder(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  // Without a slash at its end, after which there is no name.
+  const fs::path path = folder.filename().empty() ? folder.parent_path() : folder;
+  std::error_code error;
+  if (fs::is_directory(path, error)) return;
+  if (fs::exists(path, error)) throw Error(folder.string(), "is a file", "give the name of a folder");
+  const fs::path around = path.parent_path();
+  if (!around.empty() && !fs::exists(around, error))
+    throw Error(folder.string(), "its folder does not exist", "create the folder " + around.string() + " first");
+  if (!fs::create_directory(path, error) && !fs::is_directory(path))
+    throw Error(folder.string(), "cannot be made a folder: " + error.message(),
+                "choose one in a folder that you may write to");
 }
 
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -34,8 +35,17 @@ void add_protocol_options(const Command& command, ProtocolOptions& options);
 /// --seed, from 0 to 2^64 - 1.
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);
 
-/// -o, --output: what to write. Refuses "-": nothing else stands for standard output either.
-Option add_output_option(const Command& command, std::string& output, const std::string& description);
+/// What a command writes under a name that it is given.
+enum class Written { json, csv, npz, html, svg, safetensors, samples, folder };
+
+/// `names`: "-o,--output", or of what is written besides. Refuses a name that ends like another format, which readers
+/// would take it for, a folder where a file is written, and "-": nothing else stands for standard output either.
+Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
+                         const std::string& description);
+
+/// The folder that is written to, made if it is missing. Throws Error if it is something else or cannot be made: the
+/// folder that it lies in must be there, as for a file.
+void make_output_folder(const std::filesystem::path& folder);
 
 /// Throws Error if `output` is one of `others`, files that are read or written too and would be lost. Empty names are
 /// ignored.

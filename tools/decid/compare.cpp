@@ -17,6 +17,7 @@
 #include "identify/iterative/fit.hpp"
 #include "identify/posterior/posterior.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/report/comparison_page.hpp"
 
@@ -101,6 +102,7 @@ ComparisonFigures compare(const CompareOptions& options) {
     network.push_back(identifier.estimate({trial_of(data, i)}).front().parameters);
   add("network", "The network's answer, no simulation", network, 0, network_time.seconds());
 
+  catch_interrupt();
   ProgressBar bar("compare", "fits", 3LL * trials, options.common.quiet);
   const auto stop_if_asked = [&](int trial) {
     if (interrupted()) throw std::runtime_error(format("stopped at trial %d of %d", trial, trials));
@@ -196,7 +198,6 @@ ComparisonFigures compare(const CompareOptions& options) {
 }
 
 void run_compare(const CompareOptions& options) {
-  catch_interrupt();
   refuse_same_file(options.output, {options.model, options.data});
   refuse_same_file(options.report, {options.model, options.data, options.output});
   for (const std::string& path : {options.output, options.report})
@@ -232,8 +233,9 @@ void add_compare(const Command& program) {
   command.add_option("--most-draws", options->posterior.most_draws, "Of each chain of a posterior; fewer if enough")
       .show_default()
       .range(8, 1'000'000);
-  add_output_option(command, options->output, "JSON file to write");
-  command.add_option("--report", options->report, "Page to write: the table and a chart (.html)");
+  add_output_option(command, "-o,--output", options->output, Written::json, "JSON file to write");
+  add_output_option(command, "--report", options->report, Written::html,
+                    "Page to write: the table and a chart (.html)");
   add_common_options(command, options->common, true);
   command.footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");
   command.callback([options] {

@@ -11,6 +11,7 @@
 #include "base/version.hpp"
 #include "dataset/npz/npz.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/report/dataset_page.hpp"
 
@@ -84,7 +85,6 @@ void warn_of_little_space(const DatasetOptions& options, std::uint64_t bytes, co
 }
 
 void make_dataset(const DatasetOptions& options) {
-  catch_interrupt();
   DatasetFigures figures;
   figures.file = options.output;
   figures.version = version;
@@ -100,6 +100,7 @@ void make_dataset(const DatasetOptions& options) {
   probe.reset();
   warn_of_little_space(options, dataset::npz_bytes(options.count, figures.request.protocol), partial);
 
+  catch_interrupt();
   const auto start = std::chrono::steady_clock::now();
   int done = 0;
   try {
@@ -137,12 +138,12 @@ void add_dataset(const Command& program) {
                      "children of trials with large sway. Default: all");
   add_seed_option(command, options->seed, "Seed");
   add_protocol_options(command, options->protocol);
-  add_output_option(command, options->output,
+  add_output_option(command, "-o,--output", options->output, Written::npz,
                     ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
                     "Ctrl-C, a kill or a full disk")
       .required();
-  command.add_option("--report", options->report,
-                     "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
+  add_output_option(command, "--report", options->report, Written::html,
+                    "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
   add_common_options(command, options->common, true);
   command.footer(
       "Example, the paper's set: decid dataset --count 12766 --base 10000 --seed 1 -o data.npz --report data.html");

@@ -36,12 +36,9 @@ struct ExportOptions {
   FirmwareOptions firmware;
 };
 
-/// The files' folder, made if it is missing; its parent must be there.
+/// In a folder that is made if it is missing.
 void write_files(const std::string& folder, const std::string& name, const FirmwareFiles& files) {
-  std::error_code failed;
-  fs::create_directory(folder, failed);
-  if (!fs::is_directory(folder))
-    throw Error(folder, "is not a folder, and none can be made there", "give a folder that can be written");
+  make_output_folder(folder);
   const fs::path stem = fs::path(folder) / name;
   PendingFile header(stem.string() + ".h"), source(stem.string() + ".c");
   write_file(header.path(), files.header);
@@ -116,7 +113,9 @@ void add_export_c(const Command& parent) {
   auto options = std::make_shared<ExportOptions>();
   const Command command = parent.add_subcommand("c", "A model as one C file and its header");
   command.add_option("model", options->model, "Model file; default: the built-in model");
-  add_output_option(command, options->output, "Folder to write NAME.c and NAME.h to; made if it is missing").required();
+  add_output_option(command, "-o,--output", options->output, Written::folder,
+                    "Folder to write NAME.c and NAME.h to; made if it is missing")
+      .required();
   command.add_option("--name", options->name,
                      "What the files and functions are called; default: the model file's name");
   command.add_flag("--incremental", options->firmware.incremental,
@@ -214,7 +213,9 @@ void add_export_controller(const Command& parent) {
       .add_option("--protocol", options->protocol, "Body, and the tilt of the self-test: default, short or a JSON file")
       .show_default();
   command.add_option("--name", options->name, "What the files and functions are called").show_default();
-  add_output_option(command, options->output, "Folder to write NAME.c and NAME.h to; made if it is missing").required();
+  add_output_option(command, "-o,--output", options->output, Written::folder,
+                    "Folder to write NAME.c and NAME.h to; made if it is missing")
+      .required();
   add_common_options(command, options->common, false);
   command.footer("Example: decid export controller result.json -o firmware/");
   command.callback([options] {
@@ -254,9 +255,9 @@ void add_export_sway(const Command& parent) {
   auto options = std::make_shared<SwayOptions>();
   const Command command = parent.add_subcommand(
       "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
-  add_recording_flags(command, options->recordings, "--begin,--start").required();
+  add_recording_flags(command, options->recordings).required();
   command.add_option("--model", options->model, "Model file; default: the built-in model");
-  add_output_option(command, options->output, "File to write").required();
+  add_output_option(command, "-o,--output", options->output, Written::samples, "File to write").required();
   add_common_options(command, options->common, false);
   command.footer("Example: decid export sway trial.csv -o sway.bin");
   command.callback([options] {

@@ -16,6 +16,7 @@
 #include "tools/decid/command.hpp"
 #include "tools/decid/fit_frf.hpp"
 #include "tools/decid/fit_results.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/report/fit_page.hpp"
@@ -31,10 +32,9 @@ struct FitOptions {
   FitRequest request;
 };
 
-/// Options of recordings alone, and those of a frequency response alone.
-constexpr const char* of_recordings[] = {"recordings", "--column",      "--unit",        "--rate",       "--fill-gaps",
-                                         "--begin",    "--tilt-column", "--tilt-unit",   "--invert",     "--detrend",
-                                         "--model",    "--prior-start", "--prior-noise", "--most-draws", "--report"};
+/// Options of recordings alone besides how they are read, and those of a frequency response alone.
+constexpr const char* of_recordings[] = {"recordings",    "--model",      "--prior-start",
+                                         "--prior-noise", "--most-draws", "--report"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not go with what is to be fitted.
@@ -50,6 +50,7 @@ void check_kind(const FitOptions& options, const Command& command) {
     throw Error(option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
   };
   if (is_table) std::ranges::for_each(of_recordings, refuse);
+  if (is_table) std::ranges::for_each(reading_options, refuse);
   if (!is_table) std::ranges::for_each(of_tables, refuse);
 }
 
@@ -89,7 +90,6 @@ void run_table(const FitOptions& options) {
 }
 
 void run_fit(const FitOptions& options) {
-  catch_interrupt();
   ReadOptions reading = options.recordings.read_options();
   std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
@@ -105,6 +105,7 @@ void run_fit(const FitOptions& options) {
   const auto files = static_cast<long long>(options.recordings.files.size());
   constexpr long long parts = 100;  // of a recording, for the bar
   FittedRecordings all;
+  catch_interrupt();
   {
     ProgressBar bar("fit", "%", parts * files, options.common.quiet);
     std::vector<double> done(options.recordings.files.size());  // of each
@@ -135,7 +136,7 @@ void add_fit(const Command& program) {
   auto options = std::make_shared<FitOptions>();
   const Command command = program.add_subcommand(
       "fit", "Sample what recordings say: the posterior of the parameters, slower than identify");
-  add_recording_flags(command, options->recordings, "--begin,--start");
+  add_recording_flags(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.add_option("--frf", options->table,
                      "In place of recordings, a frequency response: a table of frequency_hz, gain, phase_deg and, if "
@@ -173,9 +174,10 @@ void add_fit(const Command& program) {
       .show_default()
       .range(8, 1'000'000);
   add_seed_option(command, options->request.settings.seed, "Of the chains");
-  add_output_option(command, options->output, "JSON file to write");
-  command.add_option("--draws", options->draws, "All draws as arrays, for NumPy (.npz)");
-  command.add_option("--report", options->report, "HTML report to write: one page that opens offline");
+  add_output_option(command, "-o,--output", options->output, Written::json, "JSON file to write");
+  add_output_option(command, "--draws", options->draws, Written::npz, "All draws as arrays, for NumPy (.npz)");
+  add_output_option(command, "--report", options->report, Written::html,
+                    "HTML report to write: one page that opens offline");
   add_common_options(command, options->common, true);
   command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html");
   command.callback([options, command] {

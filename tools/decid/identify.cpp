@@ -51,12 +51,13 @@ void run_identify(const IdentifyOptions& options) {
 void add_identify(const Command& program) {
   auto options = std::make_shared<IdentifyOptions>();
   const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
-  add_recording_flags(command, options->recordings, "--begin,--start").required();
+  add_recording_flags(command, options->recordings).required();
   add_body_options(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.add_option("--model", options->model, "Model file; default: the built-in model");
-  add_output_option(command, options->output, "JSON file to write");
-  command.add_option("--report", options->report, "HTML report to write: one page that opens offline");
+  add_output_option(command, "-o,--output", options->output, Written::json, "JSON file to write");
+  add_output_option(command, "--report", options->report, Written::html,
+                    "HTML report to write: one page that opens offline");
   add_common_options(command, options->common, true);
   command.footer(
       "Examples: decid identify recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"

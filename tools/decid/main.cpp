@@ -1,4 +1,5 @@
-// The command line program. Exit codes: 0 done, 2 wrong usage or bad input (one line on stderr), 1 anything else.
+// The command line program. Exit codes: 0 done, 2 wrong usage or bad input (one line on stderr), 1 anything else; it
+// ends by Ctrl-C and SIGTERM (130 and 143 in a shell).
 #include <csignal>
 #include <exception>
 #include <iostream>
@@ -8,6 +9,7 @@
 #include "base/version.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
 
 namespace {
 
@@ -65,13 +67,8 @@ int run(int argc, char** argv) {
   return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-#if defined(SIGXFSZ)
-  std::signal(SIGXFSZ,
-              SIG_IGN);  // a file beyond the shell's limit is an error of its write, with a line and a clean-up
-#endif
+/// The exit code.
+int run_and_complain(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const decid::Error& error) {
@@ -84,4 +81,17 @@ int main(int argc, char** argv) {
     complain(error.what());
     return 1;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  decid::tools::end_at_interrupt();
+#if defined(SIGXFSZ)
+  std::signal(SIGXFSZ,
+              SIG_IGN);  // a file beyond the shell's limit is an error of its write, with a line and a clean-up
+#endif
+  const int code = run_and_complain(argc, argv);
+  decid::tools::end_if_interrupted();
+  return code;
 }

@@ -4,34 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 
 #include "base/text.hpp"
 
 namespace decid::tools {
-namespace {
-
-std::atomic<bool> interrupt_flag{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
-
-extern "C" void on_interrupt(int signal) {
-  if (interrupt_flag.exchange(true)) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
-  }
-}
-
-}  // namespace
-
-void catch_interrupt() {
-  std::signal(SIGINT, on_interrupt);
-}
-bool interrupted() {
-  return interrupt_flag.load();
-}
 
 ProgressBar::ProgressBar(std::string what, std::string unit, long long total, bool quiet)
     : what_(std::move(what)),

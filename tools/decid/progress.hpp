@@ -1,5 +1,4 @@
 // Progress of long work on standard error: a bar with rate and time left on a terminal, plain lines elsewhere.
-// Also Ctrl-C: the first one asks the work to stop, the second one ends the program.
 #pragma once
 
 #include <chrono>
@@ -32,9 +31,5 @@ class ProgressBar {
   std::size_t shown_ = 0;
   std::chrono::steady_clock::time_point start_, next_;
 };
-
-/// From now on Ctrl-C only sets the flag that interrupted() reads.
-void catch_interrupt();
-bool interrupted();
 
 }  // namespace decid::tools

@@ -73,9 +73,15 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
   return table.from_text(truth, "--truth");
 }
 
-Option add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin) {
-  const Option recordings = command.add_option(
-      "recordings", flags.files, "CSV or MAT-files: a column of sway, usually one of time; - is standard input");
+Option add_recording_flags(const Command& command, RecordingFlags& flags) {
+  const Option recordings =
+      command.add_option("recordings", flags.files,
+                         "CSV or MAT-files: a column of sway, usually one of time; - is standard input");
+  add_reading_options(command, flags);
+  return recordings;
+}
+
+void add_reading_options(const Command& command, RecordingFlags& flags) {
   command.add_option("--column", flags.column, "Sway column, by name or number from 1; default: found by name");
   command
       .add_option("--unit", flags.unit,
@@ -102,7 +108,7 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags, const 
           "--fill-gaps", flags.fill_gaps,
           "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
       .range(0.0, 60.0);
-  command.add_option(begin, flags.begin, "Where the protocol starts, in seconds after the first sample")
+  command.add_option("--begin,--start", flags.begin, "Where the protocol starts, in seconds after the first sample")
       .range(0.0, 1e6);
   command.add_option(
       "--tilt-column", flags.tilt_column,
@@ -117,7 +123,6 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags, const 
                   "offset: subtract the mean of the whole cycles; linear: a drift too (which costs the built-in model "
                   "nothing, models for ideal recordings much); default: none")
       .one_of({"none", "offset", "linear"});
-  return recordings;
 }
 
 void add_body_options(const Command& command, BodyFlags& flags) {

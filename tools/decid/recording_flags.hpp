@@ -36,9 +36,12 @@ struct RecordingFlags : BodyFlags {
   /// Those of --truth, if it was given. Throws Error for others than the table's.
   std::optional<sim::Parameters> known(const sim::ParameterTable& table) const;
 };
-/// `begin`: the names of the option that says where the protocol starts; messages call it --begin. Returns the
-/// recordings themselves, which need not be given.
-Option add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin);
+/// How recordings are read: all options that their errors and warnings advise.
+void add_reading_options(const Command& command, RecordingFlags& flags);
+inline constexpr const char* reading_options[] = {"--column",      "--unit",      "--rate",   "--fill-gaps", "--begin",
+                                                  "--tilt-column", "--tilt-unit", "--invert", "--detrend"};
+/// The recordings themselves, which need not be given, and those options.
+Option add_recording_flags(const Command& command, RecordingFlags& flags);
 /// --truth, of the commands that show estimates.
 void add_truth_option(const Command& command, RecordingFlags& flags);
 

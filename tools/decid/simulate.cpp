@@ -195,7 +195,7 @@ void add_simulate(const Command& program) {
         .shown_as("FLOAT");
   }
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
-  add_output_option(command, options->output,
+  add_output_option(command, "-o,--output", options->output, Written::csv,
                     "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
       .required();
   add_common_options(command, options->common, false);

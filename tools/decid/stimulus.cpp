@@ -50,12 +50,13 @@ void add_stimulus(const Command& program) {
   auto options = std::make_shared<StimulusOptions>();
   const Command command = program.add_subcommand("stimulus", "Write and plot the platform's tilt over a trial");
   command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
-  add_output_option(command, options->output, "CSV file to write: time,tilt_deg at the sample rate");
-  command.add_option("--plot", options->plot,
-                     "HTML page to write, which opens offline: tilt, velocity and amplitude spectrum");
-  command.add_option("--write-protocol", options->written_protocol,
-                     "JSON file to write: the protocol with every setting, a measured tilt with its samples; a file to "
-                     "start from");
+  add_output_option(command, "-o,--output", options->output, Written::csv,
+                    "CSV file to write: time,tilt_deg at the sample rate");
+  add_output_option(command, "--plot", options->plot, Written::html,
+                    "HTML page to write, which opens offline: tilt, velocity and amplitude spectrum");
+  add_output_option(command, "--write-protocol", options->written_protocol, Written::json,
+                    "JSON file to write: the protocol with every setting, a measured tilt with its samples; a file to "
+                    "start from");
   add_common_options(command, options->common, false);
   command.footer(
       "Example: decid stimulus --protocol short -o stimulus.csv --plot stimulus.html --write-protocol mine.json");

@@ -11,7 +11,7 @@
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "tools/decid/command.hpp"
-#include "tools/decid/progress.hpp"
+#include "tools/decid/recording_flags.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/study_page.hpp"
 
@@ -20,8 +20,8 @@ namespace {
 
 struct StudyOptions {
   CommonOptions common;
-  std::string model, data, log, recording, column, unit, learning_curve, output;
-  std::optional<double> rate;
+  RecordingFlags reading;
+  std::string model, data, log, recording, learning_curve, output;
   std::vector<std::string> times, comparisons;
   std::vector<double> levels_deg{0, 0.01, 0.02, 0.05, 0.1};
   bool faults = false;
@@ -40,22 +40,10 @@ std::pair<std::string, double> time_from_text(const std::string& text) {
   return {text.substr(0, equals), seconds};
 }
 
-/// The folder, made if need be, and able to take the files.
-void prepare(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder))
-    throw Error(folder.string(), "cannot be made a folder", "give the name of a folder that is there or can be made");
-  PendingFile probe(folder / "report.html");
-}
-
 void add_recording(const StudyOptions& options, const Model& model, Study& study) {
-  ReadOptions how;
-  how.recording.column = options.column;
-  how.recording.rate_hz = options.rate;
-  if (!options.unit.empty()) how.recording.unit = options.unit == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
   study.recording =
-      std::move(identify_files(model, model_name(options.model), {options.recording}, how).recordings.front());
+      std::move(identify_files(model, model_name(options.model), {options.recording}, options.reading.read_options())
+                    .recordings.front());
   if (study.recording->error) throw *study.recording->error;
   for (std::size_t p = 0; p < model.parameters().size(); ++p)
     study.recording_output.push_back((study.recording->estimate.parameters[p] - model.targets.mean[p]) /
@@ -88,7 +76,8 @@ void run_study(const StudyOptions& options) {
       throw Error(file, "compares another model than " + study.model, "run decid compare with this --model");
   }
   const std::filesystem::path folder = options.output;
-  prepare(folder);
+  make_output_folder(folder);
+  { PendingFile probe(folder / "report.html"); }  // reports an unwritable place before the work
 
   const Announce announce = [&](const std::string& text) {
     if (!options.common.quiet) std::cerr << "study: " << text << '\n';
@@ -133,12 +122,8 @@ void add_study(const Command& program) {
   command.add_option("--model", options->model, "Model file; default: the built-in model");
   command.add_option("--data", options->data, "Data set that it was trained on: both halves' errors, and its figures");
   command.add_option("--log", options->log, "The training's log; default: MODEL.log.csv, if it is there");
-  command.add_option("--recording", options->recording, "CSV file to treat like the paper's human trial");
-  command.add_option("--column", options->column, "Its sway column, by name or number from 1; default: found by name");
-  command.add_option("--unit", options->unit, "deg or rad; default: from the column's name, else degrees")
-      .one_of({"deg", "rad"});
-  command.add_option("--rate", options->rate, "Its sample rate in Hz, if there is no time column or it is wrong")
-      .range(1.0, 100000.0);
+  command.add_option("--recording", options->recording, "CSV or MAT-file to treat like the paper's human trial");
+  add_reading_options(command, options->reading);
   command.add_option("--trials", options->trials, "Fresh trials to evaluate on").show_default().range(1, 1'000'000);
   add_seed_option(command, options->seed, "Seed of the fresh trials, another one than the training's");
   command
@@ -162,13 +147,13 @@ void add_study(const Command& program) {
       .repeatable();
   command.add_option("--time", options->times, "What took how long, for the table: NAME=SECONDS; may be repeated")
       .repeatable();
-  add_output_option(command, options->output,
+  add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Folder to write: report.html, table.txt, study.json, and each figure as .svg and .csv")
       .required();
   add_common_options(command, options->common, true);
   command.footer("Example: decid study --model model.safetensors --data data.npz --recording trial.csv -o study");
   command.callback([options, command] {
-    for (const char* name : {"--column", "--unit", "--rate"})
+    for (const char* name : reading_options)
       if (options->recording.empty() && command.count(name) > 0)
         throw Error(name, "has no effect without a recording", "use it with --recording");
     apply(options->common);

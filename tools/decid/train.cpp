@@ -15,6 +15,7 @@
 #include "nn/kernels/kernels.hpp"
 #include "nn/schedule.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 
 namespace decid::tools {
@@ -85,7 +86,6 @@ void train(const TrainOptions& options) {
   Model& model = state.model;
   const double half_the_sum = 0.5 * static_cast<double>(model.parameters().size());  // MATLAB's loss over the MSE
 
-  catch_interrupt();
   const Preset& preset = settings.preset;
   const int trials = source->trials(dataset::Part::training);
   const long long total = static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size()));
@@ -98,6 +98,7 @@ void train(const TrainOptions& options) {
     bar.line("warning: " + checkpoint +
              " of an earlier training is there; this one replaces it when its first epoch is "
              "done, while --resume would go on from it");
+  catch_interrupt();
   long long done_before = 0;
   auto epoch_start = std::chrono::steady_clock::now();
   const bool finished = run_training(
@@ -122,10 +123,12 @@ void train(const TrainOptions& options) {
         write_file(log_path, log_csv(state.log, model.parameters().size()));
         epoch_start = std::chrono::steady_clock::now();
       });
-  if (!finished)
+  const auto stop = [&] {
     throw std::runtime_error(state.log.empty() ? "stopped before the first epoch was done; nothing was written"
                                                : "stopped; the same command with --resume goes on after epoch " +
                                                      std::to_string(state.log.size()) + " (" + checkpoint + ")");
+  };
+  if (!finished) stop();
   const bool early = settings.patience > 0;
   if (early) {
     state.model = load_model(best_path);
@@ -134,7 +137,9 @@ void train(const TrainOptions& options) {
                   "train without --resume");
   }
   model.familiarity = learn_familiarity(model, *source, preset.epochs);
+  if (interrupted()) stop();
   model.recalibration = learn_recalibration(model, *source, preset.epochs);
+  if (interrupted()) stop();
   write_file(options.output, to_bytes(model));
   for (const std::string& path : {checkpoint, best_path}) std::filesystem::remove(path);
   const EpochLog& last = early ? state.log.at(static_cast<std::size_t>(best_epoch(state.log)) - 1) : state.log.back();
@@ -199,7 +204,8 @@ void add_train(const Command& program) {
   command.add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
   add_seed_option(command, options->seed, "Seed of weights, shuffling and, with --stream, trials");
   command.add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
-  add_output_option(command, options->output, "Model file to write (.safetensors)").required();
+  add_output_option(command, "-o,--output", options->output, Written::safetensors, "Model file to write (.safetensors)")
+      .required();
   add_common_options(command, options->common, true);
   command.footer("Example: decid train --data data.npz --preset best -o model.safetensors");
   command.callback([options, command] {

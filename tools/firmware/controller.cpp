@@ -68,7 +68,8 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
 )";
   source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
   for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_FMA_FLOAT"}) source += define(unused, 0);
-  source += define("USES_FMA_DOUBLE", 1) + define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
+  source += define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
+            define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
             define_double("STEP_OVER_INERTIA", course.step_s / protocol.experiment.body.inertia_kgm2) +
             define_double("BODY_MGH", protocol.experiment.body.mgh()) + define_double("SINE_0", sine[0]) +
             define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +

@@ -124,7 +124,7 @@ std::string settings(const Model& model, const ForBody& body, const FirmwarePlan
   text += define("USES_ASINH", uses.asinh) +
           define("USES_LOG", uses.log_modulus || uses.residual || uses.asinh || uses.mixture) +
           define("USES_SQUARE_ROOT", uses.modulus || uses.residual || uses.asinh || uses.mixture || uses.statistics) +
-          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture);
+          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture) + define("USES_IS_FINITE", 0);
   text += define("QUANTISED", plan.options.int8) + define("INCREMENTAL", plan.options.incremental) +
           define("STREAM_ROWS", plan.stream_rows) +
           define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +

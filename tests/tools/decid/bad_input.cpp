@@ -47,7 +47,10 @@ TEST_CASE("no output replaces what the call reads") {
   const std::string tilt = read_text(folder / "tilt.csv");
   const std::string with = " --quiet --protocol " + folder / "p.json";
   const std::string quick = " --stream --preset small --stream-trials 16 --validation-trials 4 --epochs 1";
-  for (const std::string output : {"p.json", "tilt.csv", "link.csv"}) {
+  // By names without an ending: another format's would be refused before.
+  for (const std::string name : {"p.json", "tilt.csv", "link.csv", "image.json"})
+    std::filesystem::create_symlink(name, folder / "as-" + name.substr(0, name.find('.')));
+  for (const std::string output : {"as-p", "as-tilt", "as-link"}) {
     const std::string o = " -o " + folder / output;
     check_refused("simulate" + with + o, {output, "read or written already"});
     check_refused("dataset --count 3" + with + o, {output, "read or written already"});
@@ -56,14 +59,13 @@ TEST_CASE("no output replaces what the call reads") {
     check_refused("train" + quick + with + o, {output, "read or written already"});
     check_refused("fit " + folder / "r.csv" + with + o, {output, "read or written already"});
   }
-  check_refused("train" + quick + " --image " + folder / "image.json" + " -o " + folder / "image.json",
-                {"image.json", "read or written already"});
+  check_refused("train" + quick + " --image " + folder / "image.json" + " -o " + folder / "as-image",
+                {"as-image", "read or written already"});
   CHECK(read_text(folder / "tilt.csv") == tilt);
-  CHECK(folder.files() == 5);
-  write_text(folder / "m.safetensors", "a model");
-  check_refused(
-      "export sway " + folder / "r.csv" + " --model " + folder / "m.safetensors" + " -o " + folder / "m.safetensors",
-      {"m.safetensors", "read or written already"});
+  CHECK(folder.files() == 9);
+  write_text(folder / "m", "a model");
+  check_refused("export sway " + folder / "r.csv" + " --model " + folder / "m" + " -o " + folder / "m",
+                {"m", "read or written already"});
   // A built-in protocol's name is no file.
   CHECK(run_decid("dataset --count 3 --quiet -o " + folder / "default").code == 0);
 }
@@ -222,14 +224,74 @@ TEST_CASE("a wrong unit is suspected, not refused") {
 
 TEST_CASE("outputs that would replace what is read or written") {
   const Folder folder;
-  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
-  const std::string trial = folder / "t.csv", before = read_text(trial);
-  check_refused("identify " + trial + " -o " + trial, {"t.csv", "another name"});
-  check_refused("identify " + trial + " --report " + folder / "./t.csv", {"another name"});
+  const std::string trial = folder / "trial";
+  REQUIRE(run_decid("simulate -o " + trial).code == 0);
+  const std::string before = read_text(trial);
+  check_refused("identify " + trial + " -o " + trial, {trial, "another name"});
+  check_refused("identify " + trial + " --report " + folder / "./trial", {"another name"});
   check_refused("identify " + trial + " -o " + folder / "x" + " --report " + folder / "x", {"another name"});
   check_refused("train --data " + trial + " -o " + trial, {"another name"});
   CHECK(read_text(trial) == before);
   CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a name that ends like another format, or is a folder's, is refused with the right one") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --quiet -o " + folder / "t.csv").code == 0);
+  const std::string trial = folder / "t.csv";
+  const auto refused = [&](const std::string& command, const std::string& name, const std::string& right) {
+    check_refused(command + " " + folder / name, {"'" + folder / name + "' would hold", "call it '" + folder / right});
+  };
+  refused("identify " + trial + " -o", "all.csv", "all.json");
+  refused("identify " + trial + " --report", "page.PDF", "page.html");
+  refused("fit " + trial + " -o", "all.csv", "all.json");
+  refused("fit " + trial + " --draws", "draws.csv", "draws.npz");
+  refused("fit " + trial + " --report", "all.json", "all.html");
+  refused("calibrate -o", "c.npz", "c.json");
+  refused("calibrate --figure", "c.png", "c.svg");
+  refused("compare -o", "c.html", "c.json");
+  refused("compare --report", "c.svg", "c.html");
+  refused("simulate -o", "t.mat", "t.csv");
+  refused("stimulus -o", "t.json", "t.csv");
+  refused("stimulus --plot", "t.png", "t.html");
+  refused("stimulus --write-protocol", "p.csv", "p.json");
+  refused("dataset --count 3 -o", "data.csv", "data.npz");
+  refused("dataset --count 3 -o " + folder / "d.npz" + " --report", "d.csv", "d.html");
+  refused("train --stream -o", "model.npz", "model.safetensors");
+  refused("export sway " + trial + " -o", "s.csv", "s.bin");
+  for (const char* command : {"export c -o ", "export controller -o ", "study -o "})
+    check_refused(command + (folder / "posture.c"), {"would be a folder", ".c like a file"});
+  for (const std::string& command :
+       {"identify " + trial + " -o ", std::string("dataset --count 3 -o "), std::string("train --stream -o ")})
+    for (const std::string& name : {folder / "", folder / "missing/", std::string(".")})
+      check_refused(command + name, {"'" + name + "' is a folder, and one file is written", "result."});
+  CHECK(folder.files() == 1);
+  // Other endings, or none, say nothing; those of pages are two.
+  for (const char* name : {"all", "all.2024", "all.txt", "all.csv.json", "all.JSON"})
+    CHECK(run_decid("identify " + trial + " -o " + folder / name).code == 0);
+  CHECK(run_decid("identify " + trial + " --report " + folder / "page.HTM").code == 0);
+  CHECK(run_decid("identify " + trial + " -o /dev/null").code == 0);
+}
+
+TEST_CASE("a folder that is written is made, where the folder around it is there, as for a file") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --quiet -o " + folder / "t.csv").code == 0);
+  write_text(folder / "file", "");
+  const std::string study = "study --quiet --trials 2 --realisations 2 --sensor-noise 0 -o ";
+  for (const std::string& command : {study, std::string("export controller --quiet -o ")}) {
+    CAPTURE(command);
+    check_refused(command + folder / "no/such", {"its folder does not exist; create the folder " + folder / "no"});
+    check_refused(command + folder / "file", {"is a file; give the name of a folder"});
+    check_refused(command + folder / "file/in", {"cannot be made a folder"});
+    for (const char* name : {"made", "made/", "with_slash/", "with.json"}) {
+      if (std::string(name) == "with.json")
+        std::filesystem::create_directory(folder / name);  // there, it is no mistake
+      CHECK(run_decid(command + folder / name).code == 0);
+      CHECK(std::filesystem::exists(folder / name + (command == study ? "/study.json" : "/decid_controller.c")));
+    }
+  }
+  check_refused("identify " + folder / "t.csv" + " -o " + folder / "no/r.json",
+                {"its folder does not exist; create the folder " + folder / "no"});
 }
 
 TEST_CASE("options without effect are refused") {

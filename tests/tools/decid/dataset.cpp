@@ -112,7 +112,7 @@ TEST_CASE("Ctrl-C says where it stopped and how to go on; other options are refu
       "dataset --count 200000 --seed 7 --protocol " + folder / "p.json" + " -o " + folder / "a.npz";
   const std::string interrupted = std::string(DECID_PROGRAM) + " " + command + " 2>" + folder / "err" +
                                   " & child=$!; while ! test -s " + folder / "a.npz.partial" +
-                                  "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
+                                  "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
   REQUIRE(std::system(interrupted.c_str()) == 0);
   const std::string said = read_text(folder / "err");
   CAPTURE(said);

@@ -101,7 +101,8 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   check_refused("fit " + folder / "t.csv" + " --begin 1 --tilt-column 3", {"--begin", "--tilt-column"});
   write_text(folder / "noise.mat", "no MAT-file");
   check_refused("fit " + folder / "noise.mat", {"noise.mat"});
-  check_refused("fit " + folder / "t.csv" + " -o " + folder / "t.csv", {"another name"});
+  std::filesystem::create_symlink("t.csv", folder / "same");
+  check_refused("fit " + folder / "t.csv" + " -o " + folder / "same", {"another name"});
   check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --draws " + folder / "o", {"another name"});
   check_refused("fit " + folder / "t.csv" + " --draws " + folder / "no/d.npz", {"d.npz"});
   check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --report " + folder / "o", {"another name"});
@@ -140,12 +141,13 @@ TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
   const std::string command = std::string(DECID_PROGRAM) + " fit --protocol short --most-draws 50" + files + " -o " +
                               folder / "o.json" + " --report " + folder / "r.html" + " >" + folder / "out" + " 2>" +
                               folder / "err" + " & child=$!; while kill -0 $child && ! grep -q 'R-hat' " +
-                              folder / "err" + "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
+                              folder / "err" + "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
   REQUIRE(std::system(command.c_str()) == 0);
   const std::string err = read_text(folder / "err");
   CAPTURE(err);
   CHECK(err.find("what was drawn until then was written") != std::string::npos);
   CHECK(err.find(", drawing, R-hat ") != std::string::npos);
+  CHECK(read_text(folder / "out").find("Body: ") != std::string::npos);  // its last line, printed before the end
   const Json recordings = Json::parse(read_text(folder / "o.json"))["recordings"];
   CHECK((recordings.size() >= 1 && recordings.size() < 100));
   // Those that were begun last, one a thread, have some draws, or none.

@@ -143,7 +143,7 @@ TEST_CASE("fit --frf refuses what it cannot use, in one line") {
   check_refused("fit r.csv --prior-error 0.1", {"--prior-error", "--frf alone"});
   check_refused("fit --frf /no/such/table.csv", {"/no/such/table.csv"});
   const Folder folder;
-  write_text(folder / "t.csv", good);
-  check_refused("fit --frf " + folder / "t.csv" + " -o " + folder / "t.csv", {"t.csv"});
-  CHECK(read_text(folder / "t.csv") == good);
+  write_text(folder / "table", good);
+  check_refused("fit --frf " + folder / "table" + " -o " + folder / "table", {"another name"});
+  CHECK(read_text(folder / "table") == good);
 }

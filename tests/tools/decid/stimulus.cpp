@@ -315,7 +315,7 @@ TEST_CASE("a stopped training on fresh trials goes on with its own protocol only
   };
   const std::string command = std::string(DECID_PROGRAM) + " " + train(examples + "sines.json", "") + " 2>" +
                               folder / "err" + " & child=$!; while ! test -e " + model +
-                              ".checkpoint; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 1";
+                              ".checkpoint; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
   REQUIRE(std::system(command.c_str()) == 0);
   check_refused(train(examples + "raised_cosines.json", "--resume"), {".checkpoint", "another protocol"});
   check_refused(train(examples + "sines.json", "--resume --sensor-noise 0.01"), {".checkpoint", "another protocol"});
@@ -324,7 +324,7 @@ TEST_CASE("a stopped training on fresh trials goes on with its own protocol only
   renamed["name"] = "another name";
   write_text(folder / "renamed.json", renamed.dump());
   const std::string again = std::string(DECID_PROGRAM) + " " + train(folder / "renamed.json", "--resume") + " 2>" +
-                            folder / "err" + " & child=$!; sleep 1; kill -INT $child; wait $child; test $? -eq 1";
+                            folder / "err" + " & child=$!; sleep 1; kill -INT $child; wait $child; test $? -eq 130";
   CHECK(std::system(again.c_str()) == 0);
 }
 

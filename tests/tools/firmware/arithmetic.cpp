@@ -17,6 +17,7 @@
 #undef __FMA__
 #define USES_FMA_FLOAT 1
 #define USES_FMA_DOUBLE 1
+#define USES_IS_FINITE 1
 #define USES_SQUARE_ROOT 1
 #define USES_LOG 1
 #define USES_ASINH 1
@@ -99,6 +100,16 @@ TEST_CASE("exported files: a b + c in float by way of double is exactly rounded"
     };
     const float a = some(0), b = some(1), c = some(2);
     for (const float term : {c, -(a * b)}) wrong += same(fma_float(a, b, term), std::fma(a, b, term)) ? 0 : 1;
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("exported files: a number is told from infinities and NaN by its bits") {
+  const Random random(21, Stream::weights, 0);
+  int wrong = 0;
+  for (std::uint64_t k = 0; k < 100'000; ++k) {
+    const double x = some_double(random, k);
+    wrong += (is_finite(x) != 0) == std::isfinite(x) ? 0 : 1;
   }
   CHECK(wrong == 0);
 }

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "controller.h"
 
@@ -45,14 +46,45 @@ static void check_torque(void) {
   int i;
   REQUIRE(controller_begin(&state, NULL) == CONTROLLER_OK && controller_begin(&other, NULL) == CONTROLLER_OK);
   for (i = 0; i < 2000; ++i) {
-    const double torque = controller_step(&state, 0.01, 0.0, 0.0, 0.0);
-    const double scaled = controller_step_scaled(&other, 0.01, 0.0, 0.0, 0.0);
     const double expected = -2.0 * controller_identified.kp * 0.01;
+    double torque = NAN, scaled = NAN;
+    REQUIRE(controller_step(&state, 0.01, 0.0, 0.0, 0.0, &torque) == CONTROLLER_OK);
+    REQUIRE(controller_step_scaled(&other, 0.01, 0.0, 0.0, 0.0, &scaled) == CONTROLLER_OK);
     REQUIRE(fabs(torque + scaled * CONTROLLER_INERTIA_KGM2 * 1000.0) <= 1e-12 * fabs(torque));
     if (i > 1000) REQUIRE(fabs(torque - expected) <= 1e-9 * fabs(expected));
   }
   REQUIRE(fabs(controller_passive(&state, 0.01, 0.02) +
                (controller_identified.kp_pass * 0.01 + controller_identified.kd_pass * 0.02)) < 1e-9);
+}
+
+/* A step whose input is no number, or makes one, is none: the bytes of the state stay, also with a delay of 0. */
+static void check_not_finite(double delay) {
+  static const double bad[] = {NAN, INFINITY, -INFINITY};
+  static controller_state before;
+  controller_parameters p = controller_identified;
+  size_t input, value;
+  int i;
+  double torque = 0.0;
+  p.delay = delay;
+  REQUIRE(controller_begin(&state, &p) == CONTROLLER_OK);
+  for (i = 0; i < 500; ++i)
+    REQUIRE(controller_step(&state, 0.01, 0.02, 0.001 * (i % 7), 0.0, &torque) == CONTROLLER_OK);
+  memcpy(&before, &state, sizeof state);
+  torque = 7.0;
+  for (input = 0; input < 4; ++input) {
+    for (value = 0; value < 3; ++value) {
+      double with[4] = {0.01, 0.02, 0.003, 0.0};
+      with[input] = bad[value];
+      REQUIRE(controller_step(&state, with[0], with[1], with[2], with[3], &torque) == CONTROLLER_ERROR_NOT_FINITE);
+      REQUIRE(controller_step_scaled(&state, with[0], with[1], with[2], with[3], &torque) ==
+              CONTROLLER_ERROR_NOT_FINITE);
+    }
+  }
+  REQUIRE(controller_step(&state, 0.0, 1.7e308, 0.0, 1.7e308, &torque) == CONTROLLER_ERROR_NOT_FINITE);
+  REQUIRE(controller_step(NULL, 0.0, 0.0, 0.0, 0.0, &torque) == CONTROLLER_ERROR_NULL);
+  REQUIRE(controller_step(&state, 0.0, 0.0, 0.0, 0.0, NULL) == CONTROLLER_ERROR_NULL);
+  REQUIRE(torque == 7.0 && memcmp(&before, &state, sizeof state) == 0);
+  REQUIRE(controller_step(&state, 0.01, 0.02, 0.003, 0.0, &torque) == CONTROLLER_OK && torque != 7.0);
 }
 
 int main(int argc, char** argv) {
@@ -76,6 +108,8 @@ int main(int argc, char** argv) {
   REQUIRE(controller_self_test(&state) == CONTROLLER_OK);
   check_errors();
   check_torque();
+  check_not_finite(controller_identified.delay);
+  check_not_finite(0.0);
   REQUIRE(controller_begin(&state, NULL) == CONTROLLER_OK);
   noise = 0.5 * noise_rate[0];
   for (sample = 0; sample < samples; ++sample) {
@@ -89,8 +123,9 @@ int main(int argc, char** argv) {
       const double drive_slope = passive * (now[1] * 0.001);
       for (i = 0; i < steps; ++i) {
         const double z = sway * sway, sine = fma(fma(head[4], z, head[3]), z, head[2]);
-        const double active = controller_step_scaled(&state, sway, rate, now[1], 2.0 * noise);
-        double next = fma(1.0 - damping, rate, drive - active);
+        double active, next;
+        if (controller_step_scaled(&state, sway, rate, now[1], 2.0 * noise, &active) != CONTROLLER_OK) return 2;
+        next = fma(1.0 - damping, rate, drive - active);
         noise = noise + slope;
         drive = drive + drive_slope;
         next = fma(head[0] * (head[1] - head[5]), sway, next);

@@ -201,6 +201,34 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
   }
 }
 
+TEST_CASE("exported files for processors with _Float16: gcc's GNU modes make the instructions of C99" *
+          doctest::test_suite("slow")) {
+  // FLT_EVAL_METHOD is 16 there. Few machines could run them; what C99 computes is tested above.
+  const Folder folder;
+  const std::string c = folder / "c";
+  REQUIRE(run_decid("export c " + test::firmware_model + " --name model --incremental --quiet -o " + c).code == 0);
+  REQUIRE(run_decid("export c --name built_in --quiet -o " + c).code == 0);
+  REQUIRE(run_decid("export controller --name controller --quiet -o " + c).code == 0);
+  std::vector<std::string> ways{"arm-none-eabi-gcc -mthumb -mcpu=cortex-m55 -mfloat-abi=hard"};
+#if defined(__x86_64__)
+  ways.emplace_back("gcc -march=sapphirerapids");
+#endif
+  for (const std::string& compiler : ways) {
+    if (!test::have(compiler.substr(0, compiler.find(' ')))) continue;
+    CAPTURE(compiler);
+    REQUIRE(shell("(" + compiler + " -std=gnu11 -dM -E -x c /dev/null | grep 'FLT_EVAL_METHOD__ 16')") == 0);
+    for (const char* name : {"model", "built_in", "controller"}) {
+      const auto assembly = [&](const std::string& mode) {
+        REQUIRE(shell(compiler + " -O2 -std=" + mode + warnings + "-S " + c + "/" + name + ".c -o " + folder / "s") ==
+                0);
+        return test::read_text(folder / "s");
+      };
+      const std::string c99 = assembly("c99");
+      for (const char* mode : {"gnu99", "gnu11"}) CHECK(assembly(mode) == c99);
+    }
+  }
+}
+
 TEST_CASE("an exported model is small, and needs nothing") {
   const Folder folder;
   Model model = load_model(test::firmware_model);

@@ -1,7 +1,8 @@
 /* ---- Arithmetic with promised bits ----------------------------------------------------------------------------------
    IEEE 754 additions, multiplications and divisions, and what C99 has only in libm: fused multiply-add, square root. */
 
-#if FLT_EVAL_METHOD != 0
+/* 16: only _Float16, which is not used here, has its own type; gcc's GNU modes say so where the processor has it. */
+#if (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)
 #error "Floating-point expressions must be evaluated in their own type: on x86 compile for SSE (-mfpmath=sse)"
 #endif
 #if defined(__clang__)
@@ -29,13 +30,29 @@ typedef union {
   uint64_t bits;
 } double_bits;
 
-#if USES_SQUARE_ROOT || USES_LOG || (USES_FMA_FLOAT && !HAS_FMA_FLOAT) || (USES_FMA_DOUBLE && !HAS_FMA_DOUBLE)
+#if (USES_FMA_FLOAT && !HAS_FMA_FLOAT) || (USES_FMA_DOUBLE && !HAS_FMA_DOUBLE)
+#define USES_DOUBLE_OF 1
+#else
+#define USES_DOUBLE_OF (USES_SQUARE_ROOT || USES_LOG)
+#endif
+
+#if USES_DOUBLE_OF || USES_IS_FINITE
 static uint64_t bits_of(double value) {
   double_bits u;
   u.value = value;
   return u.bits;
 }
+#endif
 
+#if USES_IS_FINITE
+/* By its bits: where doubles are computed in software, a comparison is a call. */
+static int32_t is_finite(double value) {
+  const uint64_t infinity = 0x7ff0000000000000U;
+  return (int32_t)((bits_of(value) & infinity) != infinity);
+}
+#endif
+
+#if USES_DOUBLE_OF
 static double double_of(uint64_t bits) {
   double_bits u;
   u.bits = bits;

@@ -49,38 +49,55 @@ int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters)
   return DECID_FW_OK;
 }
 
-double DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rate, double support_rate,
-                            double vestibular_rate) {
-  const double noise = 0.5 * vestibular_rate;
-  const double heard = (0.5 * support_rate) + noise;
-  const double q = noise - clamped(heard, -state->theta, state->theta);
-  const double command = fma_double(state->kp, sway_rad + state->error, state->kd * (sway_rate + q));
-  const int now = state->step % DECID_FW_DELAY_STEPS;
-  int then = now - state->whole;
+int DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rate, double support_rate,
+                         double vestibular_rate, double* scaled) {
+  double noise;
+  double heard;
+  double q;
+  double error;
+  double command;
   double newer;
   double active;
+  int now;
+  int then;
+  if ((state == NULL) || (scaled == NULL)) {
+    return DECID_FW_ERROR_NULL;
+  }
+  noise = 0.5 * vestibular_rate;
+  heard = (0.5 * support_rate) + noise;
+  q = noise - clamped(heard, -state->theta, state->theta);
+  error = fma_double(q, 0.001, state->error);
+  command = fma_double(state->kp, sway_rad + state->error, state->kd * (sway_rate + q));
+  now = state->step % DECID_FW_DELAY_STEPS;
+  then = now - state->whole;
   if (then < 0) {
     then += DECID_FW_DELAY_STEPS;
   }
-  state->error = fma_double(q, 0.001, state->error);
-  state->commands[now] = command;
-  newer = state->commands[then]; /* without a whole delay what has just been written */
+  newer = (then == now) ? command : state->commands[then]; /* without a whole delay what is being written */
   active = fma_double(state->fraction, state->newer - newer, newer);
-  state->newer = newer;
-  if (state->step < state->first_step) {
-    active = 0.0;
+  /* The threshold would hide a support's rate that is no number, and the delay line would keep one of the sway. */
+  if ((is_finite(heard) == 0) || (is_finite(error) == 0) || (is_finite(command) == 0) || (is_finite(active) == 0)) {
+    return DECID_FW_ERROR_NOT_FINITE;
   }
+  state->error = error;
+  state->commands[now] = command;
+  state->newer = newer;
+  *scaled = (state->step < state->first_step) ? 0.0 : active;
   ++state->step;
   /* The ring's index goes on without a jump; first_step is behind by then. */
   if (state->step == (1000000 * DECID_FW_DELAY_STEPS)) {
     state->step = 2 * DECID_FW_DELAY_STEPS;
   }
-  return active;
+  return DECID_FW_OK;
 }
 
-double DECID_FW_step(DECID_FW_state* state, double sway_rad, double sway_rate, double support_rate,
-                     double vestibular_rate) {
-  return -(DECID_FW_step_scaled(state, sway_rad, sway_rate, support_rate, vestibular_rate) / STEP_OVER_INERTIA);
+int DECID_FW_step(DECID_FW_state* state, double sway_rad, double sway_rate, double support_rate, double vestibular_rate,
+                  double* torque) {
+  const int result = DECID_FW_step_scaled(state, sway_rad, sway_rate, support_rate, vestibular_rate, torque);
+  if (result == DECID_FW_OK) {
+    *torque = -(*torque / STEP_OVER_INERTIA);
+  }
+  return result;
 }
 
 double DECID_FW_passive(const DECID_FW_state* state, double ankle_rad, double ankle_rate) {
@@ -107,24 +124,21 @@ int DECID_FW_self_test(DECID_FW_state* state) {
   int32_t interval;
   int32_t i;
   int32_t step = 0;
-  const int result = DECID_FW_begin(state, NULL);
-  if (result != DECID_FW_OK) {
-    return result;
-  }
-  for (interval = 0; interval < TEST_INTERVALS; ++interval) {
+  int result = DECID_FW_begin(state, NULL);
+  for (interval = 0; (interval < TEST_INTERVALS) && (result == DECID_FW_OK); ++interval) {
     const double tilt_rate = test_rate[interval];
     const double drive_slope = state->passive * (tilt_rate * 0.001);
     double drive = fma_double(state->passive, test_tilt[interval], state->damping * tilt_rate);
-    for (i = 0; i < STEPS_PER_INTERVAL; ++i) {
+    for (i = 0; (i < STEPS_PER_INTERVAL) && (result == DECID_FW_OK); ++i) {
       const double z = sway * sway;
       const double sine = fma_double(fma_double(SINE_2, z, SINE_1), z, SINE_0);
-      double active;
+      double active = 0.0;
       double next;
       if ((step % STEPS_PER_SAMPLE) == 0) {
         hash = hash_of(hash, sway);
       }
       ++step;
-      active = DECID_FW_step_scaled(state, sway, rate, tilt_rate, 0.0);
+      result = DECID_FW_step_scaled(state, sway, rate, tilt_rate, 0.0, &active);
       next = fma_double(1.0 - state->damping, rate, drive - active);
       drive = drive + drive_slope;
       next = fma_double(stiffness, sway, next);
@@ -133,5 +147,5 @@ int DECID_FW_self_test(DECID_FW_state* state) {
       sway = fma_double(next, 0.001, sway);
     }
   }
-  return (hash == TEST_HASH) ? DECID_FW_OK : DECID_FW_ERROR_SELF_TEST;
+  return ((result == DECID_FW_OK) && (hash != TEST_HASH)) ? DECID_FW_ERROR_SELF_TEST : result;
 }

@@ -9,9 +9,10 @@ extern "C" {
 /* Return codes. */
 enum {
   DECID_FW_OK = 0,
-  DECID_FW_ERROR_NULL = -1,     /* a pointer is null */
-  DECID_FW_ERROR_RANGE = -2,    /* a parameter is negative or no number, or the delay is longer than the line */
-  DECID_FW_ERROR_SELF_TEST = -3 /* other bits than the program that made this file computed */
+  DECID_FW_ERROR_NULL = -1,      /* a pointer is null */
+  DECID_FW_ERROR_RANGE = -2,     /* a parameter is negative or no number, or the delay is longer than the line */
+  DECID_FW_ERROR_SELF_TEST = -3, /* other bits than the program that made this file computed */
+  DECID_FW_ERROR_NOT_FINITE = -4 /* an input of a step is infinite or NaN, or so large that its command would be */
 };
 
 /* What identification yields, in SI units. */
@@ -38,19 +39,22 @@ extern const DECID_FW_parameters DECID_FW_identified;
 /* At rest, upright. parameters NULL: those that this file was made with. */
 int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters);
 
-/* One step of 1 ms: the active torque on the body in N m, positive towards positive sway.
+/* One step of 1 ms. torque: the active torque on the body in N m, positive towards positive sway.
    sway_rad, sway_rate: the body's centre of mass in space, rad and rad/s. support_rate: the tilt of what it stands on,
    in space, rad/s (sway_rate less the ankle's rate, where only these are measured). vestibular_rate: what is added to
    it as the vestibular channel hears it, rad/s; 0 where the sensors' own noise takes its place.
-   The state must have been begun. */
-double DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate,
-                     double vestibular_rate);
+   The state must have been begun. With another result than DECID_FW_OK state and torque are left as they were: it was
+   no step, and the same state goes on with the next sample that is a number. What the ankle does meanwhile is the
+   caller's to say. */
+int DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate, double vestibular_rate,
+                  double *torque);
 /* The same before its scaling to N m, the number that the simulator computes with: minus the torque times 1 ms over
    DECID_FW_INERTIA_KGM2, rad/s. */
-double DECID_FW_step_scaled(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate,
-                            double vestibular_rate);
+int DECID_FW_step_scaled(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate,
+                         double vestibular_rate, double *scaled);
 
-/* The passive torque, for a machine whose ankle has no stiffness of its own. ankle_rad: body less support. */
+/* The passive torque, for a machine whose ankle has no stiffness of its own. ankle_rad: body less support.
+   It has no state: NaN for NaN. */
 double DECID_FW_passive(const DECID_FW_state *state, double ankle_rad, double ankle_rate);
 
 /* Lets the controller balance a simulated body on the protocol's tilt for DECID_FW_TEST_STEPS steps and compares the
