@@ -283,27 +283,25 @@ function chainsFold(recording) {
       element("div", {}, element("h4", {}, parameter.name, " ", element("small", {}, `R-hat ${fixed(parameter.rhat, 3)}, worth ${compact(parameter.effective_draws)} draws`)),
         tracePanel(parameter, partsOf(recording, p), recording.draws)),
       element("div", {}, element("h4", {}, "\u00a0"), rankPanel(parameter, recording.ranks[p]))])));
-  window.addEventListener("beforeprint", () => { made.open = true; });
   return made;
 }
 
 // ---- the page ------------------------------------------------------------------------------------------------------
 
-function section(recording, index) {
-  const id = `recording-${index + 1}`, { agreed, rhat } = recording.diagnostics, tested = recording.check.figures.length > 0;
+function fill(made, recording) {
+  const { agreed, rhat } = recording.diagnostics, tested = recording.check.figures.length > 0;
   const smallest = Math.min(1, ...recording.check.figures.map(({ p }) => p));
-  document.getElementById("main").append(element("section", { id, "aria-labelledby": `${id}-title` },
-    element("h2", { id: `${id}-title` }, recording.file),
+  made.append(trustBox(recording), element("h3", {}, "The parameters"), parameterTable(recording),
     element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
-    trustBox(recording),
+    howToRead("The mean of the draws: controllers that sway as was recorded, each as often as it is probable."),
     element("dl", { class: "figures" },
       figure("Can it be believed?", agreed ? "chains agree" : "chains disagree", `R-hat ${fixed(rhat, 3)} at most; 1 is perfect`),
       figure("Does the model sway like this?", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",
         tested ? `simulated anew, smallest p ${fixed(smallest, 3)}` : "simulated anew, the body falls"),
       figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording")),
-    element("h3", {}, "The parameters"), parameterTable(recording), densities(recording), timelines(recording), pairs(recording),
+    densities(recording), timelines(recording), pairs(recording),
     element("h3", {}, "Does sway that is simulated anew look like the recording?"), checkTable(recording),
-    element("h3", {}, "Whether to believe it"), diagnosis(recording), chainsFold(recording)));
+    element("h3", {}, "Whether to believe it"), diagnosis(recording), chainsFold(recording));
 }
 
 function footer() {
@@ -319,7 +317,7 @@ if (report.recordings.length === 1) document.title = `${report.recordings[0].fil
 contents(parameter => `${fixed(parameter.mean, finestOf(parameter))} \u00b1 ${fixed(parameter.sd, finestOf(parameter))}`,
   ["R\u2011hat", recording => fixed(recording.diagnostics.rhat, 2)]);
 failures("Not fitted");
-report.recordings.forEach(section);
+sections(fill);
 footer();
 finish();
 })();
