@@ -15,6 +15,12 @@ function rangeCell(parameter) {
     made.style.left = Math.min(100, Math.max(0, at)) + "%";
     bar.append(made);
   };
+  if ("interval90" in parameter) {
+    const [from, to] = parameter.interval90.map(value => Math.min(100, Math.max(0, place(value))));
+    const span = element("span", { class: "interval" });
+    Object.assign(span.style, { left: from + "%", width: to - from + "%" });
+    bar.append(span);
+  }
   mark(parameter.true, "truth-mark");
   mark(parameter.value, "value-mark");
   const decimals = decimalsOf(parameter);
@@ -35,7 +41,7 @@ function parameterTable(recording) {
   const known = recording.parameters.some(parameter => "true" in parameter), sure = isSure(recording);
   const number = text => element("th", { scope: "col", class: "number" }, text);
   const head = element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(sure ? "Value \u00b1 deviation" : "Value"),
-    sure ? number("90 % interval") : null, element("th", { scope: "col" }, "Unit"), known ? number("True") : null, number("Value / (m g h)"),
+    sure ? number("90 % interval") : null, known ? number("True") : null, number("Value / (m g h)"),
     element("th", { scope: "col" }, "Place in the model\u2019s range"));
   const rows = recording.parameters.map(parameter => {
     const decimals = finest(parameter);
@@ -43,19 +49,18 @@ function parameterTable(recording) {
     const normalized = absent(parameter.value) ? "n/a"
       : absent(parameter.normalized) ? "\u2013" : fixed(parameter.normalized, 3) + normalizedUnit(parameter);
     return element("tr", {},
-      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, parameter.description)),
+      nameCell(parameter),
       element("td", { class: "number value" }, valueOf(parameter), words && element("small", {}, words)),
-      sure ? element("td", { class: "number" }, between(parameter.interval90, decimals)) : null,
-      element("td", {}, unitOf(parameter) || "\u2013"),
-      known ? element("td", { class: "number" }, fixed(parameter.true, decimals)) : null,
-      element("td", { class: "number" }, normalized), rangeCell(parameter));
+      sure ? cell("90 %", between(parameter.interval90, decimals)) : null,
+      known ? cell("True", fixed(parameter.true, decimals)) : null,
+      cell("/ (m g h)", normalized), rangeCell(parameter));
   });
   const { mgh, mass_kg, com_height_m } = recording.protocol;
-  return element("div", { class: "scroll" }, element("table", {},
+  return element("div", { class: "scroll" }, element("table", { class: "answer" },
     element("caption", {}, `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of a body of ` +
       `${compact(mass_kg)} kg above the ankles, its centre of mass at ${compact(com_height_m)} m` +
       (recording.body_assumed ? ", which is assumed: only values over m g h hold for another body of that height. " : ". ") +
-      "The range is that of the data the model was trained on" +
+      "The range is that of the data the model was trained on; dark within it the 90 % interval" +
       (known ? "; the upright red line is the true value." : ".")),
     element("thead", {}, head), element("tbody", {}, ...rows)));
 }
@@ -161,7 +166,7 @@ function windowFigure(recording, points, end) {
   slider.max = end;
   slider.value = first;
   put(null);
-  const made = element("figure", {}, element("h3", {}, "A closer look"),
+  const made = element("figure", { class: "closer" }, element("h3", {}, "A closer look"),
     element("div", { class: "window-controls" }, element("label", {}, "Show ", length), element("label", {}, "from ", slider)), holder,
     element("figcaption", {}, "Shown: ", shown));
   return { made, start: () => {
@@ -348,7 +353,7 @@ function footer() {
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posture control report`;
 contents(valueOf,
-  ["Variance accounted for", recording => percent(recording.variance_accounted_for)]);
+  ["Explained", recording => percent(recording.variance_accounted_for)]);
 failures("Not identified");
 sections(fill);
 footer();

@@ -8,6 +8,11 @@ function inOtherWords(parameter) {
   return parameter.unit === "s" ? fixed(1000 * parameter.value, 0) + " ms" : null;
 }
 
+// Cells of the table that is the answer. heading: what stands before it where the table is too narrow for columns.
+const cell = (heading, text) => element("td", { class: text === "\u2013" ? "number none" : "number", "data-heading": heading }, text);
+const nameCell = parameter => element("th", { scope: "row" }, parameter.name, element("span", { class: "description" },
+  element("span", { class: "words" }, parameter.description + (unitOf(parameter) ? ", " : "")), unitOf(parameter)));
+
 // Whether the answer can be used, and everything that was noticed, the gravest first.
 function trustBox({ trust, warnings }) {
   const verdict = { usable: "Usable: no check found anything odd", caution: "Use with caution", "not usable": "Not usable" }[trust];
@@ -86,16 +91,17 @@ function summaryTable() {
 }
 
 function comparisonTable({ groups, parameters }) {
-  const number = text => element("th", { scope: "col", class: "number" }, text), cell = text => element("td", { class: "number" }, text);
+  const number = text => element("th", { scope: "col", class: "number" }, text);
+  const plain = text => element("td", { class: "number" }, text);
   const of = name => report.groups.groups.find(group => group.name === name);
   const [a, b] = groups.map(of);
   const rows = parameters.map((parameter, p) => {
     const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown);
-    const mean = group => cell(`${fixed(group.parameters[p].mean, decimals)} \u00b1 ${fixed(group.parameters[p].sd, decimals)}`);
+    const mean = group => plain(`${fixed(group.parameters[p].mean, decimals)} \u00b1 ${fixed(group.parameters[p].sd, decimals)}`);
     const [low, high] = parameter.interval95;
     return element("tr", {}, element("th", { scope: "row" }, parameter.name, unitOf(shown) ? element("span", { class: "description" }, unitOf(shown)) : null),
-      mean(a), mean(b), cell(fixed(parameter.difference, decimals)),
-      element("td", { class: low > 0 || high < 0 ? "number value" : "number" }, fixed(parameter.hedges_g, 2)), cell(absent(low) ? "n/a" : between([low, high], 2)));
+      mean(a), mean(b), plain(fixed(parameter.difference, decimals)),
+      element("td", { class: low > 0 || high < 0 ? "number value" : "number" }, fixed(parameter.hedges_g, 2)), plain(absent(low) ? "n/a" : between([low, high], 2)));
   });
   return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}`), element("div", { class: "scroll" }, element("table", {},
     element("caption", {}, `Mean \u00b1 deviation of ${a.recordings} and ${b.recordings} recordings; Hedges\u2019 g: the difference over the pooled deviation. 0.2 is called ` +
@@ -196,6 +202,10 @@ function howToRead(whence) {
     ["Value / (m g h)", "stiffness and damping over the torque of gravity on this body: compare persons by these."],
     ["What is missing here", "normal values. The ranges are those that the model was trained on, not those of healthy people."],
   ];
-  return element("details", { class: "help" }, element("summary", {}, "How to read this"),
+  const made = element("details", { class: "help" }, element("summary", {}, "How to read this"),
     element("dl", {}, ...items.flatMap(([name, text]) => [element("dt", {}, name), element("dd", {}, text)])));
+  // A sheet of paper has it in full.
+  window.addEventListener("beforeprint", () => { made.open = true; });
+  window.addEventListener("afterprint", () => { made.open = false; });
+  return made;
 }
