@@ -46,6 +46,17 @@ std::string duration_text(double seconds) {
   return std::to_string(s / 3600) + " h " + std::to_string(s / 60 % 60) + " min";
 }
 
+std::string csv_cell(const std::string& text) {
+  const bool blank_end = text.starts_with(' ') || text.ends_with(' ');  // which some readers drop
+  if (text.find_first_of(",\"\r\n") == std::string::npos && !blank_end) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
 std::string csv(const std::vector<std::string>& header, const std::vector<std::vector<double>>& columns, int digits) {
   std::string text;
   for (std::size_t c = 0; c < header.size(); ++c) text += (c > 0 ? "," : "") + header[c];

@@ -126,6 +126,16 @@ class Fitter {
   std::optional<Identifier> network_;
 };
 
+/// What is wrong with a recording is its own error, and does not end the others.
+FitFigures fit_or_fail(Fitter& fitter, Identification& id, const posterior::OnProgress& progress) {
+  try {
+    return fitter.fit(id, progress);
+  } catch (const Error& error) {
+    id.error = Error(id.file + ", " + error.where(), error.problem(), error.remedy());
+    return {};
+  }
+}
+
 }  // namespace
 
 const char* name(FitFigures::Answer answer) {
@@ -134,7 +144,7 @@ const char* name(FitFigures::Answer answer) {
 
 FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
-                                const FitRequest& request, const FitProgress& progress) {
+                                const FitRequest& request, const FitProgress& progress, const OnFitted& fitted) {
   if (options.body) protocol.experiment.body = *options.body;
   Fitter fitter(model, protocol, request);
   FittedRecordings all;
@@ -151,12 +161,18 @@ FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
     if (stopped) return;
     const std::size_t number = begun++;
     Identification& id = all.identified.recordings[number];
-    if (id.error) return;
-    all.fits[number] = fitter.fit(id, [&](const posterior::Progress& here) {
-      const std::lock_guard lock(reporting);
-      if (progress && !stopped && !progress(number, here)) stopped = true;
-      return !stopped;
-    });
+    bool cut = false;
+    if (!id.error) {
+      all.fits[number] = fit_or_fail(fitter, id, [&](const posterior::Progress& here) {
+        const std::lock_guard lock(reporting);
+        if (progress && !stopped && !progress(number, here)) stopped = true;
+        cut = stopped;
+        return !cut;
+      });
+    }
+    all.fits[number].stopped = cut;
+    const std::lock_guard lock(reporting);
+    if (fitted) fitted(all, number);
   });
   all.identified.recordings.resize(begun);
   all.fits.resize(begun);

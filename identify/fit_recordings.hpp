@@ -31,6 +31,7 @@ struct FitFigures {
   double edge_s = 0.0;             ///< from one edge of inferred signals to the next
   double first_edge_s = 0.0;
   double seconds = 0.0;
+  bool stopped = false;  ///< before there were as many draws as are wanted
 };
 const char* name(FitFigures::Answer answer);
 
@@ -45,13 +46,19 @@ struct FittedRecordings {
 /// at a time; several recordings are fitted side by side.
 using FitProgress = std::function<bool(std::size_t recording, const posterior::Progress& progress)>;
 
+/// Called for each recording that was begun when it is done or has an error, by one thread at a time; it may leave
+/// all.fits[recording] empty. Others are still being written.
+using OnFitted = std::function<void(FittedRecordings& all, std::size_t recording)>;
+
 /// Reads each recording, samples its posterior in `protocol`, with the body of `options` if it has one, and checks
 /// whether its draws predict the recording; if they do not, the explanation's first warning says so. If chains do not
 /// agree, a warning says so, and the estimate is the network's where `model`, which may be null, knows the protocol's
 /// experiment. A run that is stopped keeps what was drawn until then, and begins no other recording. What comes out
-/// does not depend on the number of threads. Throws Error if the protocol cannot be fitted.
+/// does not depend on the number of threads. Throws Error if the protocol cannot be fitted; an error of a recording is
+/// its own.
 FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
-                                const FitRequest& request, const FitProgress& progress = {});
+                                const FitRequest& request, const FitProgress& progress = {},
+                                const OnFitted& fitted = {});
 
 }  // namespace decid

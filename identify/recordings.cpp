@@ -4,8 +4,35 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 
 namespace decid {
+namespace {
+
+/// Enough to keep all threads busy, few enough to hear of them. An answer does not depend on its company.
+constexpr std::size_t recordings_at_once = 32;
+
+/// Fills in the answers of those that could be read.
+void identify_read(Identifier& identifier, std::vector<Identification>& recordings) {
+  std::vector<Identification*> usable;
+  std::vector<dataset::Trial> trials;
+  for (Identification& id : recordings) {
+    if (id.error) continue;
+    usable.push_back(&id);
+    trials.push_back(std::move(id.estimate.trial));
+  }
+  std::vector<Estimate> estimates = identifier.estimate(std::move(trials));
+  std::vector<Explanation> explanations = identifier.explain(estimates);
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    Warnings warnings = std::move(usable[i]->estimate.warnings);
+    usable[i]->estimate = std::move(estimates[i]);
+    usable[i]->explanation = std::move(explanations[i]);
+    warnings.insert(warnings.end(), usable[i]->estimate.warnings.begin(), usable[i]->estimate.warnings.end());
+    usable[i]->estimate.warnings = std::move(warnings);
+  }
+}
+
+}  // namespace
 
 double Identification::peak_to_peak_deg() const {
   const std::vector<float>& sway_rad = estimate.trial.sway_rad();
@@ -44,30 +71,22 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
 }
 
 Identifications identify_files(const Model& model, const std::string& name,
-                               const std::vector<std::filesystem::path>& files, const ReadOptions& options) {
+                               const std::vector<std::filesystem::path>& files, const ReadOptions& options,
+                               const std::function<void(std::size_t)>& done) {
   Identifier identifier(model, for_body(model, name, options.body));
   const std::span<const float> tilt_rad = identifier.explainer().tilt_rad();
-  Identifications all{identifier.body().protocol,
-                      {tilt_rad.begin(), tilt_rad.end()},
-                      model.image(),
-                      model.images().shape(),
-                      read_recordings(model.protocol, files, options),
-                      identifier.body().assumed};
-  std::vector<Identification*> usable;
-  std::vector<dataset::Trial> trials;
-  for (Identification& id : all.recordings) {
-    if (id.error) continue;
-    usable.push_back(&id);
-    trials.push_back(std::move(id.estimate.trial));
-  }
-  std::vector<Estimate> estimates = identifier.estimate(std::move(trials));
-  std::vector<Explanation> explanations = identifier.explain(estimates);
-  for (std::size_t i = 0; i < usable.size(); ++i) {
-    Warnings warnings = std::move(usable[i]->estimate.warnings);
-    usable[i]->estimate = std::move(estimates[i]);
-    usable[i]->explanation = std::move(explanations[i]);
-    warnings.insert(warnings.end(), usable[i]->estimate.warnings.begin(), usable[i]->estimate.warnings.end());
-    usable[i]->estimate.warnings = std::move(warnings);
+  Identifications all{
+      identifier.body().protocol, {tilt_rad.begin(), tilt_rad.end()}, model.image(), model.images().shape(), {},
+      identifier.body().assumed};
+  all.recordings.reserve(files.size());
+  for (std::size_t first = 0; first < files.size(); first += recordings_at_once) {
+    const auto begin = files.begin() + static_cast<std::ptrdiff_t>(first);
+    const std::size_t count = std::min(recordings_at_once, files.size() - first);
+    std::vector<Identification> some =
+        read_recordings(model.protocol, {begin, begin + static_cast<std::ptrdiff_t>(count)}, options);
+    identify_read(identifier, some);
+    std::ranges::move(some, std::back_inserter(all.recordings));
+    if (done) done(all.recordings.size());
   }
   return all;
 }

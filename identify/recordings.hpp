@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,8 +53,9 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
                                             const ReadOptions& options);
 
 /// Reads, identifies and explains recordings; `name`: what errors call the model. Throws Error for a body that it does
-/// not know (for_body.hpp).
+/// not know (for_body.hpp). done: told how many recordings are done, every few of them.
 Identifications identify_files(const Model& model, const std::string& name,
-                               const std::vector<std::filesystem::path>& files, const ReadOptions& options);
+                               const std::vector<std::filesystem::path>& files, const ReadOptions& options,
+                               const std::function<void(std::size_t count)>& done = {});
 
 }  // namespace decid

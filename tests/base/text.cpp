@@ -20,3 +20,13 @@ TEST_CASE("duration_text: rounded up") {
 TEST_CASE("one_line: control characters are question marks") {
   CHECK(one_line("a\nb\x1b[31m") == "a?b?[31m");
 }
+
+TEST_CASE("csv_cell: quoted where RFC 4180 asks for it") {
+  CHECK(csv_cell("trial 1.csv") == "trial 1.csv");
+  CHECK(csv_cell("").empty());
+  CHECK(csv_cell("a,b") == "\"a,b\"");
+  CHECK(csv_cell("a \"b\"") == "\"a \"\"b\"\"\"");
+  CHECK(csv_cell("a\nb") == "\"a\nb\"");
+  CHECK(csv_cell("a\rb") == "\"a\rb\"");
+  CHECK(csv_cell(" a") == "\" a\"");
+}

@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "dataset/recording/protocol_file.hpp"
@@ -15,10 +16,16 @@
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/fit_frf.hpp"
+#include "tools/decid/fit_journal.hpp"
 #include "tools/decid/fit_results.hpp"
+#include "tools/decid/group_file.hpp"
+#include "tools/decid/group_results.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/decid/recording_files.hpp"
 #include "tools/decid/recording_flags.hpp"
+#include "tools/decid/results.hpp"
+#include "tools/decid/results_table.hpp"
 #include "tools/report/fit_page.hpp"
 
 namespace decid::tools {
@@ -27,19 +34,23 @@ namespace {
 struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
-  std::string model, protocol, output, draws, table, report;
+  std::string model, protocol, output, draws, frf, report, table, group;
+  bool resume = false;
   std::optional<double> amplitude_deg, prior_error;
   FitRequest request;
 };
 
 /// Options of recordings alone besides how they are read, and those of a frequency response alone.
-constexpr const char* of_recordings[] = {"recordings",    "--model",      "--prior-start",
-                                         "--prior-noise", "--most-draws", "--report"};
+constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise", "--most-draws",
+                                         "--report",   "--table", "--group",       "--resume"};
+/// Those that change no result of a recording, or are part of the journal's settings as what they stand for.
+const std::vector<std::string> not_settings{"recordings", "--output",  "--draws", "--report", "--table",    "--group",
+                                            "--resume",   "--threads", "--quiet", "--json",   "--protocol", "--model"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not go with what is to be fitted.
 void check_kind(const FitOptions& options, const Command& command) {
-  const bool is_table = !options.table.empty();
+  const bool is_table = !options.frf.empty();
   if (!is_table && options.recordings.files.empty())
     throw Error("fit", "neither a recording nor a frequency response is named",
                 "name CSV or MAT-files, or a table with --frf");
@@ -54,14 +65,17 @@ void check_kind(const FitOptions& options, const Command& command) {
   if (!is_table) std::ranges::for_each(of_tables, refuse);
 }
 
+std::vector<std::string> outputs_of(const FitOptions& options) {
+  return {options.output, options.draws, options.report, options.table};
+}
+
 /// Throws Error if an output would replace an input or another output, or cannot be written.
 void check_outputs(const FitOptions& options, std::vector<std::string> inputs) {
-  refuse_same_file(options.output, inputs);
-  inputs.push_back(options.output);
-  refuse_same_file(options.draws, inputs);
-  inputs.push_back(options.draws);
-  refuse_same_file(options.report, inputs);
-  for (const std::string& path : {options.output, options.draws, options.report})
+  for (const std::string& path : outputs_of(options)) {
+    refuse_same_file(path, inputs);
+    inputs.push_back(path);
+  }
+  for (const std::string& path : outputs_of(options))
     if (!path.empty()) PendingFile probe(path);  // reports an unwritable place before the work
 }
 
@@ -74,10 +88,10 @@ sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
 }
 
 void run_table(const FitOptions& options) {
-  std::vector<std::string> inputs{options.table};
+  std::vector<std::string> inputs{options.frf};
   const sim::Protocol named = dataset::load_protocol(options.protocol.empty() ? "default" : options.protocol, &inputs);
   check_outputs(options, inputs);
-  FrfFit asked{.table = options.table,
+  FrfFit asked{.table = options.frf,
                .output = options.output,
                .draws = options.draws,
                .protocol = protocol_of(options, named),
@@ -89,45 +103,146 @@ void run_table(const FitOptions& options) {
   run_frf_fit(asked);
 }
 
-void run_fit(const FitOptions& options) {
-  ReadOptions reading = options.recordings.read_options();
-  std::vector<std::string> inputs = options.recordings.files;
-  inputs.push_back(options.model);
+/// The recordings of a call, in their order, and what is known of them.
+struct Fits {
+  Identifications common;     ///< what they have in common; of a recording that is begun its name and error
+  std::vector<Json> results;  ///< null: not begun
+
+  bool all_begun() const {
+    return std::ranges::none_of(results, [](const Json& result) { return result.is_null(); });
+  }
+};
+
+/// Beside the output of several recordings; none where that is no file that stays.
+std::optional<FitJournal> journal_of(const FitOptions& options, const Json& settings) {
+  if (options.resume && options.output.empty())
+    throw Error("--resume", "needs --output", "name the file to go on with");
+  const std::filesystem::path output(options.output);
+  const bool is_file = !std::filesystem::exists(output) || std::filesystem::is_regular_file(output);
+  if (options.output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
+  return std::make_optional<FitJournal>(options.output + ".journal", settings, options.resume);
+}
+
+/// Drops what no output needs.
+Json kept(Json result, const FitOptions& options) {
+  if (options.report.empty()) result.erase("page");
+  if (options.draws.empty()) result.erase("draws");
+  return result;
+}
+
+Fits fit_files(const FitOptions& options, const Model& model, const sim::Protocol& protocol, const ReadOptions& reading,
+               FitJournal* journal) {
+  const std::vector<std::string>& files = options.recordings.files;
+  Fits fits;
+  fits.results.resize(files.size());
+  std::vector<std::string> keys(files.size());
+  std::vector<std::size_t> left;  // to be done
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (journal != nullptr) keys[i] = FitJournal::key(files[i]);
+    const Json* const done = journal != nullptr ? journal->find(keys[i]) : nullptr;
+    if (done != nullptr) fits.results[i] = kept(*done, options);
+    if (done == nullptr) left.push_back(i);
+  }
+  std::vector<Identification> begun(files.size());
+  for (std::size_t i = 0; i < files.size(); ++i) begun[i].file = files[i];
+  std::vector<std::filesystem::path> paths;
+  for (const std::size_t i : left) paths.emplace_back(files[i]);
+
+  constexpr int parts = 100;  // of a recording, for the bar
+  const bool several = files.size() > 1;
+  ProgressBar bar("fit", several ? "recordings" : "%", static_cast<long long>(several ? files.size() : parts),
+                  options.common.quiet, several ? parts : 1);
+  const auto before = static_cast<double>(files.size() - left.size());
+  bar.go_on_from(static_cast<long long>(parts * before));
+  std::vector<double> done(left.size());  // of each
+  FittedRecordings fitted = fit_recordings(
+      &model, protocol, paths, reading, options.request,
+      [&](std::size_t recording, const posterior::Progress& progress) {
+        done[recording] = progress.done;
+        bar.update(static_cast<long long>(parts * std::accumulate(done.begin(), done.end(), before)),
+                   progress.rhat > 0.0 ? format("%s, R-hat %.2f", progress.stage, progress.rhat) : progress.stage);
+        return !interrupted();
+      },
+      [&](FittedRecordings& all, std::size_t recording) {
+        const std::size_t i = left[recording];
+        Json result = fit_result(all, recording);
+        begun[i].error = all.identified.recordings[recording].error;
+        if (journal != nullptr && !begun[i].error && !all.fits[recording].stopped) journal->append(keys[i], result);
+        fits.results[i] = kept(std::move(result), options);
+        all.fits[recording] = {};
+        done[recording] = 1.0;
+      });
+  fits.common = std::move(fitted.identified);
+  fits.common.recordings.clear();
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (!fits.results[i].is_null()) fits.common.recordings.push_back(std::move(begun[i]));
+  return fits;
+}
+
+void write_results(const FitOptions& options, const Fits& fits, const std::vector<std::string>& groups) {
+  Json recordings = Json::array();
+  std::vector<Json> pages;
+  std::vector<std::string> failed, groups_begun;
+  std::string text;
+  for (std::size_t i = 0; i < fits.results.size(); ++i) {
+    const Json& result = fits.results[i];
+    if (result.is_null()) continue;
+    recordings.push_back(result.at("recording"));
+    text += result.at("text").get<std::string>();
+    if (result.contains("page")) pages.push_back(result.at("page"));
+    if (recordings.back().contains("error")) failed.push_back(recordings.back().at("error"));
+    if (!groups.empty()) groups_begun.push_back(groups[i]);
+  }
+  const sim::ParameterTable table = fits.common.protocol.ranges();
+  const Json compared = groups.empty() ? Json(nullptr) : groups_json(recordings, groups_begun, table);
+  const std::string json = recordings_json(model_name(options.model), fits.common, recordings, compared);
+  if (!options.draws.empty()) write_draws(options.draws, fits.results);
+  if (!options.report.empty())
+    write_file(options.report,
+               fit_report_html(version, options.request, std::move(pages), failed, page_groups(compared, recordings)));
+  if (!options.table.empty()) write_file(options.table, results_table(recordings, table));
+  if (!options.output.empty()) write_file(options.output, json);
+  std::cout << (options.common.json ? json : text + groups_text(compared) + body_text(fits.common));
+}
+
+void run_fit(FitOptions options, const Command& command) {
+  RecordingFlags& recordings = options.recordings;
+  ReadOptions reading = recordings.read_options();
+  std::vector<std::string> inputs = outputs_of(options);
+  inputs.insert(inputs.end(), {options.model, options.protocol, options.group});
+  recordings.files = recording_files(recordings.files, inputs);
+  inputs = recordings.files;
+  inputs.insert(inputs.end(), {options.model, options.group});
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
   check_outputs(options, inputs);
+  const std::vector<std::string> groups =
+      options.group.empty() ? std::vector<std::string>() : groups_of(options.group, recordings.files);
   const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
-  reading.truth = options.recordings.known(protocol.parameters());
-  reading.body = options.recordings.body();
+  reading.truth = recordings.known(protocol.parameters());
+  reading.body = recordings.body();
   // A protocol of one's own may describe it.
   if (!reading.body && given && given->experiment.body != sim::Body{}) reading.body = given->experiment.body;
-  const auto files = static_cast<long long>(options.recordings.files.size());
-  constexpr long long parts = 100;  // of a recording, for the bar
-  FittedRecordings all;
+
+  const Json settings{{"version", version},
+                      {"protocol", parse_json(sim::to_json(protocol), "protocol")},
+                      {"model", nn::weights_sha256(model.network)},
+                      {"options", command.given(not_settings)}};
+  std::optional<FitJournal> journal = journal_of(options, settings);
   catch_interrupt();
-  {
-    ProgressBar bar("fit", "%", parts * files, options.common.quiet);
-    std::vector<double> done(options.recordings.files.size());  // of each
-    all = fit_recordings(
-        &model, protocol, options.recordings.paths(), reading, options.request,
-        [&](std::size_t recording, const posterior::Progress& progress) {
-          done[recording] = progress.done;
-          bar.update(static_cast<long long>(parts * std::accumulate(done.begin(), done.end(), 0.0)),
-                     progress.rhat > 0.0 ? format("%s, R-hat %.2f", progress.stage, progress.rhat) : progress.stage);
-          return !interrupted();
-        });
-  }
-  refuse_alone(all.identified.recordings);
-  const std::string json = fits_json(model_name(options.model), all);
-  if (!options.output.empty()) write_file(options.output, json);
-  if (!options.draws.empty()) write_draws(options.draws, all);
-  if (!options.report.empty()) write_file(options.report, fit_report_html(version, options.request, all));
-  std::cout << (options.common.json ? json : fits_text(all));
+  const Fits fits = fit_files(options, model, protocol, reading, journal ? &*journal : nullptr);
+  refuse_alone(fits.common.recordings);
+  write_results(options, fits, groups);
+  const bool failed =
+      std::ranges::any_of(fits.common.recordings, [](const Identification& id) { return id.error.has_value(); });
+  if (journal && !failed && fits.all_begun() && !interrupted()) journal->remove();
   if (interrupted())
-    throw std::runtime_error(
-        format("stopped at recording %zu of %lld; what was drawn until then was written", all.fits.size(), files));
-  tell_errors("fit", all.identified.recordings);
+    throw std::runtime_error(format("stopped at recording %zu of %zu; what was drawn until then was written%s",
+                                    fits.common.recordings.size(), fits.results.size(),
+                                    journal ? "; --resume goes on" : ""));
+  if (journal && failed && !options.common.quiet) std::cerr << "decid: mend them, and --resume fits these alone\n";
+  tell_errors("fit", fits.common.recordings);
 }
 
 }  // namespace
@@ -138,7 +253,7 @@ void add_fit(const Command& program) {
       "fit", "Sample what recordings say: the posterior of the parameters, slower than identify");
   add_recording_flags(command, options->recordings);
   add_truth_option(command, options->recordings);
-  command.add_option("--frf", options->table,
+  command.add_option("--frf", options->frf,
                      "In place of recordings, a frequency response: a table of frequency_hz, gain, phase_deg and, if "
                      "known, sd, ci95, radius95 or coherence and cycles");
   command
@@ -178,14 +293,21 @@ void add_fit(const Command& program) {
   add_output_option(command, "--draws", options->draws, Written::npz, "All draws as arrays, for NumPy (.npz)");
   add_output_option(command, "--report", options->report, Written::html,
                     "HTML report to write: one page that opens offline");
+  add_table_option(command, options->table);
+  add_group_option(command, options->group);
+  command.add_flag(
+      "--resume", options->resume,
+      "Go on with a call that was stopped: recordings that its journal, OUTPUT.journal, has are not done again");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html");
+  command.footer(
+      "Examples: decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
+      "          decid fit subjects -o results.json --table results.csv      # and --resume, should it be stopped");
   command.callback([options, command] {
     check_kind(*options, command);
     options->request.settings.least_draws =
         std::min(options->request.settings.least_draws, options->request.settings.most_draws);
     apply(options->common);
-    if (options->table.empty()) return run_fit(*options);
+    if (options->frf.empty()) return run_fit(*options, command);
     run_table(*options);
   });
 }

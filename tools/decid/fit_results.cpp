@@ -9,6 +9,7 @@
 #include "dataset/npz/arrays.hpp"
 #include "tools/decid/posterior_results.hpp"
 #include "tools/decid/results.hpp"
+#include "tools/report/fit_page.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
@@ -72,81 +73,83 @@ void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protoco
   recording["predictive_check"] = check_json(fitted.check);
   recording["log_predictive_density"] = left_out_json(fitted);
   recording["fit"]["answer"] = name(fitted.answer);
-  recording["fit"]["seconds"] = fitted.seconds;
+}
+
+std::string text_of(const Identification& id, const FitFigures& fitted, const sim::Protocol& protocol) {
+  const Posterior& found = fitted.posterior;
+  std::string text = headline(id);
+  text += table_heading(fitted.answer == FitFigures::Answer::network ? "network" : "mean", "90 % of the draws",
+                        id.truth.has_value());
+  const sim::ParameterTable table = protocol.ranges();
+  for (std::size_t p = 0; p < table.size(); ++p)
+    text += parameter_line(found, p, table[p], id.estimate.parameters[p], protocol.experiment.body.mgh(), id.truth);
+  const auto line = [&](const char* what, int quantity, const char* unit) {
+    if (found.deviation(quantity) > 0.0)
+      text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);
+  };
+  line("sensor noise", Density::sensor_noise, " degrees");
+  line("the recording starts", Density::start, " s after the protocol");
+  line("recorded over true sway", Density::gain, "");
+  const auto worst = std::ranges::max_element(found.rhat());
+  const auto fewest = std::ranges::min_element(found.effective_draws());
+  text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less, %d divergences; %.1f s\n",
+                 found.chains(), found.draws(), *fewest, *worst, found.divergences(), fitted.seconds);
+  return text + check_text(fitted.check) + sway_text(id) + warnings_text(id.warnings());
+}
+
+Json draws_of(const Posterior& found) {
+  const auto states = found.states();
+  const auto column = [&](auto&& value_of) {
+    std::vector<double> values;
+    for (std::size_t draw = 0; draw < states.size(); ++draw) values.push_back(value_of(draw));
+    return values;
+  };
+  std::vector<double> parameters;
+  for (const posterior::State& state : states)
+    parameters.insert(parameters.end(), state.parameters.begin(), state.parameters.end());
+  return {{"parameters", parameters},
+          {"sensor_noise_deg", column([&](std::size_t draw) { return states[draw].sensor_noise_deg; })},
+          {"start_s", column([&](std::size_t draw) { return states[draw].start_s; })},
+          {"gain", column([&](std::size_t draw) { return states[draw].gain; })},
+          {"chain", column([&](std::size_t draw) {
+             const std::size_t chain = draw / static_cast<std::size_t>(found.draws_per_chain());
+             return static_cast<double>(chain);
+           })}};
 }
 
 }  // namespace
 
-std::string fits_json(const std::string& model, const FittedRecordings& all) {
-  Json recordings = Json::array();
-  for (std::size_t i = 0; i < all.fits.size(); ++i) {
-    const Identification& id = all.identified.recordings[i];
-    Json& recording = recordings.emplace_back(recording_json(id, all.identified.protocol));
-    if (!id.error) add_posterior(recording, all.fits[i], all.identified.protocol);
-  }
-  return recordings_json(model, all.identified, recordings);
-}
-
-std::string fits_text(const FittedRecordings& all) {
-  std::string text;
+Json fit_result(const FittedRecordings& all, std::size_t number) {
+  const Identification& id = all.identified.recordings.at(number);
+  const FitFigures& fitted = all.fits.at(number);
   const sim::Protocol& protocol = all.identified.protocol;
-  for (std::size_t i = 0; i < all.fits.size(); ++i) {
-    const Identification& id = all.identified.recordings[i];
-    if (id.error) {
-      text += id.file + ": not fitted\n";
-      continue;
-    }
-    const FitFigures& fitted = all.fits[i];
-    const Posterior& found = fitted.posterior;
-    text += headline(id);
-    text += table_heading(fitted.answer == FitFigures::Answer::network ? "network" : "mean", "90 % of the draws",
-                          id.truth.has_value());
-    const sim::ParameterTable table = protocol.ranges();
-    for (std::size_t p = 0; p < table.size(); ++p)
-      text += parameter_line(found, p, table[p], id.estimate.parameters[p], protocol.experiment.body.mgh(), id.truth);
-    const auto line = [&](const char* what, int quantity, const char* unit) {
-      if (found.deviation(quantity) > 0.0)
-        text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);
-    };
-    line("sensor noise", Density::sensor_noise, " degrees");
-    line("the recording starts", Density::start, " s after the protocol");
-    line("recorded over true sway", Density::gain, "");
-    const auto worst = std::ranges::max_element(found.rhat());
-    const auto fewest = std::ranges::min_element(found.effective_draws());
-    text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less, %d divergences; %.1f s\n",
-                   found.chains(), found.draws(), *fewest, *worst, found.divergences(), fitted.seconds);
-    text += check_text(fitted.check);
-    text += sway_text(id) + warnings_text(id.warnings());
+  Json result{{"recording", recording_json(id, protocol)}};
+  if (id.error) {
+    result["text"] = id.file + ": not fitted\n";
+  } else {
+    add_posterior(result["recording"], fitted, protocol);
+    result["text"] = text_of(id, fitted, protocol);
+    result["page"] = fit_page_recording(id, fitted, all.identified);
+    result["draws"] = draws_of(fitted.posterior);
   }
-  return text + body_text(all.identified);
+  // As it comes back from a journal.
+  return Json::parse(result.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-void write_draws(const std::filesystem::path& path, const FittedRecordings& all) {
-  const std::size_t parameters = all.identified.protocol.parameters().size();
+void write_draws(const std::filesystem::path& path, std::span<const Json> results) {
   std::deque<std::vector<double>> values;
   std::vector<dataset::NamedArray> arrays;
-  for (std::size_t i = 0; i < all.fits.size(); ++i) {
-    if (all.identified.recordings[i].error) continue;
-    const Posterior& found = all.fits[i].posterior;
-    const std::string prefix = all.fits.size() > 1 ? std::to_string(i + 1) + "/" : "";
-    const auto draws = static_cast<std::size_t>(found.draws());
-    std::vector<double>& matrix = values.emplace_back();
-    for (const posterior::State& state : found.states())
-      matrix.insert(matrix.end(), state.parameters.begin(), state.parameters.end());
-    arrays.push_back({prefix + "parameters", {draws, parameters}, matrix});
-    const auto add = [&](const char* array, auto&& value_of) {
-      std::vector<double>& column = values.emplace_back();
-      for (std::size_t draw = 0; draw < draws; ++draw) column.push_back(value_of(draw));
-      arrays.push_back({prefix + array, {draws}, column});
-    };
-    const auto states = found.states();
-    add("sensor_noise_deg", [&](std::size_t draw) { return states[draw].sensor_noise_deg; });
-    add("start_s", [&](std::size_t draw) { return states[draw].start_s; });
-    add("gain", [&](std::size_t draw) { return states[draw].gain; });
-    add("chain", [&](std::size_t draw) {
-      const std::size_t chain = draw / static_cast<std::size_t>(found.draws_per_chain());
-      return static_cast<double>(chain);
-    });
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto found = results[i].find("draws");
+    if (found == results[i].end()) continue;
+    const std::string prefix = results.size() > 1 ? std::to_string(i + 1) + "/" : "";
+    const std::size_t draws = found->at("chain").size();
+    for (const auto& [name, array] : found->items()) {
+      const std::vector<double>& column = values.emplace_back(array.get<std::vector<double>>());
+      std::vector<std::size_t> shape{draws};
+      if (name == "parameters") shape.push_back(column.size() / draws);
+      arrays.push_back({prefix + name, std::move(shape), column});
+    }
   }
   dataset::write_arrays(path, arrays);
 }

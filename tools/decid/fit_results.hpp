@@ -1,22 +1,25 @@
-// What `decid fit` reports on recordings: what `decid identify` does, and their posteriors.
+// What `decid fit` reports on recordings, with their posteriors: as JSON, as text, and as arrays of draws.
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 
+#include "base/json.hpp"
 #include "identify/fit_recordings.hpp"
 
 namespace decid::tools {
 
-/// What identify prints; each parameter also has "sd", "interval50", "interval90" and, over m g h,
-/// "normalized_interval90", each recording "sensor_noise_deg", "start_s", "gain", "correlations", "diagnostics",
-/// "predictive_check" and "log_predictive_density".
-std::string fits_json(const std::string& model, const FittedRecordings& all);
-std::string fits_text(const FittedRecordings& all);
+/// All that a call's outputs hold of one recording, as a journal can keep it: "recording", its object in the JSON (that
+/// of `decid identify`, each parameter also with "sd", "interval50", "interval90" and "normalized_interval90", each
+/// recording with "sensor_noise_deg", "start_s", "gain", "correlations" and "diagnostics"); "text", what people read;
+/// and, unless it has an error, "page" (fit_page.hpp) and "draws", its arrays by name. Text that is not UTF-8 is
+/// replaced.
+Json fit_result(const FittedRecordings& all, std::size_t number);
 
-/// Arrays of every recording's draws: "parameters" (draws x parameters, SI units), "sensor_noise_deg", "start_s",
-/// "gain" and "chain", a number for each draw. With several recordings each name begins with the recording's number:
-/// "2/gain" is the second one's.
-void write_draws(const std::filesystem::path& path, const FittedRecordings& all);
+/// Every draw of each result, as arrays of an .npz file: "parameters" (draws x parameters, SI units),
+/// "sensor_noise_deg", "start_s", "gain", "chain"; several recordings: "1/parameters", "2/parameters" and so on, by
+/// their places in `results`, of which those without draws are left out.
+void write_draws(const std::filesystem::path& path, std::span<const Json> results);
 
 }  // namespace decid::tools

@@ -2,6 +2,7 @@
 #include "tools/decid/options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -96,6 +97,16 @@ void Command::footer(const std::string& text) const {
 
 void Command::callback(std::function<void()> work) const {
   app_->callback(std::move(work));
+}
+
+std::vector<std::string> Command::given(const std::vector<std::string>& without) const {
+  std::vector<std::string> all;
+  for (const CLI::Option* option : app_->get_options()) {
+    if (option->count() == 0 || std::ranges::find(without, option->get_name()) != without.end()) continue;
+    std::string& text = all.emplace_back(option->get_name());
+    for (const std::string& value : option->results()) text += ' ' + value;
+  }
+  return all;
 }
 
 std::size_t Command::count(const std::string& option) const {

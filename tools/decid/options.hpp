@@ -60,6 +60,8 @@ class Command {
   void footer(const std::string& text) const;
   /// Called once everything has been read.
   void callback(std::function<void()> work) const;
+  /// "--option value value" of everything that was given, but for these; in a callback.
+  std::vector<std::string> given(const std::vector<std::string>& without) const;
   /// How often an option was given; in a callback.
   std::size_t count(const std::string& option) const;
 

@@ -11,10 +11,11 @@
 
 namespace decid::tools {
 
-ProgressBar::ProgressBar(std::string what, std::string unit, long long total, bool quiet)
+ProgressBar::ProgressBar(std::string what, std::string unit, long long total, bool quiet, int parts)
     : what_(std::move(what)),
       unit_(std::move(unit)),
-      total_(std::max(total, 1LL)),
+      total_(std::max(total, 1LL) * parts),
+      parts_(parts),
       quiet_(quiet),
       terminal_(isatty(STDERR_FILENO) != 0),
       start_(std::chrono::steady_clock::now()),
@@ -27,9 +28,9 @@ ProgressBar::~ProgressBar() {
 std::string ProgressBar::figures(long long done) const {
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const double rate = static_cast<double>(done - before_) / std::max(seconds, 1e-9);
-  char text[160];
-  std::snprintf(text, sizeof text, "%lld of %lld %s, %.*f/s", done, total_, unit_.c_str(), rate < 10 ? 2 : 0, rate);
-  return text +
+  const double units = rate / parts_;
+  const std::string count = parts_ == 1 ? std::to_string(done) : format("%.1f", static_cast<double>(done) / parts_);
+  return format("%s of %lld %s, %.*f/s", count.c_str(), total_ / parts_, unit_.c_str(), units < 10 ? 2 : 0, units) +
          (done > before_ ? ", " + duration_text(static_cast<double>(total_ - done) / rate) + " left" : std::string());
 }
 

@@ -8,8 +8,8 @@ namespace decid::tools {
 
 class ProgressBar {
  public:
-  /// `what` names the work, `unit` what is counted ("trials").
-  ProgressBar(std::string what, std::string unit, long long total, bool quiet);
+  /// `what` names the work, `unit` what is counted ("trials"). What follows counts in parts, so many of which are one.
+  ProgressBar(std::string what, std::string unit, long long total, bool quiet, int parts = 1);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
@@ -26,7 +26,8 @@ class ProgressBar {
   void clear();
 
   std::string what_, unit_;
-  long long total_, before_ = 0;
+  long long total_, before_ = 0;  // in parts
+  int parts_;
   bool quiet_, terminal_;
   std::size_t shown_ = 0;
   std::chrono::steady_clock::time_point start_, next_;

@@ -38,8 +38,9 @@ struct RecordingFlags : BodyFlags {
 };
 /// How recordings are read: all options that their errors and warnings advise.
 void add_reading_options(const Command& command, RecordingFlags& flags);
-inline constexpr const char* reading_options[] = {"--column",      "--unit",      "--rate",   "--fill-gaps", "--begin",
-                                                  "--tilt-column", "--tilt-unit", "--invert", "--detrend"};
+inline constexpr const char* reading_options[] = {
+    "--column",     "--unit", "--com-height", "--leg",   "--trunk",       "--hip",       "--shoulder", "--ankle",
+    "--skip-lines", "--rate", "--fill-gaps",  "--begin", "--tilt-column", "--tilt-unit", "--invert",   "--detrend"};
 /// The recordings themselves, which need not be given, and those options.
 Option add_recording_flags(const Command& command, RecordingFlags& flags);
 /// --truth, of the commands that show estimates.

@@ -71,16 +71,17 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   return recording;
 }
 
-std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings) {
+std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings,
+                            const Json& groups) {
   const sim::Body& body = all.protocol.experiment.body;
   const Json body_json{{"mass_kg", body.mass_kg},
                        {"com_height_m", body.com_height_m},
                        {"inertia_kgm2", body.inertia_kgm2},
                        {"assumed", all.body_assumed}};
+  Json json{{"model", model}, {"body", body_json}, {"recordings", recordings}};
+  if (!groups.is_null()) json.update(groups);
   // A file name need not be UTF-8; other bytes are replaced.
-  return Json{{"model", model}, {"body", body_json}, {"recordings", recordings}}.dump(2, ' ', false,
-                                                                                      Json::error_handler_t::replace) +
-         "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string body_text(const Identifications& all) {
@@ -93,10 +94,10 @@ std::string body_text(const Identifications& all) {
          "(--mass, --height).\n";
 }
 
-std::string identifications_json(const std::string& model, const Identifications& all) {
+Json identifications_list(const Identifications& all) {
   Json recordings = Json::array();
   for (const Identification& id : all.recordings) recordings.push_back(recording_json(id, all.protocol));
-  return recordings_json(model, all, recordings);
+  return recordings;
 }
 
 std::string trust_text(const Warnings& warnings) {

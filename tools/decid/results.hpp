@@ -9,17 +9,20 @@
 
 namespace decid::tools {
 
-/// {"model": ..., "body": ..., "recordings": [...]}: what scripts read. Of a model that gives distributions each
-/// parameter also has "sd", "interval50", "interval90" and "normalized_interval90", each recording "correlations".
-std::string identifications_json(const std::string& model, const Identifications& all);
+/// What scripts read of each recording, a list. Of a model that gives distributions each parameter also has "sd",
+/// "interval50", "interval90" and "normalized_interval90", each recording "correlations".
+Json identifications_list(const Identifications& all);
 /// What people read: a table for each recording.
 std::string identifications_text(const Identifications& all);
 
-/// Their parts, for commands that have more to report: a recording's object, the document of such objects, and the
-/// lines about a recording's table.
+/// A recording's object.
 Json recording_json(const Identification& id, const sim::Protocol& protocol);
-std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings);
-/// The recording, and what its answer is worth.
+/// {"model": ..., "body": ..., "recordings": [...]}.
+/// groups: as group_results.hpp has them, added if they are not null.
+std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings,
+                            const Json& groups);
+
+/// Parts of the text, for commands that have more to report: the recording, and what its answer is worth.
 std::string headline(const Identification& id);
 /// How it sways, and how much of that its answer explains.
 std::string sway_text(const Identification& id);

@@ -9,31 +9,32 @@ const within = (value, span) => fixed(value, Math.min(12, Math.max(0, Math.ceil(
 function parameterTable(recording) {
   const known = recording.parameters.some(parameter => "true" in parameter), network = recording.answer === "network";
   const heading = (text, kind = "number") => element("th", { scope: "col", class: kind }, text);
-  const number = (text, kind = "number") => element("td", { class: kind }, text);
+  const number = text => cell("", text);
   const { mgh } = recording.protocol;
   const rows = recording.parameters.map(parameter => {
     const decimals = finestOf(parameter), words = inOtherWords({ ...parameter, value: parameter.mean });
     const mean = element("td", { class: "number value" }, `${fixed(parameter.mean, decimals)} \u00b1 ${fixed(parameter.sd, decimals)}`,
       words && element("small", {}, words));
     return element("tr", {},
-      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, [parameter.description, unitOf(parameter)].filter(text => text).join(", "))),
-      network ? number(fixed(parameter.value, decimals)) : null, mean, number(between(parameter.interval50, decimals)), number(between(parameter.interval90, decimals)),
-      known ? number(fixed(parameter.true, decimals)) : null,
-      number(absent(parameter.normalized) ? "\u2013" : between(parameter.interval90.map(value => value / mgh), 3) + normalizedUnit(parameter)));
+      nameCell(parameter),
+      network ? cell("Network", fixed(parameter.value, decimals)) : null, mean, cell("50 %", between(parameter.interval50, decimals)),
+      cell("90 %", between(parameter.interval90, decimals)), known ? cell("True", fixed(parameter.true, decimals)) : null,
+      cell("90 % / (m g h)", absent(parameter.normalized) ? "\u2013" : between(parameter.interval90.map(value => value / mgh), 3) + normalizedUnit(parameter)));
   });
   for (const other of recording.others) {
     const decimals = Math.max(0, Math.floor(1.5 - Math.log10(other.sd)));
     rows.push(element("tr", {}, element("th", { scope: "row" }, other.name, unitOf(other) && element("span", { class: "description" }, unitOf(other))), network ? number("") : null,
-      number(`${fixed(other.mean, decimals)} \u00b1 ${fixed(other.sd, decimals)}`),
-      number(between(other.interval50, decimals)), number(between(other.interval90, decimals)), known ? number("") : null, number("\u2013")));
+      element("td", { class: "number value" }, `${fixed(other.mean, decimals)} \u00b1 ${fixed(other.sd, decimals)}`),
+      cell("50 %", between(other.interval50, decimals)), cell("90 %", between(other.interval90, decimals)), known ? number("") : null, number("")));
   }
-  return element("div", {}, element("p", { class: "note" }, "Mean of all draws and their standard deviation; the intervals hold 50 and 90 % of the draws. " +
+  const about = "Mean of all draws and their standard deviation; the intervals hold 50 and 90 % of the draws. " +
     `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of this body.` +
-    (network ? " The chains do not agree, so the answer is the network\u2019s." : "")), element("div", { class: "scroll" }, element("table", {},
+    (network ? " The chains do not agree, so the answer is the network\u2019s." : "");
+  return element("div", { class: "scroll" }, element("table", { class: "answer" }, element("caption", {}, about),
     element("thead", {}, element("tr", {}, heading("Parameter", ""), network ? heading("Network") : null, heading("Mean \u00b1 deviation"),
       heading("50 % of the draws"), heading("90 % of the draws"), known ? heading("True") : null,
       heading("90 %, over m g h"))),
-    element("tbody", {}, ...rows))));
+    element("tbody", {}, ...rows)));
 }
 
 function partsOf(recording, p) {
@@ -283,27 +284,25 @@ function chainsFold(recording) {
       element("div", {}, element("h4", {}, parameter.name, " ", element("small", {}, `R-hat ${fixed(parameter.rhat, 3)}, worth ${compact(parameter.effective_draws)} draws`)),
         tracePanel(parameter, partsOf(recording, p), recording.draws)),
       element("div", {}, element("h4", {}, "\u00a0"), rankPanel(parameter, recording.ranks[p]))])));
-  window.addEventListener("beforeprint", () => { made.open = true; });
   return made;
 }
 
 // ---- the page ------------------------------------------------------------------------------------------------------
 
-function section(recording, index) {
-  const id = `recording-${index + 1}`, { agreed, rhat } = recording.diagnostics, tested = recording.check.figures.length > 0;
+function fill(made, recording) {
+  const { agreed, rhat } = recording.diagnostics, tested = recording.check.figures.length > 0;
   const smallest = Math.min(1, ...recording.check.figures.map(({ p }) => p));
-  document.getElementById("main").append(element("section", { id, "aria-labelledby": `${id}-title` },
-    element("h2", { id: `${id}-title` }, recording.file),
+  made.append(trustBox(recording), element("h3", {}, "The parameters"), parameterTable(recording),
     element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
-    trustBox(recording),
+    howToRead("The mean of the draws: controllers that sway as was recorded, each as often as it is probable."),
     element("dl", { class: "figures" },
       figure("Can it be believed?", agreed ? "chains agree" : "chains disagree", `R-hat ${fixed(rhat, 3)} at most; 1 is perfect`),
       figure("Does the model sway like this?", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",
         tested ? `simulated anew, smallest p ${fixed(smallest, 3)}` : "simulated anew, the body falls"),
       figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording")),
-    element("h3", {}, "The parameters"), parameterTable(recording), densities(recording), timelines(recording), pairs(recording),
+    densities(recording), timelines(recording), pairs(recording),
     element("h3", {}, "Does sway that is simulated anew look like the recording?"), checkTable(recording),
-    element("h3", {}, "Whether to believe it"), diagnosis(recording), chainsFold(recording)));
+    element("h3", {}, "Whether to believe it"), diagnosis(recording), chainsFold(recording));
 }
 
 function footer() {
@@ -319,7 +318,7 @@ if (report.recordings.length === 1) document.title = `${report.recordings[0].fil
 contents(parameter => `${fixed(parameter.mean, finestOf(parameter))} \u00b1 ${fixed(parameter.sd, finestOf(parameter))}`,
   ["R\u2011hat", recording => fixed(recording.diagnostics.rhat, 2)]);
 failures("Not fitted");
-report.recordings.forEach(section);
+sections(fill);
 footer();
 finish();
 })();

@@ -196,7 +196,9 @@ Json signals_of(const Identification& recording, const FitFigures& fitted, const
   return {{"sway", sway.json()}, {"noise", noise.json()}, {"tilt", tilt.json()}};
 }
 
-Json recording_to_json(const Identification& recording, const FitFigures& fitted, const Identifications& of) {
+}  // namespace
+
+Json fit_page_recording(const Identification& recording, const FitFigures& fitted, const Identifications& of) {
   const Posterior& found = fitted.posterior;
   const sim::ParameterTable table = of.protocol.ranges();
   const posterior::LeaveOneOut& left_out = fitted.inferred.left_out;
@@ -226,19 +228,15 @@ Json recording_to_json(const Identification& recording, const FitFigures& fitted
           {"signals", signals_of(recording, fitted, of)}};
 }
 
-}  // namespace
-
-std::string fit_report_html(const std::string& version, const FitRequest& request, const FittedRecordings& all) {
-  Json data = {
-      {"version", version}, {"seed", request.settings.seed}, {"recordings", Json::array()}, {"failed", Json::array()}};
-  for (std::size_t i = 0; i < all.identified.recordings.size(); ++i) {
-    const Identification& recording = all.identified.recordings[i];
-    if (recording.error) {
-      data["failed"].push_back(recording.error->what());
-    } else {
-      data["recordings"].push_back(recording_to_json(recording, all.fits.at(i), all.identified));
-    }
-  }
+std::string fit_report_html(const std::string& version, const FitRequest& request, std::vector<Json> recordings,
+                            const std::vector<std::string>& failed, const Json& groups) {
+  Json data = {{"version", version},
+               {"seed", request.settings.seed},
+               {"groups", groups},
+               {"recordings", Json::array()},
+               {"failed", failed}};
+  for (Json& recording : recordings)
+    data["recordings"].push_back(taken(recording, {"file", "trust", "parameters", "diagnostics"}));
   return page_html(
       {.title = "Posterior of posture control",
        .lead = "What recordings of body sway on a tilting platform say about the controller behind them, and "
@@ -246,7 +244,8 @@ std::string fit_report_html(const std::string& version, const FitRequest& reques
        .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
                  std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
-       .chart_js = false},
+       .chart_js = false,
+       .details = std::move(recordings)},
       data);
 }
 

@@ -2,13 +2,19 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "base/json.hpp"
 #include "identify/fit_recordings.hpp"
 
 namespace decid::tools {
 
-/// The page; request: what was asked for. Every string from outside (file names, warnings) is escaped. Deterministic:
-/// no dates, no random ids.
-std::string fit_report_html(const std::string& version, const FitRequest& request, const FittedRecordings& all);
+/// What the page shows of a recording.
+Json fit_page_recording(const Identification& recording, const FitFigures& fitted, const Identifications& of);
+
+/// The page of such recordings and of the errors of others; request: what was asked for. Every string from outside
+/// (file names, warnings) is escaped. Deterministic: no dates, no random ids.
+std::string fit_report_html(const std::string& version, const FitRequest& request, std::vector<Json> recordings,
+                            const std::vector<std::string>& failed, const Json& groups);
 
 }  // namespace decid::tools

@@ -15,6 +15,12 @@ function rangeCell(parameter) {
     made.style.left = Math.min(100, Math.max(0, at)) + "%";
     bar.append(made);
   };
+  if ("interval90" in parameter) {
+    const [from, to] = parameter.interval90.map(value => Math.min(100, Math.max(0, place(value))));
+    const span = element("span", { class: "interval" });
+    Object.assign(span.style, { left: from + "%", width: to - from + "%" });
+    bar.append(span);
+  }
   mark(parameter.true, "truth-mark");
   mark(parameter.value, "value-mark");
   const decimals = decimalsOf(parameter);
@@ -35,7 +41,7 @@ function parameterTable(recording) {
   const known = recording.parameters.some(parameter => "true" in parameter), sure = isSure(recording);
   const number = text => element("th", { scope: "col", class: "number" }, text);
   const head = element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(sure ? "Value \u00b1 deviation" : "Value"),
-    sure ? number("90 % interval") : null, element("th", { scope: "col" }, "Unit"), known ? number("True") : null, number("Value / (m g h)"),
+    sure ? number("90 % interval") : null, known ? number("True") : null, number("Value / (m g h)"),
     element("th", { scope: "col" }, "Place in the model\u2019s range"));
   const rows = recording.parameters.map(parameter => {
     const decimals = finest(parameter);
@@ -43,19 +49,18 @@ function parameterTable(recording) {
     const normalized = absent(parameter.value) ? "n/a"
       : absent(parameter.normalized) ? "\u2013" : fixed(parameter.normalized, 3) + normalizedUnit(parameter);
     return element("tr", {},
-      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, parameter.description)),
+      nameCell(parameter),
       element("td", { class: "number value" }, valueOf(parameter), words && element("small", {}, words)),
-      sure ? element("td", { class: "number" }, between(parameter.interval90, decimals)) : null,
-      element("td", {}, unitOf(parameter) || "\u2013"),
-      known ? element("td", { class: "number" }, fixed(parameter.true, decimals)) : null,
-      element("td", { class: "number" }, normalized), rangeCell(parameter));
+      sure ? cell("90 %", between(parameter.interval90, decimals)) : null,
+      known ? cell("True", fixed(parameter.true, decimals)) : null,
+      cell("/ (m g h)", normalized), rangeCell(parameter));
   });
   const { mgh, mass_kg, com_height_m } = recording.protocol;
-  return element("div", { class: "scroll" }, element("table", {},
+  return element("div", { class: "scroll" }, element("table", { class: "answer" },
     element("caption", {}, `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of a body of ` +
       `${compact(mass_kg)} kg above the ankles, its centre of mass at ${compact(com_height_m)} m` +
       (recording.body_assumed ? ", which is assumed: only values over m g h hold for another body of that height. " : ". ") +
-      "The range is that of the data the model was trained on" +
+      "The range is that of the data the model was trained on; dark within it the 90 % interval" +
       (known ? "; the upright red line is the true value." : ".")),
     element("thead", {}, head), element("tbody", {}, ...rows)));
 }
@@ -78,7 +83,7 @@ function correlationTable({ parameters, correlations }) {
 }
 
 function certainty(recording) {
-  return [densityFigure("How sure the network is", recording.parameters, recording.parameters.map(({ density }) => density),
+  return [densityFigure("How sure the network is", recording.parameters, recording.densities,
     "that the network gives", report.model.recalibrated
       ? " The intervals are corrected by what trials that the network was not trained on have shown."
       : " No trials beyond its training have shown whether it keeps what it promises."), correlationTable(recording)];
@@ -86,17 +91,25 @@ function certainty(recording) {
 
 // ---- sway ----------------------------------------------------------------------------------------------------------
 
+// What was written as steps from one value to the next.
+function summed(list) {
+  let sum = 0;
+  return list.map(step => step === null ? null : sum += step);
+}
+
 // Points in degrees. Sway is drawn about its mean over the fitted span, as the residual is computed.
 function swayPoints(recording) {
-  const { per_degree, sway, fitted, tilt } = recording.series;
+  const { per_degree } = recording.series, { platform } = report;
+  const sway = summed(recording.series.sway), fitted = summed(recording.series.fitted);
   const rate = recording.protocol.sample_rate_hz;
   const span = fitted.length || sway.length;
   const mean = list => {
     const finite = list.slice(0, span).filter(value => value !== null);
     return finite.length ? finite.reduce((sum, value) => sum + value, 0) / finite.length : 0;
   };
-  const points = (list, origin) => list.map((value, k) => ({ x: k / rate, y: value === null ? NaN : (value - origin) / per_degree }));
-  return { sway: points(sway, mean(sway)), fitted: points(fitted, mean(fitted)), tilt: points(tilt, 0) };
+  const points = (list, origin, scale) => list.map((value, k) => ({ x: k / rate, y: value === null ? NaN : (value - origin) / scale }));
+  return { sway: points(sway, mean(sway), per_degree), fitted: points(fitted, mean(fitted), per_degree),
+    tilt: points(summed(platform.tilt), 0, platform.per_degree) };
 }
 
 function swayChart(points, label, from, to) {
@@ -153,7 +166,7 @@ function windowFigure(recording, points, end) {
   slider.max = end;
   slider.value = first;
   put(null);
-  const made = element("figure", {}, element("h3", {}, "A closer look"),
+  const made = element("figure", { class: "closer" }, element("h3", {}, "A closer look"),
     element("div", { class: "window-controls" }, element("label", {}, "Show ", length), element("label", {}, "from ", slider)), holder,
     element("figcaption", {}, "Shown: ", shown));
   return { made, start: () => {
@@ -276,24 +289,21 @@ function heatmap(image, channel) {
 }
 
 function imageFigure(image) {
-  return element("figure", {}, element("h3", {}, "What the network saw"),
+  return element("details", { class: "help" }, element("summary", {}, "What the network saw (for those who train networks)"), element("figure", {},
     element("div", { class: "heatmaps" }, ...image.channels.map(channel => heatmap(image, channel))),
     element("figcaption", {}, `Spectrum of each ${compact(image.column_s)} s of sway, one column a window. ` +
       (image.fold > 1 ? `The ${image.fold} equal cycles of the stimulus are averaged into one. ` : "") +
       (image.mirrored ? "Rows above half the sample rate mirror these and are left out. " : "") +
-      "Values beyond a colour scale take its last colour."));
+      "Values beyond a colour scale take its last colour. These pictures are the network\u2019s input, not a result.")));
 }
 
 // ---- the page ------------------------------------------------------------------------------------------------------
 
-function section(recording, index) {
-  const id = `recording-${index + 1}`;
-  const made = element("section", { id, "aria-labelledby": `${id}-title` },
-    element("h2", { id: `${id}-title` }, recording.file),
+function fill(made, recording) {
+  made.append(trustBox(recording));
+  made.append(element("h3", {}, "Identified parameters"), parameterTable(recording),
     element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
-    trustBox(recording));
-  document.getElementById("main").append(made);
-  made.append(element("h3", {}, "Identified parameters"), parameterTable(recording));
+    howToRead("The network\u2019s best estimate, and how far off it usually is."));
   if (isSure(recording)) made.append(...certainty(recording));
   made.append(element("dl", { class: "figures" },
     figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording"),
@@ -324,7 +334,11 @@ function section(recording, index) {
     made.append(response.made);
     response.start();
   }
-  if (recording.image) made.append(imageFigure(recording.image));
+  if (recording.image) {
+    const saw = imageFigure(recording.image);
+    made.append(saw);
+    saw.addEventListener("toggle", redraw);
+  }
 }
 
 function footer() {
@@ -339,9 +353,9 @@ function footer() {
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posture control report`;
 contents(valueOf,
-  ["Variance accounted for", recording => percent(recording.variance_accounted_for)]);
+  ["Explained", recording => percent(recording.variance_accounted_for)]);
 failures("Not identified");
-report.recordings.forEach(section);
+sections(fill);
 footer();
 finish();
 })();

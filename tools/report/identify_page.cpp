@@ -25,30 +25,27 @@
 namespace decid::tools {
 namespace {
 
-// The angles as whole multiples of a decimal unit between a thousandth and a ten-thousandth of the widest excursion.
-Json series_to_json(const Identification& recording, const std::vector<float>& tilt_rad) {
-  const auto degrees = [](const std::vector<float>& signal) {
-    std::vector<double> values;
-    for (const float angle_rad : signal) values.push_back(double{angle_rad} / sim::rad_per_deg);
-    return values;
-  };
-  const std::vector<double> sway = degrees(recording.estimate.trial.sway_rad());
-  const std::vector<double> fitted = degrees(recording.explanation.fitted_rad), tilt = degrees(tilt_rad);
+/// Angles in degrees as whole multiples of a decimal unit between a thousandth and a ten-thousandth of the widest
+/// excursion, one for all the signals; "per_degree" says how many are one.
+Json series_to_json(std::initializer_list<std::pair<const char*, const std::vector<float>*>> signals_rad) {
+  std::vector<std::vector<double>> all;
   double widest = 1e-6;
-  for (const std::vector<double>* const signal : {&sway, &fitted, &tilt}) {
+  for (const auto& [name, signal_rad] : signals_rad) {
+    std::vector<double>& values = all.emplace_back();
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const double value : *signal) {
-      if (!std::isfinite(value)) continue;
-      low = std::min(low, value);
-      high = std::max(high, value);
+    for (const float angle_rad : *signal_rad) {
+      values.push_back(double{angle_rad} / sim::rad_per_deg);
+      if (!std::isfinite(values.back())) continue;
+      low = std::min(low, values.back());
+      high = std::max(high, values.back());
     }
     widest = std::max(widest, high - low);
   }
   const double per_degree = whole_per_unit(widest);
-  return {{"per_degree", per_degree},
-          {"sway", whole_numbers(sway, per_degree)},
-          {"fitted", whole_numbers(fitted, per_degree)},
-          {"tilt", whole_numbers(tilt, per_degree)}};
+  Json json{{"per_degree", per_degree}};
+  std::size_t i = 0;
+  for (const auto& [name, signal_rad] : signals_rad) json[name] = whole_steps(all[i++], per_degree);
+  return json;
 }
 
 // How a channel's values become colours: the limits of its scale and its kind, which is the choice of colours.
@@ -160,56 +157,61 @@ Json density_to_json(const ParameterDistribution& found, int quantity, const sim
 void add_distribution(Json& recording, const ParameterDistribution& found, const sim::Protocol& protocol) {
   const sim::ParameterTable table = protocol.ranges();
   for (std::size_t p = 0; p < table.size(); ++p) {
-    Json& parameter = recording["parameters"][p];
-    add_intervals(parameter, found, static_cast<int>(p));
-    parameter["density"] = density_to_json(found, static_cast<int>(p), table[p]);
+    add_intervals(recording["parameters"][p], found, static_cast<int>(p));
+    recording["densities"].push_back(density_to_json(found, static_cast<int>(p), table[p]));
   }
   recording["correlations"] = page_correlations(found, table.size());
 }
 
 Json recording_to_json(const Identification& recording, const Identifications& of) {
   const Explanation& explanation = recording.explanation;
-  Json json{{"file", recording.file},
-            {"column", recording.column},
-            {"tilt", tilt_to_json(recording)},
-            {"protocol", protocol_figures(of.protocol)},
-            {"body_assumed", of.body_assumed},
-            {"parameters", described_parameters(recording, of.protocol)},
-            {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
-            {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
-            {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
-            {"trust", name(recording.trust())},
-            {"warnings", warnings_json(recording.warnings())},
-            {"series", series_to_json(recording, of.tilt_rad)},
-            {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
-            {"image", image_to_json(recording, of)}};
+  Json json{
+      {"file", recording.file},
+      {"column", recording.column},
+      {"tilt", tilt_to_json(recording)},
+      {"protocol", protocol_figures(of.protocol)},
+      {"body_assumed", of.body_assumed},
+      {"parameters", described_parameters(recording, of.protocol)},
+      {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
+      {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
+      {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
+      {"trust", name(recording.trust())},
+      {"warnings", warnings_json(recording.warnings())},
+      {"series", series_to_json({{"sway", &recording.estimate.trial.sway_rad()}, {"fitted", &explanation.fitted_rad}})},
+      {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
+      {"image", image_to_json(recording, of)}};
   if (recording.estimate.distribution) add_distribution(json, *recording.estimate.distribution, of.protocol);
   return json;
 }
 
 }  // namespace
 
-std::string report_html(const ReportModel& model, const Identifications& all) {
+std::string report_html(const ReportModel& model, const Identifications& all, const Json& groups) {
   Json data = {{"model",
                 {{"name", model.name},
                  {"sha256", model.sha256},
                  {"version", model.version},
                  {"recalibrated", model.recalibrated}}},
-               {"recordings", Json::array()}};
-  data["failed"] = Json::array();
+               {"groups", groups},
+               {"platform", series_to_json({{"tilt", &all.tilt_rad}})},
+               {"recordings", Json::array()},
+               {"failed", Json::array()}};
+  std::vector<Json> details;
   for (const Identification& recording : all.recordings) {
     if (recording.error) {
       data["failed"].push_back(recording.error->what());
-    } else {
-      data["recordings"].push_back(recording_to_json(recording, all));
+      continue;
     }
+    Json& shown = details.emplace_back(recording_to_json(recording, all));
+    data["recordings"].push_back(taken(shown, {"file", "trust", "parameters", "variance_accounted_for"}));
   }
   return page_html({.title = "Posture control report",
                     .lead = "Seven parameters of the DEC posture-control model, identified from body sway on a tilting "
                             "platform.",
                     .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
                               std::string(embedded::frf_js()) + std::string(embedded::identify_js()),
-                    .style = embedded::density_css()},
+                    .style = embedded::density_css(),
+                    .details = std::move(details)},
                    data);
 }
 

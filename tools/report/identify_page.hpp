@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "base/json_object.hpp"
 #include "identify/recordings.hpp"
 
 namespace decid::tools {
@@ -15,7 +16,8 @@ struct ReportModel {
   bool recalibrated = false;
 };
 
-/// The page. Every string from outside (file names, warnings) is escaped. Deterministic: no dates, no random ids.
-std::string report_html(const ReportModel& model, const Identifications& all);
+/// The page; groups: as groups_json() has them, or null. Every string from outside (file names, warnings) is escaped.
+/// Deterministic: no dates, no random ids.
+std::string report_html(const ReportModel& model, const Identifications& all, const Json& groups = nullptr);
 
 }  // namespace decid::tools

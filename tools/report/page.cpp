@@ -30,6 +30,14 @@ std::string script_json(const Json& data) {
   return escaped;
 }
 
+std::string detail_blocks(const std::vector<Json>& details) {
+  std::string blocks;
+  for (std::size_t i = 0; i < details.size(); ++i)
+    blocks += "<script type=\"application/json\" id=\"details-" + std::to_string(i + 1) + "\">" +
+              script_json(details[i]) + "</script>\n";
+  return blocks;
+}
+
 }  // namespace
 
 Json page_number(double value) {
@@ -53,7 +61,8 @@ Json protocol_figures(const sim::Protocol& protocol) {
 }
 
 std::string page_html(const Page& page, const Json& data) {
-  const std::string block = script_json(data), css = std::string(embedded::report_css()) + std::string(page.style);
+  const std::string block = script_json(data), details = detail_blocks(page.details),
+                    css = std::string(embedded::report_css()) + std::string(page.style);
   // One pass over the page alone: inserted text is never searched for marks.
   const std::pair<std::string_view, std::string_view> parts[] = {
       {"{{title}}", page.title},
@@ -61,6 +70,7 @@ std::string page_html(const Page& page, const Json& data) {
       {"{{title}}", page.title},
       {"{{lead}}", page.lead},
       {"{{data}}", block},
+      {"{{details}}", details},
       {"{{chart_js}}", page.chart_js ? embedded::chart_js() : std::string_view()},
       {"{{common_js}}", embedded::report_common_js()},
       {"{{page_js}}", page.script}};

@@ -5,6 +5,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/json.hpp"
 #include "sim/protocol.hpp"
@@ -16,6 +17,9 @@ struct Page {
   std::string_view title, lead, script;
   std::string_view style = {};  ///< added to page.css
   bool chart_js = true;         ///< whether its script draws with Chart.js
+  /// Of each recording what its part of the page alone shows: a block of its own, which is read when that is opened.
+  /// The rest, for tables of all recordings, is in `data`.
+  std::vector<Json> details = {};
 };
 
 /// Every string in `data` is escaped. Deterministic: no dates, no random ids.

@@ -46,4 +46,28 @@ Json whole_numbers(std::span<const double> values, double per_unit) {
   return list;
 }
 
+Json whole_steps(std::span<const double> values, double per_unit) {
+  Json list = Json::array();
+  long long last = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) {
+      list.push_back(nullptr);
+      continue;
+    }
+    const long long whole = std::llround(value * per_unit);
+    list.push_back(whole - last);
+    last = whole;
+  }
+  return list;
+}
+
+Json taken(Json& recording, std::initializer_list<const char*> keys) {
+  Json part = Json::object();
+  for (const char* key : keys) {
+    part[key] = std::move(recording.at(key));
+    recording.erase(key);
+  }
+  return part;
+}
+
 }  // namespace decid::tools

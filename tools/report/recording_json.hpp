@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <initializer_list>
 #include <span>
 
 #include "base/json_object.hpp"
@@ -43,5 +44,12 @@ Json tilt_to_json(const Identification& recording);
 double whole_per_unit(double widest);
 /// values * per_unit, rounded; null where they are not finite.
 Json whole_numbers(std::span<const double> values, double per_unit);
+/// The same of a smooth curve in half the text: each is the step from the one before it that is not null, the first
+/// from 0.
+Json whole_steps(std::span<const double> values, double per_unit);
+
+/// Parts what a page knows of a recording: takes these keys out of `recording`, for tables of all recordings, and
+/// leaves the others, which are read when the recording is opened (Page::details).
+Json taken(Json& recording, std::initializer_list<const char*> keys);
 
 }  // namespace decid::tools

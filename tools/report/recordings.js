@@ -8,6 +8,11 @@ function inOtherWords(parameter) {
   return parameter.unit === "s" ? fixed(1000 * parameter.value, 0) + " ms" : null;
 }
 
+// Cells of the table that is the answer. heading: what stands before it where the table is too narrow for columns.
+const cell = (heading, text) => element("td", { class: text === "\u2013" ? "number none" : "number", "data-heading": heading }, text);
+const nameCell = parameter => element("th", { scope: "row" }, parameter.name, element("span", { class: "description" },
+  element("span", { class: "words" }, parameter.description + (unitOf(parameter) ? ", " : "")), unitOf(parameter)));
+
 // Whether the answer can be used, and everything that was noticed, the gravest first.
 function trustBox({ trust, warnings }) {
   const verdict = { usable: "Usable: no check found anything odd", caution: "Use with caution", "not usable": "Not usable" }[trust];
@@ -27,22 +32,180 @@ function failures(what) {
     element("strong", {}, what), element("ul", {}, ...report.failed.map(text => element("li", {}, text)))));
 }
 
+// ---- all recordings ------------------------------------------------------------------------------------------------
+
+const trustWords = { usable: "usable", caution: "with caution", "not usable": "not usable" };
+const groupColours = ["--draw", "--again", "--third", "--fourth"];
+const groupOf = index => report.groups ? report.groups.members[index] : "";
+
+// What can be used, so that figures of all are of them alone: [recording, its place].
+const sound = () => report.recordings.map((recording, index) => [recording, index]).filter(([{ trust }]) => trust !== "not usable");
+
+function quantileOf(sorted, share) {
+  const place = share * (sorted.length - 1), below = Math.floor(place);
+  return sorted[below] + (place - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below]);
+}
+
+// A dot a recording over the parameter's range, the middle half of them as a bar with the median; a row a group.
+function strip(parameter, rows) {
+  const width = 340, row = 26, left = 6, right = width - 6;
+  const x = value => left + (right - left) * Math.min(1, Math.max(0, (value - parameter.low) / (parameter.high - parameter.low)));
+  const children = rows.flatMap(([, values, colour], at) => {
+    const middle = row * at + row / 2, sorted = [...values].sort((a, b) => a - b);
+    const dots = shape("path", { class: "dot", d: values.map((value, i) => `M${short(x(value))} ${short(middle + (i * 7 % 11 - 5) * 0.9)}h.01`).join("") });
+    dots.style.stroke = `var(${colour})`;
+    if (sorted.length === 0) return [];
+    const bar = line(x(quantileOf(sorted, 0.25)), middle, x(quantileOf(sorted, 0.75)), middle, "half");
+    return [line(left, middle, right, middle, "grid"), dots, bar, line(x(quantileOf(sorted, 0.5)), middle - 8, x(quantileOf(sorted, 0.5)), middle + 8, "median")];
+  });
+  return checked(drawing(width, row * rows.length, `${parameter.name} of the recordings over the range ${compact(parameter.low)} to ${compact(parameter.high)}`, children));
+}
+
+function summaryTable() {
+  const members = sound(), number = text => element("th", { scope: "col", class: "number" }, text);
+  const names = report.groups ? report.groups.groups.map(({ name }) => name) : [""];
+  const rows = report.recordings[0].parameters.map((parameter, p) => {
+    const of = name => members.filter(([, index]) => name === "" || groupOf(index) === name)
+      .map(([recording]) => recording.parameters[p].value).filter(value => !absent(value));
+    const values = of(""), sorted = [...values].sort((a, b) => a - b), decimals = decimalsOf(parameter);
+    const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
+    const deviation = Math.sqrt(values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / (values.length - 1));
+    return element("tr", {},
+      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, [parameter.description, unitOf(parameter)].filter(text => text).join(", "))),
+      element("td", { class: "number value" }, `${fixed(mean, decimals)} \u00b1 ${fixed(deviation, decimals)}`),
+      element("td", { class: "number" }, fixed(quantileOf(sorted, 0.5), decimals)),
+      element("td", { class: "number" }, `${fixed(quantileOf(sorted, 0.25), decimals)} to ${fixed(quantileOf(sorted, 0.75), decimals)}`),
+      element("td", { class: "strip" }, strip(parameter, names.map((name, i) => [name, of(name), groupColours[i % groupColours.length]]))));
+  });
+  const legend = report.groups ? element("ul", { class: "legend" }, ...names.map((name, i) => {
+    const mark = element("span", { class: "key", "aria-hidden": "true" });
+    mark.style.background = `var(${groupColours[i % groupColours.length]})`;
+    return element("li", {}, mark, `${name} (row ${i + 1})`);
+  })) : null;
+  return element("div", {}, element("h3", {}, "The group"), legend, element("div", { class: "scroll" }, element("table", { class: "summary" },
+    element("caption", {}, `Of the ${members.length} recordings that are usable, with caution or without: mean \u00b1 deviation between recordings. At the right a dot a ` +
+      "recording over the model\u2019s range, the middle half of them as a bar, the median upright. How sure each value is, is not in these figures."),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean \u00b1 deviation"), number("Median"), number("Middle half"),
+      element("th", { scope: "col" }, "Over the range"))),
+    element("tbody", {}, ...rows))));
+}
+
+function comparisonTable({ groups, parameters }) {
+  const number = text => element("th", { scope: "col", class: "number" }, text);
+  const plain = text => element("td", { class: "number" }, text);
+  const of = name => report.groups.groups.find(group => group.name === name);
+  const [a, b] = groups.map(of);
+  const rows = parameters.map((parameter, p) => {
+    const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown);
+    const mean = group => plain(`${fixed(group.parameters[p].mean, decimals)} \u00b1 ${fixed(group.parameters[p].sd, decimals)}`);
+    const [low, high] = parameter.interval95;
+    return element("tr", {}, element("th", { scope: "row" }, parameter.name, unitOf(shown) ? element("span", { class: "description" }, unitOf(shown)) : null),
+      mean(a), mean(b), plain(fixed(parameter.difference, decimals)),
+      element("td", { class: low > 0 || high < 0 ? "number value" : "number" }, fixed(parameter.hedges_g, 2)), plain(absent(low) ? "n/a" : between([low, high], 2)));
+  });
+  return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}`), element("div", { class: "scroll" }, element("table", {},
+    element("caption", {}, `Mean \u00b1 deviation of ${a.recordings} and ${b.recordings} recordings; Hedges\u2019 g: the difference over the pooled deviation. 0.2 is called ` +
+      "small, 0.5 medium, 0.8 large; in bold where the interval leaves out 0. With seven parameters chance alone does that to one of them in up to three of ten comparisons."),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(groups[0]), number(groups[1]), number("Difference"), number("Hedges\u2019 g"),
+      number("95 % interval"))),
+    element("tbody", {}, ...rows))));
+}
+
 // valueCell: of a parameter; last: the last column's heading and, for a recording, what is in it.
-function contents(valueCell, [heading, last]) {
+function recordingTable(valueCell, [heading, last]) {
+  const recordings = report.recordings, grouped = Boolean(report.groups);
+  const rows = recordings.map((recording, index) => {
+    const link = element("a", { href: `#recording-${index + 1}` }, recording.file);
+    link.addEventListener("click", () => show(index));
+    return element("tr", {},
+      element("th", { scope: "row", class: "file" }, link, recording.trust === "usable" ? null : element("span", { class: "description" }, trustWords[recording.trust])),
+      grouped ? element("td", {}, groupOf(index)) : null,
+      ...recording.parameters.map(parameter => element("td", { class: "number" }, valueCell(parameter))),
+      element("td", { class: "number" }, last(recording)));
+  });
+  const kind = recordings.length > 12 ? "scroll tall" : "scroll";
+  return element("div", {}, element("h3", {}, "The recordings"), element("div", { class: kind, tabindex: 0, role: "region", "aria-label": "Table of the recordings" },
+    element("table", { class: "recordings" },
+      element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Recording"), grouped ? element("th", { scope: "col" }, "Group") : null,
+        ...recordings[0].parameters.map(parameter => element("th", { scope: "col", class: "number" }, parameter.name,
+          element("span", { class: "description" }, unitOf(parameter)))),
+        element("th", { scope: "col", class: "number" }, heading))),
+      element("tbody", {}, ...rows))));
+}
+
+function contents(valueCell, last) {
   const recordings = report.recordings;
   if (recordings.length < 2) return;
-  const rows = recordings.map((recording, index) => element("tr", {},
-    element("th", { scope: "row", class: "file" }, element("a", { href: `#recording-${index + 1}` }, recording.file),
-      recording.trust === "usable" ? null : element("span", { class: "description" }, recording.trust === "caution" ? "with caution" : "not usable")),
-    ...recording.parameters.map(parameter => element("td", { class: "number" }, valueCell(parameter))),
-    element("td", { class: "number" }, last(recording))));
+  const count = kind => recordings.filter(({ trust }) => trust === kind).length;
+  const counts = Object.entries(trustWords).map(([kind, words]) => [count(kind), words]).filter(([number]) => number > 0).map(([number, words]) => `${number} ${words}`);
+  const failed = report.failed.length > 0 ? `; ${report.failed.length} more could not be used, see below` : "";
   const nav = document.getElementById("contents");
-  nav.append(element("h2", {}, `${recordings.length} recordings`), element("div", { class: "scroll" }, element("table", {},
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Recording"),
-      ...recordings[0].parameters.map(parameter => element("th", { scope: "col", class: "number" }, parameter.name,
-        element("span", { class: "description" }, unitOf(parameter)))),
-      element("th", { scope: "col", class: "number" }, heading))),
-    element("tbody", {}, ...rows))));
+  nav.append(element("h2", {}, `${recordings.length} recordings`), element("p", { class: "about" }, counts.join(", ") + failed + "."));
+  if (sound().length > 2) nav.append(summaryTable());
+  if (report.groups) nav.append(...report.groups.comparisons.map(comparisonTable));
+  nav.append(recordingTable(valueCell, last));
   nav.hidden = false;
 }
 
+// ---- each recording ------------------------------------------------------------------------------------------------
+
+const openAtFirst = 3;  // the recordings of a page that has no more
+const opened = [];      // a function each: draws the recording, once
+
+// fill: appends to a section what is shown of a recording. One recording is shown; of several each is a fold, which is read and
+// drawn when it is opened.
+function sections(fill) {
+  const main = document.getElementById("main"), single = report.recordings.length === 1;
+  report.recordings.forEach((recording, index) => {
+    const id = `recording-${index + 1}`, title = element("h2", { id: `${id}-title` }, recording.file);
+    const made = element("section", { id, "aria-labelledby": `${id}-title` });
+    const fold = element("details", { class: "recording" }, element("summary", {}, title,
+      element("span", { class: `badge ${recording.trust.replace(" ", "-")}` }, trustWords[recording.trust])));
+    made.append(single ? title : fold);
+    main.append(made);
+    let drawn = false;
+    opened.push(() => {
+      if (drawn) return;
+      drawn = true;
+      fold.open = true;
+      fill(single ? made : fold, Object.assign(recording, JSON.parse(document.getElementById(`details-${index + 1}`).textContent)));
+    });
+    fold.addEventListener("toggle", () => { if (fold.open && !drawn) show(index); });
+    if (report.recordings.length <= openAtFirst) opened[index]();
+  });
+  window.addEventListener("hashchange", showNamed);
+  showNamed();
+}
+
+function show(index) {
+  opened[index]();
+  document.querySelector(`#recording-${index + 1} > details`)?.setAttribute("open", "");
+  finish();
+}
+
+function showNamed() {
+  const named = /^#recording-([1-9][0-9]*)$/.exec(location.hash);
+  if (!named || !opened[named[1] - 1]) return;
+  show(named[1] - 1);
+  document.getElementById(`recording-${named[1]}`).scrollIntoView();
+}
+
+// What a reader should know before trusting a figure. whence: where the values and intervals come from.
+function howToRead(whence) {
+  const items = [
+    ["The coloured box", "says whether the recording can be used at all. Read it first."],
+    ["Value and 90 % interval", `${whence} Nine of ten such intervals hold the true value, if people are as the model says. Two recordings whose intervals overlap widely do not differ.`],
+    ["Kp, Kd", "active stiffness and damping: how strongly muscles answer to lean and to its speed, by way of the nerves."],
+    ["Kp_pass, Kd_pass", "passive stiffness and damping of ankle, muscle and tendon, without nerves. A recording says little of Kp_pass: its interval is nearly the whole range."],
+    ["Nv, theta", "noise of the sense of balance, and the velocity of tilt below which the platform\u2019s movement is not perceived."],
+    ["delay", "the time from sensing to torque, all of it in one number."],
+    ["Value / (m g h)", "stiffness and damping over the torque of gravity on this body: compare persons by these."],
+    ["What is missing here", "normal values. The ranges are those that the model was trained on, not those of healthy people."],
+  ];
+  const made = element("details", { class: "help" }, element("summary", {}, "How to read this"),
+    element("dl", {}, ...items.flatMap(([name, text]) => [element("dt", {}, name), element("dd", {}, text)])));
+  // A sheet of paper has it in full.
+  window.addEventListener("beforeprint", () => { made.open = true; });
+  window.addEventListener("afterprint", () => { made.open = false; });
+  return made;
+}

@@ -50,7 +50,7 @@ void check_names(const Json& by_name) {
 
 TEST_CASE("fourteen parameters as results: JSON, text and page") {
   const Identifications all = identified();
-  const Json recording = Json::parse(identifications_json("mine", all)).at("recordings").at(0);
+  const Json recording = identifications_list(all).at(0);
   const Json& parameters = recording.at("parameters");
   REQUIRE(parameters.size() == 14);
   const std::string text = identifications_text(all), page = report_html({"mine", "0", "1"}, all);
@@ -70,7 +70,7 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
   CHECK(text.find("Kp") == std::string::npos);
   CHECK(text.find("interval") == std::string::npos);
   CHECK_FALSE(recording.contains("correlations"));
-  CHECK(page.find("\"density\"") == std::string::npos);
+  CHECK(page.find("\"densities\":") == std::string::npos);
 }
 
 TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
@@ -80,7 +80,7 @@ TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
   outputs[29] = 0.8;  // of the second and the first
   all.recordings[0].estimate.distribution.emplace(Mixture(1, 14, outputs), table());
   const ParameterDistribution& found = *all.recordings[0].estimate.distribution;
-  const Json recording = Json::parse(identifications_json("mine", all)).at("recordings").at(0);
+  const Json recording = identifications_list(all).at(0);
   const std::string text = identifications_text(all);
   const double mgh = all.protocol.experiment.body.mgh();
   REQUIRE(recording.at("correlations").size() == 14);
@@ -104,7 +104,7 @@ TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
   }
   CHECK(text.find("90 % interval") != std::string::npos);
   const std::string page = report_html({"mine", "0", "1"}, all);
-  CHECK(page.find("\"density\":[[0.0,") != std::string::npos);
+  CHECK(page.find("\"densities\":[[[0.0,") != std::string::npos);
 }
 
 TEST_CASE("fourteen parameters' errors, of a model and of methods") {

@@ -7,9 +7,11 @@
 #include <string>
 
 #include "base/file.hpp"
+#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "identify/fit_recordings.hpp"
 #include "tests/sim/sines.hpp"
+#include "tools/report/fit_page.hpp"
 
 namespace decid::test {
 
@@ -53,6 +55,18 @@ inline FittedRecordings fitted_recordings() {
   odd.explanation.warnings = {{Severity::caution, "chains_disagree", "the chains do not agree"}};
   all.fits[2].answer = FitFigures::Answer::network;
   return all;
+}
+
+/// The page of all of them.
+inline std::string fit_page(const std::string& version, const FittedRecordings& all) {
+  std::vector<Json> recordings;
+  std::vector<std::string> failed;
+  for (std::size_t i = 0; i < all.fits.size(); ++i) {
+    const Identification& id = all.identified.recordings[i];
+    if (id.error) failed.emplace_back(id.error->what());
+    if (!id.error) recordings.push_back(tools::fit_page_recording(id, all.fits[i], all.identified));
+  }
+  return tools::fit_report_html(version, quick_request(), std::move(recordings), failed, nullptr);
 }
 
 }  // namespace decid::test

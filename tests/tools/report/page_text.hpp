@@ -1,6 +1,7 @@
 // What tests look for in a page.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace decid::test {
@@ -11,11 +12,19 @@ inline std::size_t count(const std::string& text, const std::string& part) {
   return found;
 }
 
-/// The JSON block, from its mark to the first end of a script element: what a browser would take.
-inline std::string block_of(const std::string& page) {
-  const std::string mark = "id=\"report-data\">";
+/// A JSON block, from its mark to the first end of a script element: what a browser would take.
+inline std::string block_of(const std::string& page, const std::string& id = "report-data") {
+  const std::string mark = "id=\"" + id + "\">";
   const std::size_t start = page.find(mark) + mark.size();
   return page.substr(start, page.find("</script", start) - start);
+}
+
+/// The data of a page of recordings, each with what is read when it is opened.
+inline nlohmann::json data_of(const std::string& page) {
+  nlohmann::json data = nlohmann::json::parse(block_of(page));
+  for (std::size_t i = 0; i < data["recordings"].size(); ++i)
+    data["recordings"][i].update(nlohmann::json::parse(block_of(page, "details-" + std::to_string(i + 1))));
+  return data;
 }
 
 }  // namespace decid::test

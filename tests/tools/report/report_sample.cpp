@@ -113,8 +113,7 @@ std::string dataset_page() {
 std::string page_of(const std::string& kind) {
   using decid::dataset::Channel;
   if (kind == "dataset") return dataset_page();
-  if (kind == "fit")
-    return decid::tools::fit_report_html("0.1.0", decid::test::quick_request(), decid::test::fitted_recordings());
+  if (kind == "fit") return decid::test::fit_page("0.1.0", decid::test::fitted_recordings());
   const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
   if (kind == "folded")
     return report_html(model, sure(several({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2)));

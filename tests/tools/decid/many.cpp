@@ -1,0 +1,166 @@
+// Many recordings in one call of decid identify or decid fit: folders, tables, groups, and going on after a stop.
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/decid/run.hpp"
+
+using decid::test::check_refused;
+using decid::test::Folder;
+using decid::test::read_text;
+using decid::test::Result;
+using decid::test::run_decid;
+using decid::test::write_text;
+using Json = nlohmann::json;
+
+namespace {
+
+void simulate(const std::string& file, const std::string& options) {
+  REQUIRE(run_decid("simulate --quiet " + options + " -o " + file).code == 0);
+}
+
+/// The cells of a table whose cells are single lines (RFC 4180).
+std::vector<std::vector<std::string>> cells_of(const std::string& table) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) {
+    std::vector<std::string>& row = rows.emplace_back(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') quoted = !quoted;
+      if (c == ',' && !quoted) row.emplace_back();
+      if (c != '"' && (c != ',' || quoted)) row.back() += c;
+    }
+  }
+  return rows;
+}
+
+/// The table says what the JSON says.
+void check_table(const std::string& table, const Json& json) {
+  const auto rows = cells_of(table);
+  REQUIRE(rows.size() == json["recordings"].size() + 1);
+  for (std::size_t i = 0; i < json["recordings"].size(); ++i) {
+    const Json& recording = json["recordings"][i];
+    REQUIRE(rows[i + 1].size() == 24);
+    CHECK(rows[i + 1][0] == recording["file"]);
+    CHECK(rows[i + 1][1] == recording.value("trust", ""));
+    CHECK(rows[i + 1][23].empty() != recording.contains("error"));
+    for (std::size_t p = 0; p < 7; ++p) {
+      if (recording.contains("error")) {
+        CHECK(rows[i + 1][2 + 3 * p].empty());
+        continue;
+      }
+      const Json& parameter = recording["parameters"][p];
+      CHECK(rows[0][2 + 3 * p] == parameter["name"]);
+      CHECK(std::stod(rows[i + 1][2 + 3 * p]) == parameter["value"]);
+      CHECK(std::stod(rows[i + 1][3 + 3 * p]) == parameter["interval90"][0]);
+      CHECK(std::stod(rows[i + 1][4 + 3 * p]) == parameter["interval90"][1]);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "in");
+  for (int i = 1; i <= 4; ++i)
+    simulate(folder / "in/s" + std::to_string(i) + ".csv",
+             "--seed " + std::to_string(i) + " --delay " + (i % 2 == 0 ? "0.1" : "0.2"));
+  write_text(folder / "in/s5.csv", "time,sway\n0,1\n0.01,x\n");
+  write_text(folder / "in/groups.csv", "file,group\ns1.csv,slow\ns2.csv,fast\ns3.csv,slow\ns4.csv,fast\ns5.csv,fast\n");
+  // Outputs in the folder, of a first call and of this one, are no recordings.
+  const std::string command = "identify " + folder / "in" + " --json --table " + folder / "in/results.csv" +
+                              " --group " + folder / "in/groups.csv" + " --report " + folder / "r.html";
+  run_decid(command);
+  const Result result = run_decid(command);
+  CAPTURE(result.err);
+  CHECK(result.code == 2);
+  CHECK(result.err.find("1 of 5 recordings failed") != std::string::npos);
+  CHECK(result.err.find("identify: ") == result.err.rfind("identify: "));  // no progress of a few
+  const Json json = Json::parse(result.out);
+  REQUIRE(json["recordings"].size() == 5);
+  CHECK(json["recordings"][4].contains("error"));
+  check_table(read_text(folder / "in/results.csv"), json);
+  CHECK(json["recordings"][1]["group"] == "fast");
+  CHECK(json["groups"][0]["name"] == "fast");
+  CHECK(json["groups"][0]["recordings"] == 2);
+  const Json& delay = json["comparisons"][0]["parameters"][6];
+  CHECK(delay["difference"].get<double>() < -0.05);
+  CHECK(delay["hedges_g"].get<double>() < 0.0);
+  CHECK(read_text(folder / "r.html").find("hedges_g") != std::string::npos);
+
+  const Result some = run_decid("identify --json '" + folder / "in/s[23].csv" + "'");
+  CHECK(some.code == 0);
+  REQUIRE(Json::parse(some.out)["recordings"].size() == 2);
+  CHECK(Json::parse(some.out)["recordings"][1]["parameters"] == json["recordings"][2]["parameters"]);
+  CHECK(run_decid("identify " + folder / "in/s1.csv" + " " + folder / "in/s2.csv" + " --group " +
+                  folder / "in/groups.csv")
+            .out.find("fast less slow") != std::string::npos);
+}
+
+TEST_CASE("many recordings: what cannot be is refused before the work") {
+  const Folder folder;
+  simulate(folder / "t.csv", "--seed 1");
+  write_text(folder / "g.csv", "file,group\nt.csv,a\n");
+  for (const std::string command : {"identify ", "fit "}) {
+    check_refused(command + folder / "none*.csv", {"none*.csv", "matches no file"});
+    check_refused(command + folder / "t.csv" + " --table " + folder / "t.csv", {"t.csv", "another name"});
+    check_refused(command + folder / "t.csv" + " --table " + folder / "o" + " -o " + folder / "o", {"another name"});
+    check_refused(command + folder / "t.csv" + " --table " + folder / "no/o.csv", {"o.csv", "create the folder"});
+    check_refused(command + folder / "t.csv" + " --group " + folder / "g.csv", {"g.csv", "1 group"});
+    check_refused(command + folder / "t.csv" + " --group " + folder / "none.csv", {"none.csv", "cannot be opened"});
+    check_refused(command + folder / "t.csv" + " --group " + folder / "g.csv" + " --table " + folder / "g.csv",
+                  {"g.csv", "another name"});
+  }
+  check_refused("fit " + folder / "t.csv" + " --resume", {"--resume", "needs --output"});
+  check_refused("fit --frf " + folder / "t.csv" + " --table " + folder / "o.csv", {"--table", "is not for --frf"});
+}
+
+TEST_CASE("fit: going on after a stop makes the bytes of a call that was never stopped" * doctest::test_suite("slow")) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "in");
+  for (int i = 1; i <= 3; ++i)
+    simulate(folder / "in/s" + std::to_string(i) + ".csv", "--protocol short --nv 0.3 --seed " + std::to_string(i));
+  write_text(folder / "in/s0.csv", "time,sway\n0,1\n0.01,x\n");
+  const auto outputs = [&](const std::string& name) {
+    return " -o " + folder / name + ".json" + " --table " + folder / name + ".csv" + " --draws " + folder / name +
+           ".npz" + " --report " + folder / name + ".html";
+  };
+  const std::string command = "fit --protocol short --most-draws 8 --quiet " + folder / "in";
+  const Result whole = run_decid(command + outputs("whole"));
+  CAPTURE(whole.err);
+  CHECK(whole.code == 2);
+  CHECK(whole.err.find("1 of 4 recordings failed") != std::string::npos);
+  const Json json = Json::parse(read_text(folder / "whole.json"));
+  REQUIRE(json["recordings"].size() == 4);
+  CHECK(json["recordings"][0].contains("error"));
+  check_table(read_text(folder / "whole.csv"), json);
+  // The journal stays, as one is to be mended. A kill after the first recording, in the midst of the second's line:
+  const std::string journal = read_text(folder / "whole.json.journal");
+  std::size_t end = journal.find('\n', journal.find('\n') + 1) + 1;
+  write_text(folder / "again.json.journal", journal.substr(0, end + 1000));
+  const Result again = run_decid(command + " --resume --threads 1" + outputs("again"));
+  CHECK(again.code == 2);
+  for (const char* ending : {".json", ".csv", ".npz", ".html"}) {
+    CAPTURE(ending);
+    CHECK(read_text(folder / "again" + ending) == read_text(folder / "whole" + ending));
+  }
+  // What the journal has is not done again: its text says so.
+  const std::size_t text = journal.find("R-hat ");
+  REQUIRE(text < end);
+  std::string marked = journal;
+  marked.replace(text, 6, "R-HAT ");
+  write_text(folder / "marked.json.journal", marked);
+  std::filesystem::remove(folder / "in/s0.csv");
+  const Result mended = run_decid(command + " --resume" + outputs("marked"));
+  CAPTURE(mended.err);
+  CHECK(mended.code == 0);
+  CHECK(mended.out.find("R-HAT ") != std::string::npos);
+  CHECK(mended.err.empty());
+  CHECK_FALSE(std::filesystem::exists(folder / "marked.json.journal"));
+  CHECK(Json::parse(read_text(folder / "marked.json"))["recordings"].size() == 3);
+
+  write_text(folder / "again.json.journal", journal);
+  check_refused(command + " --resume --seed 7" + outputs("again"), {"again.json.journal", "other settings"});
+}
