@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,5 +54,10 @@ using FitProgress = std::function<bool(std::size_t recording, const posterior::P
 FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
                                 const FitRequest& request, const FitProgress& progress = {});
+/// The same for recordings that have been read, as read_recordings() does for `protocol`; body: the subject's, if it is
+/// known.
+FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol, std::vector<Identification> read,
+                                const std::optional<sim::Body>& body, const FitRequest& request,
+                                const FitProgress& progress = {});
 
 }  // namespace decid
