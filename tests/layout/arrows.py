@@ -16,6 +16,7 @@ PROGRAM = {
     "tools/firmware": ["identify"],
     "tools/decid": ["tools/report", "tools/firmware"],
     "bindings/c": ["identify"],
+    "bindings/python": ["bindings/c"],
     "bench": ["tools/decid"],
 }
 # Who may include what is not ours. Tests as their folders.
@@ -24,6 +25,7 @@ FOREIGN = [
     (r"<matio\.h>", "matio", ["dataset/recording"]),
     (r"<zip\.h>", "libzip", ["dataset/npz"]),
     (r"<Eigen/", "Eigen", ["identify"]),
+    (r"<pybind11/", "pybind11", ["bindings/python"]),
 ]
 LOOSE = re.compile(r"^(?!\s*//).*\bApprox\b")  # of doctest, however it is named
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
