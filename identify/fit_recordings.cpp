@@ -145,13 +145,20 @@ const char* name(FitFigures::Answer answer) {
 FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
                                 const FitRequest& request, const FitProgress& progress, const OnFitted& fitted) {
-  if (options.body) protocol.experiment.body = *options.body;
+  std::vector<Identification> read = read_recordings(protocol, files, options);
+  return fit_recordings(model, std::move(protocol), std::move(read), options.body, request, progress, fitted);
+}
+
+FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol, std::vector<Identification> read,
+                                const std::optional<sim::Body>& body, const FitRequest& request,
+                                const FitProgress& progress, const OnFitted& fitted) {
+  if (body) protocol.experiment.body = *body;
   Fitter fitter(model, protocol, request);
   FittedRecordings all;
   all.identified.protocol = protocol;
-  all.identified.body_assumed = !options.body;
+  all.identified.body_assumed = !body;
   all.identified.tilt_rad.assign(fitter.tilt_rad().begin(), fitter.tilt_rad().end());
-  all.identified.recordings = read_recordings(protocol, files, options);
+  all.identified.recordings = std::move(read);
   all.fits.resize(all.identified.recordings.size());
   // Recordings are begun in their order.
   std::mutex reporting;

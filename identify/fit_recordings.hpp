@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,5 +61,10 @@ FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
                                 const std::vector<std::filesystem::path>& files, const ReadOptions& options,
                                 const FitRequest& request, const FitProgress& progress = {},
                                 const OnFitted& fitted = {});
+/// The same for recordings that have been read, as read_recordings() does for `protocol`; body: the subject's, if it is
+/// known.
+FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol, std::vector<Identification> read,
+                                const std::optional<sim::Body>& body, const FitRequest& request,
+                                const FitProgress& progress = {}, const OnFitted& fitted = {});
 
 }  // namespace decid

@@ -3,18 +3,20 @@
 
     tests/layout/arrows.py [ROOT]
 
-The ladder is that of CMakeLists.txt (decid_component) and, above it, of tools/. A folder's tests may include what the
+The ladder is that of CMakeLists.txt (decid_component) and, above it, of tools/ and bindings/. A folder's tests may include what the
 folder may, and tests' own headers of these folders."""
 import re
 import subprocess
 import sys
 from pathlib import Path
 
-# Above the libraries: the program's folders and what each stands on.
+# Above the libraries: the program's folders, the bindings, and what each stands on.
 PROGRAM = {
     "tools/report": ["identify"],
     "tools/firmware": ["identify"],
     "tools/decid": ["tools/report", "tools/firmware"],
+    "bindings/c": ["identify"],
+    "bindings/python": ["bindings/c"],
     "bench": ["tools/decid"],
 }
 # Who may include what is not ours. Tests as their folders.
@@ -23,6 +25,7 @@ FOREIGN = [
     (r"<matio\.h>", "matio", ["dataset/recording"]),
     (r"<zip\.h>", "libzip", ["dataset/npz"]),
     (r"<Eigen/", "Eigen", ["identify"]),
+    (r"<pybind11/", "pybind11", ["bindings/python"]),
 ]
 LOOSE = re.compile(r"^(?!\s*//).*\bApprox\b")  # of doctest, however it is named
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')

@@ -1,0 +1,86 @@
+// Errors as C has them, and what concerns the library as a whole.
+#include <omp.h>
+
+#include <exception>
+#include <new>
+
+#include "base/version.hpp"
+#include "bindings/c/handles.hpp"
+
+namespace decid::c {
+namespace {
+
+struct LastError {
+  std::string text, where, problem, remedy;
+};
+thread_local LastError last;
+
+void remember(const Error& error) {
+  last = {error.what(), error.where(), error.problem(), error.remedy()};
+}
+
+}  // namespace
+
+decid_status remember_failure() noexcept {
+  try {
+    try {
+      throw;
+    } catch (const Error& error) {
+      remember(error);
+      return DECID_BAD_INPUT;
+    } catch (const Stopped& stopped) {
+      remember(Error(stopped.where, "was stopped by its callback", "let it return 0"));
+      return DECID_STOPPED;
+    } catch (const std::bad_alloc&) {
+      remember(Error("memory", "there is not enough", "ask for fewer trials at a time, or free handles"));
+      return DECID_NO_MEMORY;
+    } catch (const std::exception& error) {
+      remember(Error("decid", error.what(), "report it: this should have been noticed before"));
+      return DECID_FAILED;
+    } catch (...) {
+      remember(Error("decid", "an unknown exception", "report it; a callback must not throw"));
+      return DECID_FAILED;
+    }
+  } catch (...) {  // no memory for the text
+    last = {};
+    return DECID_NO_MEMORY;
+  }
+}
+
+std::vector<decid_warning> to_c(const Warnings& warnings) {
+  std::vector<decid_warning> list;
+  for (const Warning& warning : warnings)
+    list.push_back({static_cast<decid_severity>(warning.severity), warning.code.c_str(), warning.text.c_str()});
+  return list;
+}
+
+}  // namespace decid::c
+
+using namespace decid::c;
+
+const char* decid_error_text(void) {
+  return last.text.c_str();
+}
+const char* decid_error_where(void) {
+  return last.where.c_str();
+}
+const char* decid_error_problem(void) {
+  return last.problem.c_str();
+}
+const char* decid_error_remedy(void) {
+  return last.remedy.c_str();
+}
+
+int decid_abi(void) {
+  return DECID_ABI;
+}
+const char* decid_version(void) {
+  return decid::version;
+}
+
+decid_status decid_set_threads(int threads) {
+  return guarded([&] {
+    if (threads < 1) throw decid::Error("decid_set_threads", decid::format("%d threads", threads), "give 1 or more");
+    omp_set_num_threads(threads);
+  });
+}

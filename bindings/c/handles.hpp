@@ -1,0 +1,151 @@
+// What stands behind the opaque types of decid.h, and what all of its functions share: no exception passes guarded().
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "bindings/c/decid.h"
+#include "dataset/npz/npz.hpp"
+#include "identify/fit_recordings.hpp"
+#include "identify/recordings.hpp"
+#include "sim/simulate.hpp"
+
+struct decid_protocol {
+  explicit decid_protocol(decid::sim::Protocol of);
+
+  decid::sim::Simulator simulator;
+  decid::sim::ParameterTable ranges;
+  std::string json;
+  std::vector<double> tilt_rad;
+  std::vector<decid_parameter_info> parameters;  // refer to ranges
+
+  const decid::sim::Protocol& protocol() const { return simulator.protocol(); }
+};
+
+struct decid_model {
+  decid_model(decid::Model of, std::string called);
+
+  decid::Model model;
+  std::string name;  // in errors
+  decid_protocol protocol;
+  std::string head, sha256;
+  std::deque<std::string> texts;  // that the two below refer to
+  std::vector<decid_layer> layers;
+  std::vector<decid_tensor> tensors;
+  std::shared_ptr<const decid::Identifier> identifier;  // of the model's own body; copied for each call
+};
+
+struct decid_recording {
+  explicit decid_recording(decid::dataset::Recording of);
+
+  decid::dataset::Recording recording;
+  std::vector<decid_warning> warnings;
+};
+
+struct decid_result {
+  decid_result(decid::Identification of, decid::sim::Protocol subject, bool body_assumed,
+               std::optional<decid::FitFigures> fitted);
+
+  decid::Identification identification;
+  decid::sim::Protocol protocol;  // with the subject's body
+  decid::sim::ParameterTable ranges;
+  std::optional<decid::FitFigures> fit;
+  decid::Warnings all_warnings;
+  std::vector<decid_warning> warnings;
+  std::vector<decid_parameter> quantities;
+  decid_figures figures;
+  decid_sampling sampling;
+  std::vector<std::vector<double>> draws;  // by quantity
+};
+
+struct decid_dataset {
+  explicit decid_dataset(decid::dataset::StoredDataset of);
+
+  decid::dataset::StoredDataset data;
+  decid_protocol protocol;
+  std::vector<double> parameters;
+};
+
+namespace decid::c {
+
+/// A callback asked for the end.
+struct Stopped {
+  const char* where;
+};
+
+/// Keeps the exception that is being handled as this thread's error.
+decid_status remember_failure() noexcept;
+
+template <class F>
+decid_status guarded(const F& f) noexcept {
+  try {
+    f();
+    return DECID_OK;
+  } catch (...) {
+    return remember_failure();
+  }
+}
+
+/// Makes a handle: sets *place to what `make` returns, or to null if it throws.
+template <class Handle, class Make>
+decid_status made(Handle** place, const char* where, const Make& make) noexcept {
+  return guarded([&] {
+    if (place == nullptr) throw Error(where, "has no place for what it makes", "give the address of a pointer");
+    *place = nullptr;
+    std::unique_ptr<Handle> handle = make();
+    *place = handle.release();
+  });
+}
+
+/// What a pointer must point to. Throws Error if it is null.
+template <class T>
+T& given(T* pointer, const char* where, const char* what) {
+  if (pointer == nullptr) throw Error(where, std::string(what) + " is NULL", "give one");
+  return *pointer;
+}
+
+template <class Options>
+void set_defaults(Options* options, std::size_t size, Options defaults) noexcept {
+  if (options == nullptr) return;
+  defaults.size = size;
+  std::memset(static_cast<void*>(options), 0, size);
+  std::memcpy(static_cast<void*>(options), &defaults, std::min(size, sizeof defaults));
+}
+
+/// The options that were given, or the defaults. Throws Error unless they are of this library's size or, from an older
+/// header, a smaller one.
+template <class Options>
+Options options_of(const Options* options, void (*set)(Options*, std::size_t), const char* where) {
+  Options all;
+  set(&all, sizeof all);
+  if (options == nullptr) return all;
+  if (options->size < sizeof options->size || options->size > sizeof all)
+    throw Error(where, format("its options have a size of %zu, those of this library %zu", options->size, sizeof all),
+                "set them with their decid_.._defaults(), and run with the library of that header or a newer one");
+  std::memcpy(static_cast<void*>(&all), options, options->size);
+  return all;
+}
+
+inline std::string text_or_empty(const char* text) {
+  return text == nullptr ? "" : text;
+}
+
+/// Element i for an accessor, null if there is none.
+template <class T>
+const T* at(const std::vector<T>& list, std::size_t i) noexcept {
+  return i < list.size() ? &list[i] : nullptr;
+}
+
+std::vector<decid_warning> to_c(const Warnings& warnings);
+
+/// Throws Error if one of the two stands alone; both 0: empty.
+std::optional<sim::Body> body_of(double mass_kg, double height_m, const char* where);
+
+}  // namespace decid::c

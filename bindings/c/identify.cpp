@@ -1,0 +1,320 @@
+// Identification and fits in C.
+#include <cmath>
+#include <limits>
+
+#include "bindings/c/handles.hpp"
+#include "sim/segments.hpp"
+
+using namespace decid::c;
+
+namespace {
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+decid::dataset::Detrend detrend_of(int detrend, const char* where) {
+  switch (detrend) {
+    case DECID_DETREND_NONE:
+      return decid::dataset::Detrend::none;
+    case DECID_DETREND_OFFSET:
+      return decid::dataset::Detrend::offset;
+    case DECID_DETREND_LINEAR:
+      return decid::dataset::Detrend::linear;
+  }
+  throw decid::Error(where, decid::format("there is no detrending %d", detrend), "give a value of decid_detrend");
+}
+
+/// What identify and fit have in common of their options.
+template <class Options>
+decid::dataset::TrialOptions trial_options(const Options& asked, const char* where) {
+  decid::dataset::TrialOptions options;
+  if (!std::isnan(asked.begin_s)) options.start_s = asked.begin_s;
+  options.detrend = detrend_of(asked.detrend, where);
+  return options;
+}
+
+template <class Found>
+void describe(decid_parameter& parameter, const Found& found, int quantity, double mgh) {
+  const auto interval = [&](double share, double(&limits)[2]) {
+    limits[0] = found.quantile(quantity, 0.5 * (1.0 - share));
+    limits[1] = found.quantile(quantity, 1.0 - 0.5 * (1.0 - share));
+  };
+  parameter.sd = found.deviation(quantity);
+  interval(0.5, parameter.interval50);
+  interval(0.9, parameter.interval90);
+  for (int end = 0; end < 2; ++end) parameter.normalized_interval90[end] = parameter.interval90[end] / mgh;
+}
+
+decid_parameter parameter_of(const char* name, const char* unit, double value) {
+  return {name,
+          unit,
+          unknown,
+          unknown,
+          value,
+          unknown,
+          {unknown, unknown},
+          {unknown, unknown},
+          unknown,
+          {unknown, unknown},
+          unknown,
+          unknown};
+}
+
+/// mgh of a value that has no meaning over it.
+constexpr double no_mgh = unknown;
+
+std::vector<decid_parameter> parameters_of(const decid_result& result) {
+  std::vector<decid_parameter> list;
+  for (std::size_t p = 0; p < result.ranges.size(); ++p) {
+    const decid::sim::ParameterInfo& info = result.ranges[p];
+    const double mgh = info.per_mgh ? result.protocol.experiment.body.mgh() : no_mgh;
+    const decid::Estimate& estimate = result.identification.estimate;
+    decid_parameter& parameter =
+        list.emplace_back(parameter_of(info.name.c_str(), info.unit.c_str(), estimate.parameters[p]));
+    parameter.low = info.low;
+    parameter.high = info.high;
+    parameter.normalized = parameter.value / mgh;
+    if (result.fit)
+      describe(parameter, result.fit->posterior, static_cast<int>(p), mgh);
+    else if (estimate.distribution)
+      describe(parameter, *estimate.distribution, static_cast<int>(p), mgh);
+  }
+  return list;
+}
+
+/// What a fit infers besides the parameters.
+void add_other_quantities(const decid::posterior::Posterior& found, std::vector<decid_parameter>& list) {
+  using decid::posterior::Density;
+  const auto add = [&](const char* name, const char* unit, int quantity) {
+    describe(list.emplace_back(parameter_of(name, unit, found.mean(quantity))), found, quantity, no_mgh);
+  };
+  add("sensor_noise_deg", "deg", Density::sensor_noise);
+  add("start_s", "s", Density::start);
+  add("gain", "1", Density::gain);
+}
+
+decid_figures figures_of(const decid_result& result, bool body_assumed) {
+  const decid::Explanation& explanation = result.identification.explanation;
+  const decid::sim::Body& body = result.protocol.experiment.body;
+  decid_figures figures{explanation.rms_residual_deg,
+                        explanation.variance_accounted_for,
+                        result.identification.peak_to_peak_deg(),
+                        explanation.following,
+                        explanation.unfamiliarity,
+                        unknown,
+                        unknown,
+                        unknown,
+                        body.mass_kg,
+                        body.com_height_m,
+                        body.inertia_kgm2,
+                        body_assumed ? 1 : 0};
+  if (const auto& tilt = result.identification.estimate.trial.tilt) {
+    figures.tilt_delay_s = tilt->delay_s;
+    figures.tilt_correlation = tilt->correlation;
+    figures.tilt_gain = tilt->gain;
+  }
+  return figures;
+}
+
+decid_sampling sampling_of(const decid::FitFigures& fit) {
+  return {fit.posterior.chains(),
+          fit.posterior.draws(),
+          fit.posterior.agreed() ? 1 : 0,
+          fit.answer == decid::FitFigures::Answer::network ? 1 : 0,
+          fit.posterior.divergences(),
+          fit.samples_noise_deg,
+          fit.seconds};
+}
+
+}  // namespace
+
+namespace decid::c {
+
+std::optional<sim::Body> body_of(double mass_kg, double height_m, const char* where) {
+  if ((mass_kg == 0.0) != (height_m == 0.0))
+    throw Error(where, "mass or height stands alone", "give both, or neither for the protocol's body");
+  if (mass_kg == 0.0) return {};
+  return sim::body_of(sim::segments_of({.mass_kg = mass_kg, .height_m = height_m}));
+}
+
+}  // namespace decid::c
+
+decid_result::decid_result(decid::Identification of, decid::sim::Protocol subject, bool body_assumed,
+                           std::optional<decid::FitFigures> fitted)
+    : identification(std::move(of)),
+      protocol(std::move(subject)),
+      ranges(protocol.ranges()),
+      fit(std::move(fitted)),
+      all_warnings(identification.warnings()),
+      warnings(to_c(all_warnings)),
+      quantities(parameters_of(*this)),
+      figures(figures_of(*this, body_assumed)),
+      sampling{} {
+  if (!fit) return;
+  add_other_quantities(fit->posterior, quantities);
+  sampling = sampling_of(*fit);
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    quantities[q].rhat = fit->posterior.rhat()[q];
+    quantities[q].effective_draws = fit->posterior.effective_draws()[q];
+    draws.push_back(fit->posterior.draws_of(static_cast<int>(q)));
+  }
+}
+
+namespace {
+
+/// A recording as a trial of a protocol: what read_recordings() makes of a file.
+decid::Identification brought(const decid_recording& recording, const decid::sim::Protocol& protocol,
+                              const decid::dataset::TrialOptions& options) {
+  decid::Identification id;
+  decid::dataset::Recording own = recording.recording;  // takes warnings
+  id.file = own.file.empty() ? "recording" : own.file;
+  id.estimate.trial = decid::dataset::bring_to_protocol(own, protocol, options);
+  id.column = own.signals.at(decid::dataset::com_sway).column;
+  if (const auto* tilt = own.signals.find(decid::dataset::platform_tilt)) id.tilt_column = tilt->column;
+  id.estimate.warnings = std::move(own.warnings);
+  return id;
+}
+
+std::unique_ptr<decid_result> identify(const decid_model& model, const decid_recording& recording,
+                                       const decid_identify_options& asked) {
+  constexpr const char* where = "decid_identify";
+  const std::optional<decid::sim::Body> body = body_of(asked.mass_kg, asked.height_m, where);
+  decid::Identifier identifier =
+      body ? decid::Identifier(model.model, decid::for_body(model.model, model.name, body)) : *model.identifier;
+  decid::Identification id = brought(recording, model.model.protocol, trial_options(asked, where));
+  std::vector<decid::dataset::Trial> trials;
+  trials.push_back(std::move(id.estimate.trial));
+  decid::Estimate estimate = std::move(identifier.estimate(std::move(trials)).front());
+  decid::Warnings warnings = std::move(id.estimate.warnings);
+  warnings.insert(warnings.end(), estimate.warnings.begin(), estimate.warnings.end());
+  id.estimate = std::move(estimate);
+  id.estimate.warnings = std::move(warnings);
+  id.explanation = std::move(identifier.explain(std::span(&id.estimate, 1)).front());
+  return std::make_unique<decid_result>(std::move(id), identifier.body().protocol, identifier.body().assumed,
+                                        std::nullopt);
+}
+
+std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recording& recording,
+                                  const decid_fit_options& asked) {
+  constexpr const char* where = "decid_fit";
+  decid::sim::Protocol protocol = asked.protocol != nullptr ? asked.protocol->protocol() : model.model.protocol;
+  std::optional<decid::sim::Body> body = body_of(asked.mass_kg, asked.height_m, where);
+  // A protocol of one's own may describe it.
+  if (!body && asked.protocol != nullptr && protocol.experiment.body != decid::sim::Body{})
+    body = protocol.experiment.body;
+  if (body) protocol.experiment.body = *body;
+  decid::FitRequest request;
+  request.priors.start_s = asked.prior_start_s;
+  request.priors.gain = asked.prior_gain;
+  request.priors.sensor_noise_deg = asked.prior_noise_deg;
+  request.settings.seed = asked.seed;
+  request.settings.most_draws = asked.most_draws;
+  request.settings.least_draws = std::min(request.settings.least_draws, asked.most_draws);
+  bool stopped = false;
+  std::vector<decid::Identification> read;
+  read.push_back(brought(recording, protocol, trial_options(asked, where)));
+  decid::FittedRecordings all =
+      decid::fit_recordings(&model.model, protocol, std::move(read), body, request,
+                            [&](std::size_t, const decid::posterior::Progress& progress) {
+                              if (asked.progress != nullptr)
+                                stopped = asked.progress(asked.user, progress.done, progress.stage) != 0;
+                              return !stopped;
+                            });
+  if (stopped) throw Stopped{where};
+  decid::Identification& id = all.identified.recordings.front();
+  if (id.error) throw decid::Error(*id.error);
+  return std::make_unique<decid_result>(std::move(id), all.identified.protocol, all.identified.body_assumed,
+                                        std::move(all.fits.front()));
+}
+
+}  // namespace
+
+void decid_identify_defaults(decid_identify_options* options, size_t size) {
+  decid_identify_options defaults{};
+  defaults.begin_s = unknown;
+  set_defaults(options, size, defaults);
+}
+decid_status decid_identify(const decid_model* model, const decid_recording* recording,
+                            const decid_identify_options* options, decid_result** result) {
+  constexpr const char* where = "decid_identify";
+  return made(result, where, [&] {
+    return identify(given(model, where, "model"), given(recording, where, "recording"),
+                    options_of(options, decid_identify_defaults, where));
+  });
+}
+
+void decid_fit_defaults(decid_fit_options* options, size_t size) {
+  const decid::FitRequest request;
+  decid_fit_options defaults{};
+  defaults.begin_s = unknown;
+  defaults.prior_start_s = request.priors.start_s;
+  defaults.prior_gain = request.priors.gain;
+  defaults.prior_noise_deg = request.priors.sensor_noise_deg;
+  defaults.most_draws = request.settings.most_draws;
+  defaults.seed = request.settings.seed;
+  set_defaults(options, size, defaults);
+}
+decid_status decid_fit(const decid_model* model, const decid_recording* recording, const decid_fit_options* options,
+                       decid_result** result) {
+  constexpr const char* where = "decid_fit";
+  return made(result, where, [&] {
+    return fit(given(model, where, "model"), given(recording, where, "recording"),
+               options_of(options, decid_fit_defaults, where));
+  });
+}
+
+void decid_result_free(decid_result* result) {
+  delete result;
+}
+decid_trust decid_result_trust(const decid_result* result) {
+  if (result == nullptr) return DECID_NOT_USABLE;
+  return static_cast<decid_trust>(decid::trust_of(result->all_warnings));
+}
+size_t decid_result_parameters(const decid_result* result) {
+  return result == nullptr ? 0 : result->ranges.size();
+}
+size_t decid_result_quantities(const decid_result* result) {
+  return result == nullptr ? 0 : result->quantities.size();
+}
+const decid_parameter* decid_result_parameter(const decid_result* result, size_t index) {
+  return result == nullptr ? nullptr : at(result->quantities, index);
+}
+double decid_result_correlation(const decid_result* result, size_t a, size_t b) {
+  if (result == nullptr || a >= result->quantities.size() || b >= result->quantities.size()) return unknown;
+  const int first = static_cast<int>(a), second = static_cast<int>(b);
+  if (result->fit) return result->fit->posterior.correlation(first, second);
+  const auto& distribution = result->identification.estimate.distribution;
+  return distribution ? distribution->correlation(first, second) : unknown;
+}
+const decid_figures* decid_result_figures(const decid_result* result) {
+  return result == nullptr ? nullptr : &result->figures;
+}
+size_t decid_result_warnings(const decid_result* result) {
+  return result == nullptr ? 0 : result->warnings.size();
+}
+const decid_warning* decid_result_warning(const decid_result* result, size_t index) {
+  return result == nullptr ? nullptr : at(result->warnings, index);
+}
+
+namespace {
+
+const float* values_of(const std::vector<float>& values, size_t* samples) {
+  if (samples != nullptr) *samples = values.size();
+  return values.data();
+}
+
+}  // namespace
+
+const float* decid_result_sway(const decid_result* result, size_t* samples) {
+  if (result == nullptr) return values_of({}, samples);
+  return values_of(result->identification.estimate.trial.signals.find(decid::dataset::com_sway)->rad, samples);
+}
+const float* decid_result_fitted(const decid_result* result, size_t* samples) {
+  if (result == nullptr) return values_of({}, samples);
+  return values_of(result->identification.explanation.fitted_rad, samples);
+}
+const decid_sampling* decid_result_sampling(const decid_result* result) {
+  return result == nullptr || !result->fit ? nullptr : &result->sampling;
+}
+const double* decid_result_draws(const decid_result* result, size_t quantity) {
+  return result == nullptr || quantity >= result->draws.size() ? nullptr : result->draws[quantity].data();
+}

@@ -1,0 +1,102 @@
+// Recordings in C.
+#include "bindings/c/handles.hpp"
+#include "dataset/recording/columns.hpp"
+
+using namespace decid::c;
+
+decid_recording::decid_recording(decid::dataset::Recording of)
+    : recording(std::move(of)), warnings(to_c(recording.warnings)) {}
+
+namespace {
+
+using decid::dataset::Unit;
+
+std::optional<Unit> unit_of(int unit, const char* where) {
+  switch (unit) {
+    case DECID_BY_NAME:
+      return {};
+    case DECID_DEGREES:
+      return Unit::degree;
+    case DECID_RADIANS:
+      return Unit::radian;
+    case DECID_MILLIRADIANS:
+      return Unit::milliradian;
+  }
+  throw decid::Error(where, decid::format("there is no unit %d", unit), "give a value of decid_unit");
+}
+
+}  // namespace
+
+void decid_read_defaults(decid_read_options* options, size_t size) {
+  set_defaults(options, size, decid_read_options{});
+}
+
+decid_status decid_recording_read(const char* path, const decid_read_options* options, decid_recording** recording) {
+  constexpr const char* where = "decid_recording_read";
+  return made(recording, where, [&] {
+    const std::string file = &given(path, where, "path");
+    const decid_read_options asked = options_of(options, decid_read_defaults, where);
+    decid::dataset::RecordingOptions how;
+    how.column = text_or_empty(asked.column);
+    how.unit = unit_of(asked.unit, where);
+    if (asked.rate_hz != 0.0) how.rate_hz = asked.rate_hz;
+    how.fill_gaps_s = asked.fill_gaps_s;
+    how.tilt_column = text_or_empty(asked.tilt_column);
+    how.tilt_unit = unit_of(asked.tilt_unit, where);
+    how.invert_sway = asked.invert_sway != 0;
+    how.invert_tilt = asked.invert_tilt != 0;
+    return std::make_unique<decid_recording>(decid::dataset::read_recording(file, how));
+  });
+}
+
+decid_status decid_recording_of(const double* sway, size_t samples, double rate_hz, int unit,
+                                decid_recording** recording) {
+  constexpr const char* where = "decid_recording_of";
+  return made(recording, where, [&] {
+    const std::optional<Unit> known = unit_of(unit, where);
+    if (!known) throw decid::Error(where, "samples have no name that says their unit", "give DECID_DEGREES or another");
+    const double* const first = &given(sway, where, "sway");
+    std::vector<double> sway_rad(first, first + samples);
+    const double factor = decid::dataset::rad_in(*known);
+    for (double& value : sway_rad) value *= factor;
+    return std::make_unique<decid_recording>(decid::dataset::recording_of(sway_rad, rate_hz));
+  });
+}
+
+void decid_recording_free(decid_recording* recording) {
+  delete recording;
+}
+size_t decid_recording_samples(const decid_recording* recording) {
+  return recording == nullptr ? 0 : recording->recording.signals.samples();
+}
+double decid_recording_rate_hz(const decid_recording* recording) {
+  return recording == nullptr ? 0.0 : recording->recording.rate_hz;
+}
+
+namespace {
+
+const double* signal_of(const decid_recording* recording, const char* name) {
+  if (recording == nullptr) return nullptr;
+  const auto* signal = recording->recording.signals.find(name);
+  return signal == nullptr ? nullptr : signal->rad.data();
+}
+
+}  // namespace
+
+const double* decid_recording_sway(const decid_recording* recording) {
+  return signal_of(recording, decid::dataset::com_sway);
+}
+const double* decid_recording_tilt(const decid_recording* recording) {
+  return signal_of(recording, decid::dataset::platform_tilt);
+}
+const char* decid_recording_column(const decid_recording* recording) {
+  if (recording == nullptr) return nullptr;
+  if (recording->recording.file.empty()) return "";
+  return recording->recording.signals.find(decid::dataset::com_sway)->column.c_str();
+}
+size_t decid_recording_warnings(const decid_recording* recording) {
+  return recording == nullptr ? 0 : recording->warnings.size();
+}
+const decid_warning* decid_recording_warning(const decid_recording* recording, size_t index) {
+  return recording == nullptr ? nullptr : at(recording->warnings, index);
+}

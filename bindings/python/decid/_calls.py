@@ -1,0 +1,305 @@
+"""What decid does: reading, identification, fits, simulation, data sets, training."""
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import dataclass, field
+from typing import Any, Callable, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _decid
+from ._network import Model, Protocol, as_model, as_protocol
+from ._results import Evaluation, Fit, Notice, Result, result_of
+
+Path = Union[str, "os.PathLike[str]"]
+
+_UNITS = {None: 0, "deg": 1, "rad": 2, "mrad": 3}
+_DETREND = {"none": 0, "offset": 1, "linear": 2}
+_SPLITS = {"all": 0, "training": 1, "validation": 2}
+
+
+def _error(where: str, problem: str, remedy: str) -> _decid.Error:
+    error = _decid.Error(f"{where}: {problem}; {remedy}")
+    error.where, error.problem, error.remedy = where, problem, remedy
+    return error
+
+
+def _number_of(choices: dict[Any, int], value: Any, where: str) -> int:
+    if value not in choices:
+        names = ", ".join(repr(name) for name in choices if name is not None)
+        raise _error(where, f"{value!r} is none of its values", f"give one of {names}")
+    return choices[value]
+
+
+def set_threads(threads: int) -> None:
+    """How many threads the calls of this thread work with; all cores unless it is said. No result depends on it."""
+    _decid.set_threads(threads)
+
+
+class Recording:
+    """Sway, and perhaps the platform's tilt, sampled together: of a file, decid.read(), or of samples."""
+
+    def __init__(self, sway: ArrayLike, rate: float, unit: str) -> None:
+        """sway: (samples,), of the body's centre of mass, 0 upright; rate: Hz; unit: "deg", "rad" or "mrad". Copied."""
+        if unit is None:
+            raise _error("unit", "is not given", 'give "deg", "rad" or "mrad"')
+        self._handle = _decid.recording_of(np.asarray(sway, dtype=np.float64), rate, _number_of(_UNITS, unit, "unit"))
+
+    @property
+    def sway(self) -> np.ndarray:
+        """rad: (samples,), read-only."""
+        return self._handle.sway
+
+    @property
+    def tilt(self) -> Optional[np.ndarray]:
+        """rad, if it was read."""
+        return self._handle.tilt
+
+    @property
+    def rate(self) -> float:
+        """Samples a second, Hz."""
+        return self._handle.rate_hz
+
+    @property
+    def time(self) -> np.ndarray:
+        """s, 0 at the first sample."""
+        return np.arange(len(self.sway)) / self.rate
+
+    @property
+    def column(self) -> str:
+        """That the sway was read from; empty for samples."""
+        return self._handle.column
+
+    @property
+    def warnings(self) -> tuple[Notice, ...]:
+        return tuple(Notice(*notice) for notice in self._handle.warnings)
+
+    def __repr__(self) -> str:
+        column = f" of {self.column!r}" if self.column else ""
+        return f"Recording({len(self.sway)} samples{column} at {self.rate:g} Hz)"
+
+
+def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, rate: Optional[float] = None,
+         fill_gaps: float = 0.0, tilt_column: Optional[str] = None, tilt_unit: Optional[str] = None,
+         invert_sway: bool = False, invert_tilt: bool = False) -> Recording:
+    """Reads a CSV or MAT-file.
+
+    column, tilt_column: by name, or number from 1; the sway is found by name unless it is given, the tilt is not read.
+    unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.
+    rate: Hz, instead of the column of time. fill_gaps: missing values up to so many seconds are interpolated.
+    invert_sway, invert_tilt: positive against the protocol's direction."""
+    recording = Recording.__new__(Recording)
+    recording._handle = _decid.read_recording(
+        os.fspath(path), column, _number_of(_UNITS, unit, "unit"), 0.0 if rate is None else rate, fill_gaps, tilt_column,
+        _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt)
+    return recording
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """Simulated trials with known parameters."""
+    sway: np.ndarray = field(repr=False)  #: rad: (samples,), or (trials, samples); NaN from where a body falls
+    tilt: np.ndarray = field(repr=False)  #: of the platform, rad: (samples,)
+    rate: float  #: Hz
+    parameters: dict[str, Any]  #: SI units, a number each, or (trials,)
+    stood: np.ndarray  #: whether the body stood: bool, (), or (trials,)
+
+    @property
+    def time(self) -> np.ndarray:
+        """s."""
+        return np.arange(self.sway.shape[-1]) / self.rate
+
+
+def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_falls: bool = False,
+             **parameters: ArrayLike) -> Trials:
+    """Simulates the single pendulum as it is recorded, with the bits of `decid simulate --seed`.
+
+    parameters: Kp=900, delay=0.1, ..., SI units; those left out have the middle of their range. Arrays of one dimension
+    make as many trials, trial i with the noise of seed + i. A body that falls raises decid.Error unless allow_falls."""
+    played = as_protocol(protocol)
+    infos = played.parameters
+    unknown = set(parameters) - {info.name for info in infos}
+    if unknown:
+        raise _error("simulate", f"there is no parameter {sorted(unknown)[0]!r}",
+                     "give " + ", ".join(info.name for info in infos))
+    values = np.broadcast_arrays(*(np.asarray(parameters.get(info.name, 0.5 * (info.low + info.high)), dtype=np.float64)
+                                   for info in infos))
+    if values[0].ndim > 1:
+        raise _error("simulate", "the parameters have two dimensions or more", "give numbers, or arrays of one dimension")
+    table = np.stack([np.atleast_1d(value) for value in values], axis=1)
+    sway, stood = _decid.simulate(played._handle, table, seed)
+    stood = stood.astype(bool)
+    if not allow_falls and not stood.all():
+        raise _error("simulate", f"the body of trial {int(np.argmin(stood))} falls",
+                     "raise Kp or Kd, lower Nv, the delay or the tilt, or give allow_falls=True")
+    one = values[0].ndim == 0
+    used = {info.name: float(value) if one else np.array(value) for info, value in zip(infos, values)}
+    return Trials(sway[0] if one else sway, played.tilt, played.rate, used, stood[0] if one else stood)
+
+
+def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float],
+                  unit: Optional[str]) -> Recording:
+    if isinstance(recording, (str, os.PathLike)):
+        return read(recording, rate=rate, unit=unit)
+    if isinstance(recording, (Recording, Trials)):
+        if rate is not None or unit is not None:
+            raise _error("rate, unit", "are known of this recording", "leave them out")
+        return recording if isinstance(recording, Recording) else Recording(recording.sway, recording.rate, "rad")
+    if rate is None or unit is None:
+        raise _error("rate, unit", "samples do not say theirs", 'give both, such as rate=100, unit="deg"')
+    return Recording(recording, rate, unit)
+
+
+def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None,
+             unit: Optional[str] = None, *, mass: Optional[float] = None, height: Optional[float] = None,
+             begin: Optional[float] = None, detrend: str = "none",
+             model: Union[Model, Path, None] = None) -> Result:
+    """The model's answer, in milliseconds: what `decid identify` gives.
+
+    recording: samples (samples,) with their rate in Hz and unit, "deg", "rad" or "mrad"; a file; a Recording; or Trials.
+    mass, height: the subject's, kg and m; both or none, which is the protocol's body.
+    begin: where in the recording the protocol starts, s; None: at its first sample, or where its tilt says.
+    detrend: "none", "offset" or "linear": what is subtracted. model: None is the built-in one."""
+    of = as_model(model)
+    raw = _decid.identify(of._handle, _recording_of(recording, rate, unit)._handle, mass or 0.0, height or 0.0,
+                          math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"))
+    return result_of(raw, len(of.protocol.parameters))
+
+
+def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None, unit: Optional[str] = None, *,
+        mass: Optional[float] = None, height: Optional[float] = None, begin: Optional[float] = None,
+        detrend: str = "none", model: Union[Model, Path, None] = None, protocol: Union[Protocol, Path, None] = None,
+        prior_start: float = 0.1, prior_gain: float = 0.1, prior_noise: float = 0.02, most_draws: int = 200, seed: int = 1,
+        progress: Optional[Callable[[float, str], object]] = None) -> Fit:
+    """Draws from the posterior, in seconds to minutes: what `decid fit` gives. As identify(), and:
+
+    protocol: what was played; None: the model's. prior_start: the recording starts within so many seconds of it.
+    prior_gain: its scale is within 1 +- this. prior_noise: of the sensor, degrees, to a factor of 20.
+    most_draws: of each chain. progress(done, stage): called with the part that is done; what it raises ends the fit."""
+    of = as_model(model)
+    played = None if protocol is None else as_protocol(protocol)
+    raw = _decid.fit(of._handle, _recording_of(recording, rate, unit)._handle, mass or 0.0, height or 0.0,
+                     math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"),
+                     None if played is None else played._handle, prior_start, prior_gain, prior_noise, most_draws, seed,
+                     progress)
+    found = result_of(raw, len(of.protocol.parameters))
+    assert isinstance(found, Fit)
+    return found
+
+
+class Dataset:
+    """Simulated trials of known parameters, in memory or on disk: Dataset.make(), Dataset.read()."""
+
+    def __init__(self, handle: _decid.Dataset) -> None:
+        self._handle = handle
+
+    @classmethod
+    def make(cls, count: int, base: int = 0, seed: int = 1, protocol: Union[Protocol, Path] = "default",
+             path: Optional[Path] = None, progress: Optional[Callable[[float, str], object]] = None) -> Dataset:
+        """Simulates valid trials: what `decid dataset` writes. base: of these, how many are drawn anew; the rest are
+        children of large sways; 0: all. path: an .npz file that it is made in, for more than memory holds."""
+        return cls(_decid.make_dataset(as_protocol(protocol)._handle, count, base, seed,
+                                       None if path is None else os.fspath(path), progress))
+
+    @classmethod
+    def read(cls, path: Path) -> Dataset:
+        """An .npz file that decid has written. Its sway stays on disk."""
+        return cls(_decid.read_dataset(os.fspath(path)))
+
+    def write(self, path: Path) -> None:
+        """Writes a data set in memory as an .npz file, which numpy.load opens, whole or not at all."""
+        self._handle.write(os.fspath(path))
+
+    def __len__(self) -> int:
+        return self._handle.trials
+
+    @property
+    def protocol(self) -> Protocol:
+        return Protocol._of(self._handle.protocol)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters' columns."""
+        return tuple(info.name for info in self.protocol.parameters)
+
+    @property
+    def sway(self) -> np.ndarray:
+        """rad: (trials, samples), float32, read-only; read anew at each call from a data set on disk."""
+        return self._handle.sway
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """SI units: (trials, parameters), read-only; columns: names."""
+        return self._handle.parameters
+
+    @property
+    def group(self) -> np.ndarray:
+        """The number of the trial's parent, its own if it has none: (trials,)."""
+        return self._handle.group
+
+    @property
+    def split(self) -> np.ndarray:
+        """0 training, 1 validation: (trials,)."""
+        return self._handle.split
+
+    def __repr__(self) -> str:
+        return f"Dataset({len(self)} trials of {self.protocol!r})"
+
+
+def evaluate(model: Union[Model, Path, None], dataset: Union[Dataset, Path], split: str = "all") -> Evaluation:
+    """The model's error, as `decid evaluate` measures it. split: "all", "training" or "validation". Trials that the model
+    was trained on are refused, but either half of its own data set may be asked for."""
+    of = as_model(model)
+    data = dataset if isinstance(dataset, Dataset) else Dataset.read(dataset)
+    found = _decid.evaluate(of._handle, data._handle, _number_of(_SPLITS, split, "split"))
+    names = (info.name for info in of.protocol.parameters)
+    return Evaluation(**{**found, "mse_per_parameter": dict(zip(names, found["mse_per_parameter"]))})
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """An epoch of a training, over."""
+    epoch: int  #: from 1
+    epochs: int
+    training_mse: float  #: of z-scored parameters
+    validation_mse: float
+    learning_rate: float
+
+
+def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architecture: Optional[str] = None,
+          head: Optional[str] = None, image: Optional[dict[str, Any]] = None, schedule: Optional[str] = None,
+          epochs: Optional[int] = None, batch: Optional[int] = None, learning_rate: Optional[float] = None,
+          momentum: Optional[float] = None, weight_decay: Optional[float] = None, seed: int = 1, patience: int = 0,
+          stream_trials: int = 25600, validation_trials: int = 1000,
+          on_batch: Optional[Callable[[int, int, int], object]] = None,
+          on_epoch: Optional[Callable[[Epoch], object]] = None) -> Model:
+    """Trains a model, with the weights of `decid train`, which also leaves checkpoints: long trainings are its work.
+
+    data: a Dataset, or a protocol of which fresh trials are simulated in every epoch: stream_trials of them, and
+    validation_trials for validation. None is the preset's (docs/models.md). architecture: layers, one a line; image:
+    settings as `decid info --json` shows them. patience: stop after so many epochs without a better one, and keep the best.
+    on_batch(epoch, done, trials), on_epoch(Epoch): called on the way; what they raise ends the training."""
+    def progress(epoch: int, all_epochs: int, done: int, trials: int, is_over: bool, training_mse: float,
+                 validation_mse: float, rate: float) -> None:
+        if is_over and on_epoch is not None:
+            on_epoch(Epoch(epoch, all_epochs, training_mse, validation_mse, rate))
+        if not is_over and on_batch is not None:
+            on_batch(epoch, done, trials)
+
+    def or_presets(value: Any, presets: Any, least: float, name: str) -> Any:
+        if value is None:
+            return presets
+        if value < least:  # 0 and -1 mean the preset's in C
+            raise _error(name, f"is {value}", f"give {least} or more")
+        return value
+
+    dataset = data._handle if isinstance(data, Dataset) else None
+    protocol = None if isinstance(data, Dataset) else as_protocol(data)._handle
+    return Model._of(_decid.train(
+        dataset, protocol, preset, architecture, head, None if image is None else json.dumps(image), schedule,
+        or_presets(epochs, 0, 1, "epochs"), or_presets(batch, 0, 1, "batch"),
+        or_presets(learning_rate, 0.0, 1e-12, "learning_rate"), or_presets(momentum, -1.0, 0.0, "momentum"),
+        or_presets(weight_decay, -1.0, 0.0, "weight_decay"), seed, patience, stream_trials, validation_trials, progress))

@@ -1,0 +1,154 @@
+"""Protocols and models: what was played, and the network that answers."""
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Union
+
+import numpy as np
+
+from . import _decid, _tables
+
+
+@dataclass(frozen=True)
+class ParameterInfo:
+    """A parameter of a protocol's controllers."""
+    name: str  #: "Kp_pass"
+    unit: str  #: "N m/rad"; "1" for a plain number
+    description: str
+    low: float  #: the range that trials are drawn from, for the protocol's body
+    high: float
+    over_mgh: bool  #: value / (m g h) has a meaning
+
+
+class Protocol:
+    """What the platform plays, whose body stands on it, and how that is recorded: "default", "short" or a JSON file."""
+
+    def __init__(self, name_or_path: Union[str, os.PathLike[str]] = "default") -> None:
+        self._handle = _decid.load_protocol(os.fspath(name_or_path))
+
+    @classmethod
+    def _of(cls, handle: _decid.Protocol) -> Protocol:
+        made = cls.__new__(cls)
+        made._handle = handle
+        return made
+
+    @property
+    def samples(self) -> int:
+        """Of a trial."""
+        return self._handle.samples
+
+    @property
+    def rate(self) -> float:
+        """Samples a second, Hz."""
+        return self._handle.rate_hz
+
+    @property
+    def tilt(self) -> np.ndarray:
+        """The platform's tilt, rad: (samples,)."""
+        return self._handle.tilt
+
+    @property
+    def parameters(self) -> tuple[ParameterInfo, ...]:
+        return tuple(ParameterInfo(*info) for info in self._handle.parameters)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All of it, as docs/protocols.md describes the JSON."""
+        return json.loads(self._handle.json)
+
+    def __repr__(self) -> str:
+        return f"Protocol({self.settings['name']!r}: {self.samples} samples at {self.rate:g} Hz)"
+
+
+def as_protocol(protocol: Union[Protocol, str, os.PathLike[str]]) -> Protocol:
+    return protocol if isinstance(protocol, Protocol) else Protocol(protocol)
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer, or several lines of the architecture that are computed as one."""
+    text: str  #: "conv 64 3x3 stride 1x1 pad 1x1"
+    input_shape: tuple[int, int, int]  #: channels, rows, columns
+    output_shape: tuple[int, int, int]
+    flops: int  #: of one sample
+
+
+class Network:
+    """A model's layers and weights."""
+
+    def __init__(self, handle: _decid.Model) -> None:
+        self._handle = handle
+
+    @property
+    def layers(self) -> tuple[Layer, ...]:
+        return tuple(Layer(*layer) for layer in self._handle.layers)
+
+    @property
+    def weights(self) -> dict[str, np.ndarray]:
+        """Weights and running statistics by their names in the file, "layers.0.weight": float32, read-only, not copied.
+        Convolutions are (out, in, rows, columns), fully connected layers (out, in)."""
+        return self._handle.tensors
+
+    def __repr__(self) -> str:
+        lines = [f"{layer.text.replace(chr(10), ' + '):<56} {' x '.join(map(str, layer.output_shape))}"
+                 for layer in self.layers]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = [(layer.text.replace("\n", " + "), " × ".join(map(str, layer.output_shape)), f"{layer.flops:,}")
+                for layer in self.layers]
+        return _tables.html_table(("layer", "output", "FLOP"), rows)
+
+
+class Model:
+    """A trained model: of a file that `decid train` or Model.save() wrote, or the built-in one. It does not change, so
+    threads may share it."""
+
+    def __init__(self, path: Union[str, os.PathLike[str], None] = None) -> None:
+        self._handle = _decid.load_model(None if path is None else os.fspath(path))
+
+    @classmethod
+    def _of(cls, handle: _decid.Model) -> Model:
+        made = cls.__new__(cls)
+        made._handle = handle
+        return made
+
+    @property
+    def protocol(self) -> Protocol:
+        """Of its trials: what recordings are to be of."""
+        return Protocol._of(self._handle.protocol)
+
+    @property
+    def network(self) -> Network:
+        return Network(self._handle)
+
+    @property
+    def head(self) -> str:
+        """What the network's outputs mean: "point", or a distribution, "mixture 2"."""
+        return self._handle.head
+
+    @property
+    def sha256(self) -> str:
+        """Of the weights."""
+        return self._handle.sha256
+
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Writes the model file, whole or not at all."""
+        self._handle.save(os.fspath(path))
+
+    def __repr__(self) -> str:
+        return f"Model({self.head}, protocol {self.protocol.settings['name']!r}, SHA-256 {self.sha256[:12]}...)"
+
+
+@lru_cache(maxsize=1)
+def built_in() -> Model:
+    return Model()
+
+
+def as_model(model: Union[Model, str, os.PathLike[str], None]) -> Model:
+    if model is None:
+        return built_in()
+    return model if isinstance(model, Model) else Model(model)

@@ -1,0 +1,188 @@
+"""What identification, fits and evaluation give: plain values that print well. None is what is not known."""
+from __future__ import annotations
+
+import html
+from dataclasses import asdict, dataclass
+from typing import Any, Optional
+
+import numpy as np
+
+from . import _decid, _tables
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter, or another quantity of a fit, in SI units unless its name says otherwise."""
+    name: str
+    unit: str  #: "1" for a plain number
+    low: Optional[float]  #: the range that the model was trained on
+    high: Optional[float]
+    value: float
+    sd: Optional[float]  #: standard deviation
+    interval50: Optional[Interval]
+    interval90: Optional[Interval]
+    normalized: Optional[float]  #: value / (m g h), where that has a meaning
+    normalized_interval90: Optional[Interval]
+    rhat: Optional[float] = None  #: of a fit
+    effective_draws: Optional[float] = None
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else " " + self.unit
+        within = "" if self.interval90 is None else f" (90 %: {_tables.between(self.interval90)})"
+        return f"{self.name} = {self.value:.5g}{unit}{within}"
+
+
+@dataclass(frozen=True)
+class Notice:
+    """What was assumed, what looks odd, what makes a result void. Codes: docs/recordings.md."""
+    severity: str  #: "info", "caution" or "invalid"
+    code: str
+    text: str
+
+
+@dataclass(frozen=True)
+class TiltMatch:
+    """How a measured tilt of the platform lies over the protocol's."""
+    delay_s: float
+    correlation: float
+    gain: float
+
+
+@dataclass(frozen=True)
+class Body:
+    """The body that stiffness and damping are of."""
+    mass_kg: float  #: above the ankles
+    com_height_m: float
+    inertia_kgm2: float  #: about the ankles
+    assumed: bool  #: nobody said whose it is
+
+    @property
+    def mgh(self) -> float:
+        """Gravitational stiffness, N m/rad."""
+        return self.mass_kg * 9.81 * self.com_height_m
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result:
+    """What a model says of a recording. result["Kp"] is a Parameter."""
+    parameters: dict[str, Parameter]
+    trust: str  #: "usable", "caution" or "not usable"
+    warnings: tuple[Notice, ...]  #: the gravest first
+    rms_residual_deg: Optional[float]  #: of the noise-free trial of these parameters, against the recording
+    variance_accounted_for: Optional[float]
+    peak_to_peak_deg: float
+    following: Optional[float]  #: how much of the response to the tilt is there: 1 all, 0 none
+    unfamiliarity: Optional[float]  #: above 1: unlike what the model was trained on
+    tilt: Optional[TiltMatch]
+    body: Body
+    correlations: np.ndarray  #: (parameters, parameters); a fit's: of all quantities; NaN unknown
+    sway: np.ndarray  #: the recording at the protocol's rate and length, rad: (samples,), float32
+    fitted: np.ndarray  #: the noise-free trial, rad; shorter if the body falls
+
+    def __getitem__(self, name: str) -> Parameter:
+        return self.parameters[name]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A dict a parameter, with an interval's ends as numbers of their own: for csv, json, pandas."""
+        def row(parameter: Parameter) -> dict[str, Any]:
+            flat: dict[str, Any] = {}
+            for key, value in asdict(parameter).items():
+                if key.endswith(("interval50", "interval90")):
+                    flat[key + "_low"], flat[key + "_high"] = (None, None) if value is None else value
+                else:
+                    flat[key] = value
+            return flat
+        return [row(parameter) for parameter in self._shown().values()]
+
+    def to_frame(self) -> Any:
+        """A pandas.DataFrame, a row a parameter; needs pandas."""
+        return _tables.frame(self.rows(), "name")
+
+    def _shown(self) -> dict[str, Parameter]:
+        return self.parameters
+
+    def __repr__(self) -> str:
+        lines = [self.trust + "".join(f"; {notice.text}" for notice in self.warnings if notice.severity != "info")]
+        for p in self._shown().values():
+            lines.append(f"{p.name:<16} {p.value:12.5g}  {_tables.between(p.interval90):<24} {'' if p.unit == '1' else p.unit}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for p in self._shown().values():
+            known = p.low is not None and p.high is not None and p.interval90 is not None
+            rows.append((p.name, _tables.number(p.value), _tables.between(p.interval90), "" if p.unit == "1" else p.unit,
+                         _tables.number(p.normalized),
+                         _tables.interval_bar(p.low, p.high, p.interval90, p.value) if known else ""))
+        notices = "".join(f"<li>{html.escape(notice.severity)}: {html.escape(notice.text)}</li>" for notice in self.warnings)
+        table = _tables.html_table(("", "value", "90 % interval", "unit", "/ (m g h)", "in its range"), rows)
+        return f"<p><b>{html.escape(self.trust)}</b></p>{table}" + (f"<ul>{notices}</ul>" if notices else "")
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How a fit's chains ran."""
+    chains: int
+    draws: int  #: of all chains
+    agreed: bool  #: every R-hat is at most 1.2
+    from_network: bool  #: they do not agree, and the values are the model's
+    divergences: int
+    samples_noise_deg: float  #: the sensor's noise by the samples' second differences
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Result):
+    """The posterior of a recording: a Result whose intervals are those of the draws."""
+    quantities: dict[str, Parameter]  #: sensor_noise_deg, start_s and gain
+    draws: dict[str, np.ndarray]  #: of parameters and quantities, chain by chain: (draws,)
+    sampling: Sampling
+
+    def _shown(self) -> dict[str, Parameter]:
+        return {**self.parameters, **self.quantities}
+
+    def draws_frame(self) -> Any:
+        """A pandas.DataFrame, a row a draw with its chain; needs pandas."""
+        per_chain = self.sampling.draws // self.sampling.chains
+        chain = np.arange(self.sampling.draws) // per_chain
+        import pandas
+        return pandas.DataFrame({"chain": chain, **self.draws})
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A model's error on trials of known parameters, z-scored: guessing the mean has an error of 1."""
+    trials: int
+    mse: float
+    matlab_loss: float  #: MATLAB's regression loss: half the sum over the parameters
+    mse_per_parameter: dict[str, float]
+    covered50: Optional[float]  #: share of the truths in the intervals
+    covered90: Optional[float]
+    log_score: Optional[float]  #: nats a parameter; 0: only the ranges are known
+
+
+def result_of(raw: _decid.Result, parameters: int) -> Result:
+    """A Result, or a Fit if it is one; parameters: how many of its quantities are the model's."""
+    figures = raw.figures
+    quantities = {of["name"]: Parameter(**of) for of in raw.quantities}
+    names = list(quantities)
+    delay = figures["tilt_delay_s"]
+    common: dict[str, Any] = {
+        "parameters": {name: quantities[name] for name in names[:parameters]},
+        "trust": raw.trust,
+        "warnings": tuple(Notice(*notice) for notice in raw.warnings),
+        "tilt": None if delay is None else TiltMatch(delay, figures["tilt_correlation"], figures["tilt_gain"]),
+        "body": Body(figures["mass_kg"], figures["com_height_m"], figures["inertia_kgm2"], figures["body_assumed"]),
+        "correlations": raw.correlations,
+        "sway": raw.sway,
+        "fitted": raw.fitted,
+    }
+    for name in ("rms_residual_deg", "variance_accounted_for", "peak_to_peak_deg", "following", "unfamiliarity"):
+        common[name] = figures[name]
+    sampling = raw.sampling
+    if sampling is None:
+        return Result(**common)
+    return Fit(quantities={name: quantities[name] for name in names[parameters:]}, draws=raw.draws,
+               sampling=Sampling(**sampling), **common)

@@ -1,0 +1,133 @@
+// What the C interface refuses, and that nothing but a status comes out of it.
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+#include "tests/bindings/c/owned.hpp"
+
+namespace decid {
+
+using namespace test;
+
+// ABI 1: these may grow at their ends, no more.
+static_assert(sizeof(void*) != 8 ||
+              (offsetof(decid_parameter, effective_draws) == 112 && offsetof(decid_figures, body_assumed) == 88 &&
+               offsetof(decid_sampling, seconds) == 32 && offsetof(decid_tensor, shape) == 24 &&
+               offsetof(decid_layer, flops) == 56 && offsetof(decid_warning, text) == 16 &&
+               offsetof(decid_parameter_info, over_mgh) == 40));
+static_assert(sizeof(void*) != 8 ||
+              (offsetof(decid_read_options, invert_tilt) == 56 && offsetof(decid_identify_options, detrend) == 32 &&
+               offsetof(decid_fit_options, user) == 96 && offsetof(decid_dataset_options, user) == 40 &&
+               offsetof(decid_train_options, user) == 112 && offsetof(decid_training, learning_rate) == 40 &&
+               offsetof(decid_evaluation, log_score) == 296));
+
+TEST_CASE("the version is the header's") {
+  CHECK(decid_abi() == DECID_ABI);
+  CHECK(std::string(decid_version()) == DECID_VERSION);
+}
+
+TEST_CASE("bad input is told with where, what and what to do, and nothing is made") {
+  decid_model* model = reinterpret_cast<decid_model*>(1);
+  refused(decid_model_load("no/such.safetensors", &model), {"no/such.safetensors: "});
+  CHECK(model == nullptr);
+  refused(decid_model_load("", &model), {"decid_model_load: the path is empty"});
+  refused(decid_model_load(nullptr, nullptr), {"decid_model_load: has no place"});
+  const TemporaryFolder folder;
+  refused(decid_model_load(write_text(folder / "model", "x").c_str(), &model), {"model: is too short"});
+  refused(decid_model_save(built_in(), "/no/such/folder/model"), {"/no/such/folder"});
+
+  decid_protocol* none = nullptr;
+  refused(decid_protocol_load("no.json", &none), {"no.json"});
+  refused(decid_protocol_load(nullptr, &none), {"decid_protocol_load: name_or_path is NULL"});
+
+  decid_recording* recording = nullptr;
+  refused(decid_recording_read("no.csv", nullptr, &recording), {"no.csv"});
+  const double sway[] = {0.0, 0.01, NAN};
+  refused(decid_recording_of(sway, 3, 100.0, DECID_RADIANS, &recording), {"recording: "});
+  refused(decid_recording_of(sway, 2, 0.0, DECID_RADIANS, &recording), {"a rate of 0 Hz"});
+  refused(decid_recording_of(sway, 2, 100.0, DECID_BY_NAME, &recording), {"no name that says their unit"});
+  refused(decid_recording_of(sway, 2, 100.0, 9, &recording), {"there is no unit 9"});
+  refused(decid_recording_of(nullptr, 2, 100.0, DECID_RADIANS, &recording), {"sway is NULL"});
+  CHECK(recording == nullptr);
+  refused(decid_set_threads(0), {"decid_set_threads: 0 threads"});
+}
+
+TEST_CASE("identification refuses what the library refuses") {
+  decid_result* result = nullptr;
+  const OwnedRecording recording = recording_of(simulated(7));
+  decid_identify_options options;
+  decid_identify_defaults(&options, sizeof options);
+  options.mass_kg = 70.0;
+  refused(decid_identify(built_in(), recording.get(), &options, &result), {"mass or height stands alone"});
+  options.height_m = 0.9;
+  refused(decid_identify(built_in(), recording.get(), &options, &result), {"built-in model"});
+  options.height_m = 1.75;
+  options.detrend = 7;
+  refused(decid_identify(built_in(), recording.get(), &options, &result), {"no detrending 7"});
+  const OwnedRecording brief = recording_of({0.0, 0.01, 0.0});
+  refused(decid_identify(built_in(), brief.get(), nullptr, &result), {"recording: "});
+  refused(decid_identify(nullptr, recording.get(), nullptr, &result), {"model is NULL"});
+  refused(decid_identify(built_in(), nullptr, nullptr, &result), {"recording is NULL"});
+  CHECK(result == nullptr);
+}
+
+TEST_CASE("options of another library's size are refused if it is newer, and filled up if it is older") {
+  decid_result* result = nullptr;
+  const OwnedRecording recording = recording_of(simulated(7));
+  decid_identify_options options;
+  decid_identify_defaults(&options, sizeof options);
+  options.size = sizeof options + 8;
+  refused(decid_identify(built_in(), recording.get(), &options, &result), {"its options have a size of 48"});
+  options.size = 0;
+  refused(decid_identify(built_in(), recording.get(), &options, &result), {"its options have a size of 0"});
+  // A header without what stands behind the body: its garbage is not read.
+  decid_identify_defaults(&options, offsetof(decid_identify_options, begin_s));
+  options.begin_s = -1e9;
+  options.detrend = 7;
+  REQUIRE(decid_identify(built_in(), recording.get(), &options, &result) == DECID_OK);
+  decid_result_free(result);
+}
+
+TEST_CASE("accessors answer for nothing and beyond the end") {
+  CHECK(decid_model_sha256(nullptr) == nullptr);
+  CHECK(decid_model_protocol(nullptr) == nullptr);
+  CHECK(decid_model_layer(built_in(), 1000) == nullptr);
+  CHECK(decid_model_tensor(nullptr, 0) == nullptr);
+  CHECK(decid_protocol_samples(nullptr) == 0);
+  CHECK(decid_protocol_tilt(nullptr) == nullptr);
+  CHECK(decid_protocol_parameter(decid_model_protocol(built_in()), 7) == nullptr);
+  CHECK(decid_recording_sway(nullptr) == nullptr);
+  CHECK(decid_recording_warning(nullptr, 0) == nullptr);
+  CHECK(decid_result_parameters(nullptr) == 0);
+  CHECK(decid_result_parameter(nullptr, 0) == nullptr);
+  CHECK(decid_result_trust(nullptr) == DECID_NOT_USABLE);
+  CHECK(std::isnan(decid_result_correlation(nullptr, 0, 0)));
+  std::size_t samples = 5;
+  CHECK(decid_result_sway(nullptr, &samples) == nullptr);
+  CHECK(samples == 0);
+  CHECK(decid_dataset_trials(nullptr) == 0);
+  CHECK(decid_dataset_sway(nullptr) == nullptr);
+  const OwnedRecording recording = recording_of(simulated(7));
+  CHECK(decid_recording_tilt(recording.get()) == nullptr);
+  CHECK(std::string(decid_recording_column(recording.get())).empty());
+  decid_result_free(nullptr);
+  decid_model_free(nullptr);
+  decid_protocol_free(nullptr);
+  decid_recording_free(nullptr);
+  decid_dataset_free(nullptr);
+}
+
+TEST_CASE("an exception of a callback ends at the border") {
+  decid_dataset_options options;
+  decid_dataset_defaults(&options, sizeof options);
+  options.count = 10;
+  options.progress = [](void*, double, const char*) -> int { throw std::logic_error("mine"); };
+  decid_dataset* dataset = nullptr;
+  const OwnedProtocol played = protocol("default");
+  refused(decid_dataset_make(played.get(), &options, &dataset), {"mine"}, DECID_FAILED);
+  options.progress = [](void*, double, const char*) -> int { throw 1; };
+  refused(decid_dataset_make(played.get(), &options, &dataset), {"unknown exception"}, DECID_FAILED);
+  CHECK(dataset == nullptr);
+}
+
+}  // namespace decid

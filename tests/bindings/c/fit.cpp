@@ -1,0 +1,95 @@
+// Fits through C: the draws of the library, progress, and stopping.
+#include <algorithm>
+#include <cmath>
+
+#include "identify/fit_recordings.hpp"
+#include "tests/bindings/c/owned.hpp"
+
+namespace decid {
+namespace {
+
+using namespace test;
+
+decid_fit_options brief() {
+  decid_fit_options options;
+  decid_fit_defaults(&options, sizeof options);
+  options.most_draws = 8;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) {
+  const std::vector<double> sway_rad = simulated(7);
+  const OwnedRecording recording = recording_of(sway_rad);
+  decid_fit_options options = brief();
+  std::vector<double> told;
+  options.user = &told;
+  options.progress = [](void* user, double done, const char* stage) {
+    static_cast<std::vector<double>*>(user)->push_back(stage != nullptr ? done : -1.0);
+    return 0;
+  };
+  const OwnedResult result =
+      make<OwnedResult>([&](decid_result** place) { return decid_fit(built_in(), recording.get(), &options, place); });
+  CHECK(told.size() > 5);
+  CHECK(std::ranges::is_sorted(told));
+  CHECK(told.front() >= 0.0);
+  CHECK(told.back() <= 1.0);
+
+  dataset::Recording own = dataset::recording_of(sway_rad, 100.0);
+  const Model model = built_in_model();
+  std::vector<Identification> read(1);
+  read.front().estimate.trial = dataset::bring_to_protocol(own, model.protocol);
+  FitRequest request;
+  request.settings.most_draws = request.settings.least_draws = 8;
+  const FittedRecordings expected = fit_recordings(&model, model.protocol, std::move(read), {}, request);
+  const posterior::Posterior& found = expected.fits.front().posterior;
+
+  const decid_sampling* sampling = decid_result_sampling(result.get());
+  REQUIRE(sampling != nullptr);
+  CHECK(sampling->draws == found.draws());
+  CHECK(sampling->chains == found.chains());
+  CHECK(sampling->agreed == (found.agreed() ? 1 : 0));
+  CHECK(sampling->divergences == found.divergences());
+  CHECK(sampling->samples_noise_deg == expected.fits.front().samples_noise_deg);
+  REQUIRE(decid_result_quantities(result.get()) == 10);
+  for (std::size_t q = 0; q < 10; ++q) {
+    const auto quantity = static_cast<int>(q);
+    const double* draws = decid_result_draws(result.get(), q);
+    const decid_parameter& parameter = *decid_result_parameter(result.get(), q);
+    CHECK(std::vector<double>(draws, draws + sampling->draws) == found.draws_of(quantity));
+    CHECK(parameter.interval90[0] == found.quantile(quantity, 0.5 * (1.0 - 0.9)));
+    CHECK(parameter.rhat == found.rhat()[q]);
+    CHECK(parameter.effective_draws == found.effective_draws()[q]);
+  }
+  CHECK(decid_result_parameter(result.get(), 0)->value ==
+        expected.identified.recordings.front().estimate.parameters[0]);
+  CHECK(std::string(decid_result_parameter(result.get(), 7)->name) == "sensor_noise_deg");
+  CHECK(std::isnan(decid_result_parameter(result.get(), 9)->normalized));
+  CHECK(decid_result_correlation(result.get(), 0, 9) == found.correlation(0, 9));
+}
+
+TEST_CASE("a callback stops a fit") {
+  const OwnedRecording recording = recording_of(simulated(7));
+  decid_fit_options options = brief();
+  int calls = 0;
+  options.user = &calls;
+  options.progress = [](void* user, double, const char*) { return ++*static_cast<int*>(user) >= 2 ? 1 : 0; };
+  decid_result* result = nullptr;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), {"decid_fit: was stopped"}, DECID_STOPPED);
+  CHECK(calls == 2);
+  CHECK(result == nullptr);
+}
+
+TEST_CASE("a fit refuses priors out of their bounds") {
+  const OwnedRecording recording = recording_of(simulated(7));
+  decid_fit_options options = brief();
+  options.prior_gain = 2.0;
+  decid_result* result = nullptr;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), {});
+  options = brief();
+  options.most_draws = 0;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), {});
+}
+
+}  // namespace decid

@@ -1,0 +1,200 @@
+// Identification through C: the bits of the C++ library, from files and samples, in many threads.
+#include <cmath>
+#include <thread>
+
+#include "identify/recordings.hpp"
+#include "nn/safetensors.hpp"
+#include "sim/segments.hpp"
+#include "tests/bindings/c/owned.hpp"
+
+namespace decid {
+namespace {
+
+using namespace test;
+
+bool same(double a, double b) {
+  return a == b || (std::isnan(a) && std::isnan(b));
+}
+
+std::string csv_of(const std::vector<double>& sway_rad) {
+  std::string text = "time,sway_rad,platform_deg\n";
+  char line[80];
+  for (std::size_t i = 0; i < sway_rad.size(); ++i) {
+    std::snprintf(line, sizeof line, "%.2f,%.17g,%.17g\n", static_cast<double>(i) * 0.01, sway_rad[i],
+                  decid_protocol_tilt(decid_model_protocol(built_in()))[i] / sim::rad_per_deg);
+    text += line;
+  }
+  return text;
+}
+
+OwnedRecording read(const std::filesystem::path& path, const decid_read_options* options = nullptr) {
+  return make<OwnedRecording>(
+      [&](decid_recording** place) { return decid_recording_read(path.c_str(), options, place); });
+}
+
+OwnedResult identify(const decid_recording* recording, const decid_identify_options* options = nullptr) {
+  return make<OwnedResult>([&](decid_result** place) { return decid_identify(built_in(), recording, options, place); });
+}
+
+/// Everything that C shows of a result is what the library found.
+void check_same(const decid_result* result, const Identifications& all) {
+  const Identification& id = all.recordings.front();
+  const Estimate& estimate = id.estimate;
+  const double mgh = all.protocol.experiment.body.mgh();
+  const sim::ParameterTable ranges = all.protocol.ranges();
+  REQUIRE(decid_result_parameters(result) == ranges.size());
+  CHECK(decid_result_quantities(result) == ranges.size());
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    const int quantity = static_cast<int>(p);
+    const decid_parameter& found = *decid_result_parameter(result, p);
+    CHECK(found.name == ranges[p].name);
+    CHECK(found.unit == ranges[p].unit);
+    CHECK(found.low == ranges[p].low);
+    CHECK(found.high == ranges[p].high);
+    CHECK(found.value == estimate.parameters[p]);
+    CHECK(found.sd == estimate.distribution->deviation(quantity));
+    CHECK(found.interval50[0] == estimate.distribution->quantile(quantity, 0.25));
+    CHECK(found.interval50[1] == estimate.distribution->quantile(quantity, 0.75));
+    CHECK(found.interval90[0] == estimate.distribution->quantile(quantity, 0.5 * (1.0 - 0.9)));
+    CHECK(found.interval90[1] == estimate.distribution->quantile(quantity, 1.0 - 0.5 * (1.0 - 0.9)));
+    CHECK(same(found.normalized, ranges[p].per_mgh ? found.value / mgh : NAN));
+    CHECK(same(found.normalized_interval90[1], ranges[p].per_mgh ? found.interval90[1] / mgh : NAN));
+    CHECK(std::isnan(found.rhat));
+    CHECK(decid_result_correlation(result, p, 0) == estimate.distribution->correlation(quantity, 0));
+  }
+  const decid_figures& figures = *decid_result_figures(result);
+  CHECK(figures.rms_residual_deg == id.explanation.rms_residual_deg);
+  CHECK(figures.variance_accounted_for == id.explanation.variance_accounted_for);
+  CHECK(figures.following == id.explanation.following);
+  CHECK(figures.unfamiliarity == id.explanation.unfamiliarity);
+  CHECK(figures.peak_to_peak_deg == id.peak_to_peak_deg());
+  CHECK(figures.mass_kg == all.protocol.experiment.body.mass_kg);
+  CHECK(figures.body_assumed == (all.body_assumed ? 1 : 0));
+  CHECK(same(figures.tilt_correlation, estimate.trial.tilt ? estimate.trial.tilt->correlation : NAN));
+  const Warnings warnings = id.warnings();
+  REQUIRE(decid_result_warnings(result) == warnings.size());
+  for (std::size_t i = 0; i < warnings.size(); ++i) {
+    const decid_warning& warning = *decid_result_warning(result, i);
+    CHECK(warning.code == warnings[i].code);
+    CHECK(warning.text == warnings[i].text);
+    CHECK(static_cast<int>(warning.severity) == static_cast<int>(warnings[i].severity));
+  }
+  CHECK(static_cast<int>(decid_result_trust(result)) == static_cast<int>(id.trust()));
+  std::size_t samples = 0;
+  const float* values = decid_result_sway(result, &samples);
+  CHECK(std::vector<float>(values, values + samples) == estimate.trial.sway_rad());
+  values = decid_result_fitted(result, &samples);
+  CHECK(std::vector<float>(values, values + samples) == id.explanation.fitted_rad);
+  CHECK(decid_result_sampling(result) == nullptr);
+  CHECK(decid_result_draws(result, 0) == nullptr);
+}
+
+Identifications expected(const std::filesystem::path& path, const ReadOptions& options) {
+  return identify_files(built_in_model(), "the model", {path}, options);
+}
+
+}  // namespace
+
+TEST_CASE("a file is identified to the bits of the library, with a body and a measured tilt or without") {
+  const TemporaryFolder folder;
+  const auto path = write_text(folder / "trial.csv", csv_of(simulated(7)));
+  decid_read_options reading;
+  decid_read_defaults(&reading, sizeof reading);
+  reading.column = "sway_rad";
+  check_same(identify(read(path, &reading).get()).get(),
+             expected(path, {.recording = {.column = "sway_rad"}, .trial = {}, .truth = {}}));
+
+  reading.tilt_column = "platform_deg";
+  decid_identify_options options;
+  decid_identify_defaults(&options, sizeof options);
+  options.mass_kg = 70.0;
+  options.height_m = 1.75;
+  options.detrend = DECID_DETREND_OFFSET;
+  const OwnedRecording recording = read(path, &reading);
+  CHECK(std::string(decid_recording_column(recording.get())) == "sway_rad");
+  CHECK(decid_recording_rate_hz(recording.get()) == 100.0);
+  REQUIRE(decid_recording_tilt(recording.get()) != nullptr);
+  ReadOptions same_options;
+  same_options.recording.column = "sway_rad";
+  same_options.recording.tilt_column = "platform_deg";
+  same_options.trial.detrend = dataset::Detrend::offset;
+  same_options.body = sim::body_of(sim::segments_of({.mass_kg = 70.0, .height_m = 1.75}));
+  check_same(identify(recording.get(), &options).get(), expected(path, same_options));
+}
+
+TEST_CASE("samples in degrees give what a file of them gives") {
+  std::vector<double> degrees = simulated(8);
+  for (double& value : degrees) value /= sim::rad_per_deg;
+  std::string text = "sway_deg\n";
+  char line[40];
+  for (const double value : degrees) {
+    std::snprintf(line, sizeof line, "%.17g\n", value);
+    text += line;
+  }
+  const TemporaryFolder folder;
+  const auto path = write_text(folder / "trial.csv", text);
+  const OwnedRecording recording = make<OwnedRecording>([&](decid_recording** place) {
+    return decid_recording_of(degrees.data(), degrees.size(), 100.0, DECID_DEGREES, place);
+  });
+  ReadOptions options;
+  options.recording.rate_hz = 100.0;
+  check_same(identify(recording.get()).get(), expected(path, options));
+}
+
+TEST_CASE("one model serves many threads, each with errors of its own") {
+  const OwnedRecording first = recording_of(simulated(7)), second = recording_of(simulated(8));
+  const double alone[] = {decid_result_parameter(identify(first.get()).get(), 0)->value,
+                          decid_result_parameter(identify(second.get()).get(), 0)->value};
+  CHECK(alone[0] != alone[1]);
+  double together[8] = {};
+  std::string errors[8];
+  {
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 8; ++i)
+      threads.emplace_back([&, i] {
+        decid_result* result = nullptr;
+        decid_identify(built_in(), i % 2 == 0 ? first.get() : second.get(), nullptr, &result);
+        together[i] = decid_result_parameter(result, 0)->value;
+        decid_result_free(result);
+        decid_model* none = nullptr;
+        decid_model_load(("none" + std::to_string(i)).c_str(), &none);
+        errors[i] = decid_error_where();
+      });
+    for (std::thread& thread : threads) thread.join();
+  }
+  for (int i = 0; i < 8; ++i) {
+    CHECK(together[i] == alone[i % 2]);
+    CHECK(errors[i] == "none" + std::to_string(i));
+  }
+}
+
+TEST_CASE("a model shows its network, and is saved as it is") {
+  const Model model = built_in_model();
+  CHECK(decid_model_sha256(built_in()) == nn::weights_sha256(model.network));
+  CHECK(decid_model_head(built_in()) == model.head->name());
+  REQUIRE(decid_model_layers(built_in()) == model.network.layers().size());
+  for (std::size_t i = 0; i < model.network.layers().size(); ++i) {
+    const decid_layer& layer = *decid_model_layer(built_in(), i);
+    CHECK(layer.text == model.network.layers()[i].text());
+    CHECK(layer.output_shape[0] == static_cast<std::size_t>(model.network.layers()[i].dst_shape().channels));
+    CHECK(layer.flops == static_cast<std::uint64_t>(model.network.layers()[i].flops()));
+  }
+  nn::TensorFile file;
+  nn::save_network(model.network, file);
+  REQUIRE(decid_model_tensors(built_in()) == file.tensors.size());
+  for (std::size_t i = 0; i < file.tensors.size(); ++i) {
+    const decid_tensor& tensor = *decid_model_tensor(built_in(), i);
+    CHECK(tensor.name == file.tensors[i].name);
+    CHECK(std::equal(file.tensors[i].shape.begin(), file.tensors[i].shape.end(), tensor.shape,
+                     tensor.shape + tensor.dimensions));
+    CHECK(std::equal(file.tensors[i].values.begin(), file.tensors[i].values.end(), tensor.values));
+  }
+  const TemporaryFolder folder;
+  const auto path = folder / "model.safetensors";
+  REQUIRE(decid_model_save(built_in(), path.c_str()) == DECID_OK);
+  CHECK(read_text(path) == read_text(DECID_SOURCE_DIR "/models/built_in.safetensors"));
+  const OwnedModel again = make<OwnedModel>([&](decid_model** place) { return decid_model_load(path.c_str(), place); });
+  CHECK(std::string(decid_model_sha256(again.get())) == decid_model_sha256(built_in()));
+}
+
+}  // namespace decid

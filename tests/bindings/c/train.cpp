@@ -1,0 +1,154 @@
+// Training through C: the weights of the library's steps, what is told on the way, and stopping.
+#include <cmath>
+
+#include "identify/training/checkpoint.hpp"
+#include "identify/training/training.hpp"
+#include "tests/bindings/c/owned.hpp"
+
+namespace decid {
+namespace {
+
+using namespace test;
+
+constexpr const char* tiny_network = "conv 4 7x1 stride 4x1; batchnorm; relu; globalavgpool; fc 7";
+
+decid_train_options tiny() {
+  decid_train_options options;
+  decid_train_defaults(&options, sizeof options);
+  options.architecture = tiny_network;
+  options.epochs = 2;
+  options.batch = 20;
+  options.learning_rate = 0.02;
+  options.momentum = 0.5;
+  options.seed = 3;
+  options.stream_trials = 60;
+  options.validation_trials = 20;
+  return options;
+}
+
+/// What the steps of decid train make of the same settings.
+std::string expected_sha256(const dataset::TrialSource& source, int scaling_trials) {
+  TrainingSettings settings;
+  settings.preset = preset_named("best");
+  settings.preset.architecture = tiny_network;
+  settings.preset.epochs = 2;
+  settings.preset.batch = 20;
+  settings.preset.learning_rate = 0.02;
+  settings.preset.sgd.momentum = 0.5;
+  settings.preset.image = image_for(settings.preset, source.protocol());
+  settings.seed = 3;
+  settings.scaling_trials = scaling_trials;
+  TrainingState state = start_training(source, settings);
+  run_training(
+      source, settings, state, [](int, int) { return true; }, [] {});
+  return nn::weights_sha256(state.model.network);
+}
+
+OwnedModel train(const decid_dataset* dataset, const decid_protocol* protocol, const decid_train_options& options) {
+  return make<OwnedModel>([&](decid_model** place) { return decid_train(dataset, protocol, &options, place); });
+}
+
+}  // namespace
+
+TEST_CASE("training has the weights of the library's, on fresh trials and on a data set") {
+  const OwnedProtocol played = protocol("default");
+  std::vector<decid_training> told;
+  decid_train_options options = tiny();
+  options.user = &told;
+  options.progress = [](void* user, const decid_training* training) {
+    static_cast<std::vector<decid_training>*>(user)->push_back(*training);
+    return 0;
+  };
+  const OwnedModel streamed = train(nullptr, played.get(), options);
+  CHECK(decid_model_sha256(streamed.get()) ==
+        expected_sha256(*dataset::stream_source(sim::default_protocol(), 3, 60, 20), 2000));
+  REQUIRE(told.size() == 2 * (3 + 1));
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    CHECK(told[i].epoch == static_cast<int>(i / 4) + 1);
+    CHECK(told[i].epochs == 2);
+    CHECK(told[i].trials == 60);
+    CHECK(told[i].done == std::min(20 * (static_cast<int>(i % 4) + 1), 60));
+    CHECK(told[i].epoch_is_over == (i % 4 == 3 ? 1 : 0));
+    CHECK(std::isnan(told[i].validation_mse) == (i % 4 != 3));
+  }
+
+  decid_dataset_options wanted;
+  decid_dataset_defaults(&wanted, sizeof wanted);
+  wanted.count = 40;
+  wanted.seed = 5;
+  const OwnedDataset data =
+      make<OwnedDataset>([&](decid_dataset** place) { return decid_dataset_make(played.get(), &wanted, place); });
+  const OwnedModel trained = train(data.get(), nullptr, tiny());
+  const dataset::Dataset same = dataset::generate({.protocol = sim::default_protocol(), .count = 40, .seed = 5});
+  CHECK(decid_model_sha256(trained.get()) == expected_sha256(*dataset::stored_source(dataset::StoredDataset(same)), 0));
+  // It knows what it was trained on.
+  decid_evaluation found;
+  refused(decid_evaluate(trained.get(), data.get(), DECID_ALL, &found, sizeof found), {"the data set"});
+  CHECK(decid_evaluate(trained.get(), data.get(), DECID_VALIDATION, &found, sizeof found) == DECID_OK);
+}
+
+TEST_CASE("with patience the best epoch's model is kept") {
+  const OwnedProtocol played = protocol("default");
+  decid_train_options options = tiny();
+  options.epochs = 30;
+  options.learning_rate = 0.5;  // overshoots
+  options.patience = 1;
+  std::vector<double> errors;
+  options.user = &errors;
+  options.progress = [](void* user, const decid_training* training) {
+    if (training->epoch_is_over != 0) static_cast<std::vector<double>*>(user)->push_back(training->validation_mse);
+    return 0;
+  };
+  const OwnedModel model = train(nullptr, played.get(), options);
+  REQUIRE(errors.size() >= 2);
+  REQUIRE(errors.size() < 30);
+  CHECK(errors[errors.size() - 1] >= errors[errors.size() - 2]);
+  // So many epochs, no more, give the same weights: the schedule is of a constant rate.
+  options.schedule = "constant";
+  errors.clear();
+  const OwnedModel constant = train(nullptr, played.get(), options);
+  decid_train_options shorter = options;
+  shorter.patience = 0;
+  shorter.epochs = static_cast<int>(errors.size()) - 1;
+  shorter.progress = nullptr;
+  const OwnedModel best = train(nullptr, played.get(), shorter);
+  CHECK(std::string(decid_model_sha256(constant.get())) == decid_model_sha256(best.get()));
+}
+
+TEST_CASE("a callback stops a training after a batch or an epoch") {
+  const OwnedProtocol played = protocol("default");
+  decid_train_options options = tiny();
+  options.progress = [](void*, const decid_training* training) { return training->done == 40 ? 1 : 0; };
+  decid_model* model = nullptr;
+  refused(decid_train(nullptr, played.get(), &options, &model), {"decid_train: was stopped"}, DECID_STOPPED);
+  options.progress = [](void*, const decid_training* training) { return training->epoch_is_over; };
+  refused(decid_train(nullptr, played.get(), &options, &model), {"decid_train: was stopped"}, DECID_STOPPED);
+  CHECK(model == nullptr);
+}
+
+TEST_CASE("training refuses settings that decid train refuses") {
+  const OwnedProtocol played = protocol("default");
+  decid_model* model = nullptr;
+  const auto refuse = [&](auto change, std::initializer_list<const char*> parts) {
+    decid_train_options options = tiny();
+    change(options);
+    refused(decid_train(nullptr, played.get(), &options, &model), parts);
+  };
+  refuse([](auto& options) { options.preset = "no"; }, {"best"});
+  refuse([](auto& options) { options.architecture = "conv"; }, {});
+  refuse([](auto& options) { options.head = "no"; }, {"head"});
+  refuse([](auto& options) { options.schedule = "no"; }, {});
+  refuse([](auto& options) { options.image = "{"; }, {"image"});
+  refuse([](auto& options) { options.epochs = -1; }, {"epochs"});
+  refuse([](auto& options) { options.batch = 5000; }, {"batch"});
+  refuse([](auto& options) { options.learning_rate = -0.1; }, {"learning_rate"});
+  refuse([](auto& options) { options.momentum = 1.0; }, {"momentum"});
+  refuse([](auto& options) { options.weight_decay = 2.0; }, {"weight_decay"});
+  refuse([](auto& options) { options.patience = -1; }, {"patience"});
+  refuse([](auto& options) { options.stream_trials = 0; }, {});
+  decid_train_options options = tiny();
+  refused(decid_train(nullptr, nullptr, &options, &model), {"needs trials"});
+  CHECK(model == nullptr);
+}
+
+}  // namespace decid

@@ -1,0 +1,381 @@
+"""The package against the program, to the bit; what it refuses; arrays without copies; callbacks; threads."""
+import ast
+import gc
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import decid
+
+DECID = os.environ["DECID_PROGRAM"]
+SOURCE = Path(os.environ["DECID_SOURCE_DIR"])
+TINY = "conv 4 7x1 stride 4x1; batchnorm; relu; globalavgpool; fc 7"
+
+
+def program(*arguments):
+    return subprocess.run([DECID, *map(str, arguments)], check=True, capture_output=True, text=True).stdout
+
+
+class WithFolder(unittest.TestCase):
+    def setUp(self):
+        self.maxDiff = None
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def trial(self, *options):
+        path = self.folder / "trial.csv"
+        program("simulate", "--seed", 7, *options, "--quiet", "-o", path)
+        return path
+
+    def check_same(self, result, expected):
+        """A Result is the recording's object of the program's JSON."""
+        self.assertEqual([p["name"] for p in expected["parameters"]], list(result.parameters))
+        for of in expected["parameters"]:
+            found = result[of["name"]]
+            for key in ("value", "unit", "sd", "normalized"):
+                self.assertEqual(getattr(found, key), of[key], (of["name"], key))
+            for key in ("interval50", "interval90", "normalized_interval90"):
+                self.assertEqual(getattr(found, key), None if of[key] is None else tuple(of[key]), (of["name"], key))
+        for key in ("rms_residual_deg", "variance_accounted_for"):
+            self.assertEqual(getattr(result, key), expected["fit"][key])
+        for key in ("peak_to_peak_deg", "following", "unfamiliarity", "trust"):
+            self.assertEqual(getattr(result, key), expected[key])
+        self.assertEqual([vars(notice) for notice in result.warnings], expected["warnings"])
+        size = len(expected["parameters"])
+        np.testing.assert_array_equal(result.correlations[:size, :size], expected["correlations"])
+
+
+class Identification(WithFolder):
+    def test_a_file_has_the_bits_of_the_program(self):
+        path = self.trial()
+        for options, keywords in (([], {}), (["--mass", 70, "--height", 1.75], {"mass": 70, "height": 1.75}),
+                                  (["--detrend", "linear"], {"detrend": "linear"})):
+            expected = json.loads(program("identify", path, "--json", *options))
+            result = decid.identify(path, **keywords)
+            self.check_same(result, expected["recordings"][0])
+            body = dict(vars(result.body))
+            self.assertEqual(body, expected["body"])
+
+    def test_reading_options_have_the_bits_of_the_program(self):
+        path = self.trial()
+        expected = json.loads(program("identify", path, "--json", "--column", "com_sway_deg", "--tilt-column", "tilt_deg",
+                                      "--unit", "deg"))["recordings"][0]
+        recording = decid.read(path, column="com_sway_deg", unit="deg", tilt_column="tilt_deg")
+        result = decid.identify(recording)
+        self.check_same(result, expected)
+        self.assertEqual(vars(result.tilt), {key: expected["tilt"][key] for key in ("delay_s", "correlation", "gain")})
+        self.assertEqual(recording.column, "com_sway_deg")
+        self.assertEqual(len(recording.time), len(recording.tilt))
+
+    def test_samples_have_the_bits_of_their_file(self):
+        sway = np.genfromtxt(self.trial(), delimiter=",", names=True)["com_sway_deg"]
+        path = self.folder / "samples.csv"
+        np.savetxt(path, sway, fmt="%.17g", header="com_sway_deg", comments="")
+        expected = json.loads(program("identify", path, "--rate", 100, "--json"))["recordings"][0]
+        self.check_same(decid.identify(sway, rate=100, unit="deg"), expected)
+        self.check_same(decid.identify(list(sway), 100, "deg"), expected)
+        self.check_same(decid.identify(np.repeat(sway, 2)[::2], 100, "deg"), expected)  # not contiguous
+
+    def test_simulation_has_the_bits_of_the_program(self):
+        path = self.folder / "trial.csv"
+        program("simulate", "--seed", 9, "--kp", 800, "--delay", 0.1, "--quiet", "-o", path)
+        table = np.genfromtxt(path, delimiter=",", names=True)
+        trial = decid.simulate(seed=9, Kp=800, delay=0.1)
+        self.assertEqual(["%.10g" % value for value in np.rad2deg(trial.sway[:500])],
+                         ["%.10g" % value for value in table["com_sway_deg"][:500]])
+        np.testing.assert_allclose(np.rad2deg(trial.tilt), table["tilt_deg"], rtol=1e-9, atol=1e-12)
+        self.assertEqual(trial.parameters["Kp"], 800.0)
+        many = decid.simulate(seed=8, Kp=[700, 800], delay=0.1)
+        self.assertEqual(many.sway.shape, (2, 12100))
+        np.testing.assert_array_equal(many.sway[1], trial.sway)
+        self.assertTrue(many.stood.all())
+
+    def test_a_fall_is_refused_unless_allowed(self):
+        with self.assertRaisesRegex(decid.Error, "the body of trial 1 falls"):
+            decid.simulate(Kp=[800, 0], Kp_pass=100)
+        trials = decid.simulate(Kp=[800, 0], Kp_pass=100, allow_falls=True)
+        self.assertEqual(trials.stood.tolist(), [True, False])
+        self.assertTrue(np.isnan(trials.sway[1, -1]))
+
+    def test_a_recording_of_anything_makes_the_same(self):
+        trial = decid.simulate(seed=7)
+        expected = decid.identify(trial)
+        recording = decid.Recording(trial.sway, 100, "rad")
+        self.assertEqual(decid.identify(recording).parameters, expected.parameters)
+        self.assertEqual(decid.identify(trial, model=decid.Model()).parameters, expected.parameters)
+
+    def test_it_prints_in_a_terminal_a_notebook_and_pandas(self):
+        result = decid.identify(decid.simulate(seed=7))
+        self.assertTrue(str(result).startswith("usable\n"))
+        self.assertIn("Kp_pass", str(result))
+        page = result._repr_html_()
+        self.assertEqual(page.count("<tr>"), 8)
+        self.assertEqual(page.count("<svg"), 7)
+        low, high = result["delay"].interval90
+        self.assertIn(f"{low:.5g} to {high:.5g}", page)
+        rows = result.rows()
+        self.assertEqual(rows[6]["interval90_low"], low)
+        json.dumps(rows)
+        frame = result.to_frame()
+        self.assertEqual(frame.loc["delay", "interval90_high"], high)
+        self.assertEqual(list(frame.index), list(result.parameters))
+
+    def test_html_is_escaped(self):
+        notice = decid.Notice("caution", "c", "<b>&")
+        result = decid.identify(decid.simulate(seed=7))
+        changed = type(result)(**{**vars(result), "warnings": (notice,)})
+        self.assertIn("<li>caution: &lt;b&gt;&amp;</li>", changed._repr_html_())
+
+
+class Fits(WithFolder):
+    def test_a_fit_has_the_bits_of_the_program(self):
+        path = self.trial()
+        draws = self.folder / "draws.npz"
+        expected = json.loads(program("fit", path, "--most-draws", 8, "--draws", draws, "--json", "--quiet"))["recordings"][0]
+        told = []
+        found = decid.fit(path, most_draws=8, progress=lambda done, stage: told.append((done, stage)))
+        self.check_same(found, expected)
+        for name in ("sensor_noise_deg", "start_s", "gain"):
+            quantity = found.quantities[name]
+            self.assertEqual([quantity.value, quantity.sd, list(quantity.interval90)],
+                             [expected[name][key] for key in ("value", "sd", "interval90")])
+        diagnostics = expected["diagnostics"]
+        self.assertEqual({p.name: p.rhat for p in found._shown().values()}, diagnostics["rhat"])
+        self.assertEqual((found.sampling.chains, found.sampling.draws, found.sampling.divergences, found.sampling.agreed),
+                         tuple(diagnostics[key] for key in ("chains", "draws", "divergences", "agreed")))
+        arrays = np.load(draws)
+        np.testing.assert_array_equal(np.stack([found.draws[name] for name in found.parameters], axis=1), arrays["parameters"])
+        np.testing.assert_array_equal(found.draws["gain"], arrays["gain"])
+        np.testing.assert_array_equal(found.draws_frame()["chain"], arrays["chain"])
+        self.assertEqual(told, sorted(told, key=lambda at: at[0]))
+        self.assertEqual(told[0][1], "annealing")
+        self.assertIn("sensor_noise_deg", found.to_frame().index)
+
+    def test_what_a_callback_raises_comes_out(self):
+        def end(done, stage):
+            raise KeyError(stage)
+        with self.assertRaisesRegex(KeyError, "annealing"):
+            decid.fit(decid.simulate(seed=7), progress=end)
+
+    def test_control_c_stops_a_fit(self):
+        timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            decid.fit(decid.simulate(seed=7), most_draws=100000)
+
+    def test_other_threads_run_meanwhile(self):
+        counted = []
+        over = threading.Event()
+
+        def count():
+            while not over.is_set():
+                counted.append(time.perf_counter())
+                time.sleep(0.001)
+        thread = threading.Thread(target=count)
+        trial = decid.simulate(seed=7)
+        thread.start()
+        begin = time.perf_counter()
+        decid.Dataset.make(200, seed=5)
+        decid.evaluate(None, decid.Dataset.make(100, seed=6))
+        decid.identify(trial)
+        end = time.perf_counter()
+        over.set()
+        thread.join()
+        # With the lock held none would have been counted within.
+        self.assertGreater(sum(begin < at < end for at in counted), 10)
+
+
+class Sets(WithFolder):
+    def test_a_data_set_is_the_programs(self):
+        path, mine, straight = (self.folder / name for name in ("program.npz", "mine.npz", "straight.npz"))
+        program("dataset", "--count", 40, "--seed", 99, "--quiet", "-o", path)
+        data = decid.Dataset.make(40, seed=99)
+        data.write(mine)
+        self.assertEqual(mine.read_bytes(), path.read_bytes())
+        done = []
+        on_disk = decid.Dataset.make(40, seed=99, path=straight, progress=lambda part, stage: done.append(part))
+        self.assertEqual(straight.read_bytes(), path.read_bytes())
+        self.assertEqual(done[-1], 1.0)
+        arrays = np.load(path)
+        for dataset in (data, on_disk, decid.Dataset.read(path)):
+            self.assertEqual(len(dataset), 40)
+            for name in ("sway", "parameters", "group", "split"):
+                np.testing.assert_array_equal(getattr(dataset, name), arrays[name])
+                self.assertEqual(getattr(dataset, name).dtype, arrays[name].dtype)
+        self.assertEqual(data.names[0], "Kp")
+
+    def test_evaluation_is_the_programs(self):
+        path = self.folder / "data.npz"
+        program("dataset", "--count", 40, "--seed", 99, "--quiet", "-o", path)
+        expected = json.loads(program("evaluate", "--data", path, "--json"))
+        found = decid.evaluate(None, path)
+        for key in ("trials", "mse", "matlab_loss", "mse_per_parameter", "covered50", "covered90", "log_score"):
+            self.assertEqual(getattr(found, key), expected[key])
+
+    def test_training_is_the_programs(self):
+        data, architecture, model = (self.folder / name for name in ("data.npz", "architecture", "model.safetensors"))
+        program("dataset", "--count", 40, "--seed", 5, "--quiet", "-o", data)
+        architecture.write_text(TINY)
+        options = ["--architecture", architecture, "--epochs", 2, "--batch", 10, "--lr", 0.02, "--momentum", 0.5,
+                   "--weight-decay", 0.001, "--seed", 3, "--quiet", "--json", "-o", model]
+        keywords = dict(architecture=TINY, epochs=2, batch=10, learning_rate=0.02, momentum=0.5, weight_decay=0.001, seed=3)
+        expected = json.loads(program("train", "--data", data, *options))
+        epochs, batches = [], []
+        trained = decid.train(decid.Dataset.read(data), **keywords, on_epoch=epochs.append,
+                              on_batch=lambda *at: batches.append(at))
+        self.assertEqual(trained.sha256, expected["weights_sha256"])
+        self.assertEqual([epoch.epoch for epoch in epochs], [1, 2])
+        self.assertEqual(epochs[1].validation_mse, expected["validation_mse"])
+        self.assertEqual(batches, [(1, 10, 20), (1, 20, 20), (2, 10, 20), (2, 20, 20)])
+        mine = self.folder / "mine.safetensors"
+        trained.save(mine)
+        self.assertEqual(mine.read_bytes(), model.read_bytes())
+        self.assertEqual(decid.Model(mine).sha256, trained.sha256)
+
+        streamed = json.loads(program("train", "--stream", "--stream-trials", 40, "--validation-trials", 20, *options))
+        again = decid.train("default", **keywords, stream_trials=40, validation_trials=20)
+        self.assertEqual(again.sha256, streamed["weights_sha256"])
+
+    def test_a_callback_ends_a_training(self):
+        def end(epoch):
+            raise StopIteration
+        with self.assertRaises(StopIteration):
+            decid.train("default", architecture=TINY, epochs=50, batch=20, stream_trials=40, validation_trials=20,
+                        on_epoch=end)
+
+
+class Networks(unittest.TestCase):
+    def test_layers_and_weights_are_the_files(self):
+        model = decid.Model()
+        data = (SOURCE / "models/built_in.safetensors").read_bytes()
+        size = int.from_bytes(data[:8], "little")
+        header = json.loads(data[8:8 + size])
+        weights = model.network.weights
+        named = {name: of for name, of in header.items() if name.startswith("layers.")}
+        self.assertEqual(set(weights), set(named))
+        for name, of in named.items():
+            first, last = of["data_offsets"]
+            expected = np.frombuffer(data[8 + size + first:8 + size + last], "<f4").reshape(of["shape"])
+            np.testing.assert_array_equal(weights[name], expected)
+        self.assertEqual("\n".join(layer.text for layer in model.network.layers), header["__metadata__"]["architecture"])
+        self.assertEqual(model.network.layers[-1].output_shape, (72, 1, 1))
+        self.assertIn("conv", repr(model.network))
+        self.assertIn("<td>", model.network._repr_html_())
+
+    def test_arrays_are_views_that_keep_their_owner(self):
+        weights = decid.Model().network.weights
+        one = weights["layers.0.weight"]
+        self.assertIs(one.flags.owndata, False)
+        self.assertIs(one.flags.writeable, False)
+        with self.assertRaises(ValueError):
+            one.setflags(write=True)
+        copy = one.copy()
+        del weights
+        gc.collect()
+        np.testing.assert_array_equal(one, copy)
+        data = decid.Dataset.make(4, seed=3)
+        self.assertEqual(data.sway.ctypes.data, data.sway.ctypes.data)
+        sway = data.sway
+        kept = sway.copy()
+        del data
+        gc.collect()
+        np.testing.assert_array_equal(sway, kept)
+
+    def test_protocols(self):
+        default, short = decid.Protocol(), decid.Protocol("short")
+        self.assertEqual((default.samples, default.rate, short.samples), (12100, 100.0, 6370))
+        self.assertEqual(decid.Model().protocol.samples, 12100)
+        self.assertEqual([info.name for info in short.parameters], ["Kp", "Kd", "Kp_pass", "Kd_pass", "Nv", "theta", "delay"])
+        self.assertEqual(short.settings["name"], "short")
+        self.assertEqual(short.tilt.shape, (6370,))
+
+
+class Refusals(WithFolder):
+    def refused(self, part, call, *arguments, **keywords):
+        with self.assertRaises(decid.Error) as caught:
+            call(*arguments, **keywords)
+        error = caught.exception
+        self.assertIn(part, str(error))
+        self.assertEqual(str(error), f"{error.where}: {error.problem}; {error.remedy}")
+        self.assertTrue(error.remedy)
+
+    def test_bad_input(self):
+        sway = decid.simulate(seed=7).sway
+        self.refused("no.csv", decid.read, "no.csv")
+        self.refused("no.csv", decid.identify, "no.csv")
+        self.refused("no.safetensors", decid.Model, "no.safetensors")
+        self.refused("no.json", decid.Protocol, "no.json")
+        self.refused("no.npz", decid.Dataset.read, "no.npz")
+        self.refused("samples do not say theirs", decid.identify, sway)
+        self.refused("is not given", decid.Recording, sway, 100, None)
+        self.refused("'grad' is none of its values", decid.identify, sway, 100, "grad")
+        self.refused("'no' is none of its values", decid.identify, sway, 100, "rad", detrend="no")
+        self.refused("are known of this recording", decid.identify, decid.Recording(sway, 100, "rad"), 100)
+        self.refused("mass or height stands alone", decid.identify, sway, 100, "rad", mass=70)
+        self.refused("there is no parameter 'kp'", decid.simulate, kp=900)
+        self.refused("two dimensions", decid.simulate, Kp=np.full((2, 2), 900.0))
+        self.refused("Kp", decid.simulate, Kp=-1)
+        self.refused("epochs: is 0", decid.train, "default", epochs=0)
+        self.refused("momentum", decid.train, "default", momentum=1.0)
+        self.refused("best", decid.train, "default", preset="no")
+        self.refused("image", decid.train, "default", image={"no": 1})
+        self.refused("0 threads", decid.set_threads, 0)
+        self.refused("seed 1 is that of the training", decid.evaluate, None, decid.Dataset.make(4, seed=1))
+        with self.assertRaisesRegex(ValueError, "one dimension"):
+            decid.identify(np.zeros((2, 3)), 100, "rad")
+        with self.assertRaises(ValueError):
+            decid.identify(["a"], 100, "rad")
+
+    def test_errors_are_of_their_thread(self):
+        texts = {}
+
+        def load(name):
+            try:
+                decid.Model(name)
+            except decid.Error as error:
+                texts[name] = error.where
+        threads = [threading.Thread(target=load, args=(f"none{i}",)) for i in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(texts, {f"none{i}": f"none{i}" for i in range(8)})
+
+
+class Stubs(unittest.TestCase):
+    def test_the_stub_names_what_the_module_has(self):
+        tree = ast.parse((SOURCE / "bindings/python/decid/_decid.pyi").read_text())
+
+        def members(body):
+            names = {node.name for node in body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+            return names | {node.target.id for node in body if isinstance(node, ast.AnnAssign)}
+        module = decid._decid
+        self.assertEqual(members(tree.body) - {"__version__"}, {name for name in dir(module) if not name.startswith("_")})
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef) and node.name != "Error":
+                shown = {name for name in dir(getattr(module, node.name)) if not name.startswith(("_", "pybind"))}
+                self.assertEqual(members(node.body), shown, node.name)
+            if isinstance(node, ast.FunctionDef):  # pybind11 writes the number of arguments into the docstring
+                signature = getattr(module, node.name).__doc__.split("->")[0]
+                self.assertEqual(signature.count("arg"), len(node.args.args), node.name)
+
+    def test_everything_public_has_a_docstring(self):
+        for name in decid.__all__:
+            self.assertTrue(getattr(decid, name).__doc__, name)
+
+    def test_the_version_is_the_programs(self):
+        self.assertIn(decid.__version__, program("--version"))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[1:]])
