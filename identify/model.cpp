@@ -109,6 +109,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
       {"origin", to_json(model.origin)},
   };
   if (model.head != &point_head()) file.metadata["head"] = model.head->name();
+  if (!model.log.empty()) file.metadata["log"] = to_json(model.log);
   if (checkpoint != nullptr) file.metadata["progress"] = checkpoint->progress;
   if (model.image().standardize_rows) {
     const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
@@ -140,6 +141,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
               text("architecture"), file.metadata.contains("head") ? head_named(text("head"), where) : point_head());
   model.origin = origin_from_json(text("origin"), where);
+  if (file.metadata.contains("log")) model.log = log_from_json(text("log"), where);
   try {
     const Json targets = Json::parse(text("targets"));
     model.targets.mean = parameters_in(targets.at("mean"), model.parameters());

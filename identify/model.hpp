@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "dataset/feed.hpp"
 #include "dataset/sets/dataset.hpp"
@@ -14,6 +15,7 @@
 #include "identify/familiarity.hpp"
 #include "identify/head.hpp"
 #include "identify/origin.hpp"
+#include "identify/training/log.hpp"
 #include "nn/network.hpp"
 
 namespace decid {
@@ -28,6 +30,7 @@ struct Model {
   Familiarity familiarity;
   Recalibration recalibration;  ///< of the head's distributions
   Origin origin;
+  std::vector<EpochLog> log;  ///< of its finished training; empty: not known
 
   /// A fresh network for these images; weights are not initialised. Throws Error if the architecture does not fit the
   /// images or the head, or if the images fold cycles that the protocol does not play.

@@ -44,6 +44,21 @@ void read(const Json& json, const char* key, T& value) {
   }
 }
 
+dataset::TrialIdentity trials_from(const Json& json) {
+  if (json.is_string()) return trials_from_sentence(json.get<std::string>());
+  dataset::TrialIdentity trials;
+  if (!json.is_object()) return trials;
+  std::string kind;
+  read(json, "kind", kind);
+  if (kind == "stream") trials.kind = Kind::stream;
+  if (kind == "stored") trials.kind = Kind::stored;
+  std::uint64_t seed = 0;
+  read(json, "seed", seed);
+  if (json.contains("seed")) trials.seed = seed;
+  read(json, "sha256", trials.sha256);
+  return trials;
+}
+
 Json json_of(const Origin& origin) {
   Json json = Json::object();
   if (origin.version > 1) json["version"] = origin.version;
@@ -62,6 +77,13 @@ Json json_of(const Origin& origin) {
                    {"training_trials", origin.training_trials},
                    {"validation_trials", origin.validation_trials}});
   if (origin.patience > 0) json["patience"] = origin.patience;
+  if (origin.from) {
+    Json trials = Json::array();
+    for (const dataset::TrialIdentity& each : origin.from->trials) trials.push_back(trials_json(each, 2));
+    json["from"] = Json{{"weights_sha256", origin.from->weights_sha256}, {"trials", trials}};
+  }
+  for (const Origin::Extension& each : origin.extensions)
+    json["extensions"].push_back(Json{{"after", each.after}, {"planned", each.planned}});
   return json;
 }
 
@@ -92,20 +114,26 @@ Origin origin_from_json(const std::string& text, const std::string& where) {
   read(json, "training_trials", origin.training_trials);
   read(json, "validation_trials", origin.validation_trials);
   read(json, "patience", origin.patience);
-  const auto trials = json.find("trials");
-  if (trials == json.end()) return origin;
-  if (trials->is_string()) origin.trials = trials_from_sentence(trials->get<std::string>());
-  if (trials->is_object()) {
-    std::string kind;
-    read(*trials, "kind", kind);
-    if (kind == "stream") origin.trials.kind = Kind::stream;
-    if (kind == "stored") origin.trials.kind = Kind::stored;
-    std::uint64_t seed = 0;
-    read(*trials, "seed", seed);
-    if (trials->contains("seed")) origin.trials.seed = seed;
-    read(*trials, "sha256", origin.trials.sha256);
+  if (const auto trials = json.find("trials"); trials != json.end()) origin.trials = trials_from(*trials);
+  if (const auto from = json.find("from"); from != json.end() && from->is_object()) {
+    origin.from.emplace();
+    read(*from, "weights_sha256", origin.from->weights_sha256);
+    for (const Json& each : from->value("trials", Json::array())) origin.from->trials.push_back(trials_from(each));
   }
+  if (const auto extensions = json.find("extensions"); extensions != json.end() && extensions->is_array())
+    for (const Json& each : *extensions) {
+      Origin::Extension extension{0, 0};
+      read(each, "after", extension.after);
+      read(each, "planned", extension.planned);
+      origin.extensions.push_back(extension);
+    }
   return origin;
+}
+
+Origin::Start start_from(const Origin& origin, const std::string& weights_sha256) {
+  Origin::Start start{weights_sha256, {origin.trials}};
+  if (origin.from) start.trials.insert(start.trials.end(), origin.from->trials.begin(), origin.from->trials.end());
+  return start;
 }
 
 std::string difference(const Origin& there, const Origin& here) {
@@ -130,16 +158,20 @@ bool trained_on(const Origin& origin, const dataset::TrialIdentity& data) {
 
 void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& data, Measured part,
                             const std::string& name) {
-  const dataset::TrialIdentity& trained = origin.trials;
   if (trained_on(origin, data)) {
     if (part == Measured::all)
       throw Error(name, "is the data set that the model was trained on: half of its trials were its training",
                   "choose its validation or training half (--split), or a data set of another seed");
     return;
   }
-  if (trained.seed && data.seed && *trained.seed == *data.seed)
-    throw Error(name, "seed " + std::to_string(*data.seed) + " is that of the training's trials",
-                "take trials of another seed (--seed)");
+  for (const dataset::TrialIdentity& trained : start_from(origin, {}).trials) {
+    if (trained.seed && data.seed && *trained.seed == *data.seed)
+      throw Error(name, "seed " + std::to_string(*data.seed) + " is that of the training's trials",
+                  "take trials of another seed (--seed)");
+    if (trained.kind == Kind::stored && data.kind == Kind::stored && trained.sha256 == data.sha256)
+      throw Error(name, "is the data set that the model before the fine tuning was trained on",
+                  "take a data set of another seed");
+  }
 }
 
 }  // namespace decid

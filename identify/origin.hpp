@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "dataset/source.hpp"
 
@@ -26,6 +28,20 @@ struct Origin {
   int training_trials = 0, validation_trials = 0;
   int patience = 0;  ///< epochs; 0: the last epoch was kept
 
+  /// The model whose weights a fine tuning began with.
+  struct Start {
+    std::string weights_sha256;
+    std::vector<dataset::TrialIdentity> trials;  ///< that it was trained on, and those of the models before it
+    bool operator==(const Start&) const = default;
+  };
+  std::optional<Start> from;
+  /// A training that went on to more epochs than it was begun for: its schedule was another one up to there.
+  struct Extension {
+    int after, planned;  ///< epochs
+    bool operator==(const Extension&) const = default;
+  };
+  std::vector<Extension> extensions;
+
   bool operator==(const Origin&) const = default;
 };
 
@@ -37,6 +53,9 @@ Origin origin_from_json(const std::string& text, const std::string& where);
 /// Which settings differ, for people: "epochs 3 there, 5 here; ...".
 std::string difference(const Origin& there, const Origin& here);
 
+/// What a fine tuning of a model of this origin begins with. weights_sha256: of that model.
+Origin::Start start_from(const Origin& origin, const std::string& weights_sha256);
+
 /// The part of a data set that a model is to be measured on.
 enum class Measured { all, training, validation };
 
@@ -44,8 +63,8 @@ enum class Measured { all, training, validation };
 bool trained_on(const Origin& origin, const dataset::TrialIdentity& data);
 
 /// Throws Error if the trials of `data`, which people know as `name`, are among those that the model was trained on:
-/// drawn from the same seed, or the training half of the same data set. Its halves may be asked for by name: the
-/// training half is meant then, and no trial of the validation half was trained on.
+/// or the models before it were, drawn from the same seed, or the training half of the same data set. Its halves may be
+/// asked for by name: the training half is meant then, and no trial of the validation half was trained on.
 void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& data, Measured part,
                             const std::string& name);
 

@@ -1,24 +1,54 @@
 // Checkpoints of trainings: see checkpoint.hpp.
 #include "identify/training/checkpoint.hpp"
 
+#include <utility>
+
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "sim/protocol_json.hpp"
 
 namespace decid {
 namespace {
 
-std::string progress_json(const std::vector<EpochLog>& log) {
-  Json lines = Json::array();
-  for (const EpochLog& e : log) lines.push_back({e.epoch, e.training_mse, e.validation_mse, e.learning_rate});
-  return lines.dump();
+/// Of the same training, but for the number of epochs and how it came by them.
+bool same_but_epochs(Origin there, const Origin& here) {
+  there.epochs = here.epochs;
+  there.extensions = here.extensions;
+  return there == here;
+}
+
+/// What differs, for people; empty: it is of the request, or may become it.
+std::string what_differs(const Model& model, const TrainingRequest& request) {
+  Origin here = request.origin;
+  here.extensions = model.origin.extensions;
+  const bool more = request.more_epochs && here.epochs > model.origin.epochs;
+  if (model.origin != here && !(more && same_but_epochs(model.origin, here)))
+    return "of other settings: " + difference(model.origin, here);
+  sim::Protocol same_name = request.protocol;  // a file may have been renamed
+  same_name.name = model.protocol.name;
+  if (sim::to_json(model.protocol) != sim::to_json(same_name)) return "for another protocol";
+  if (model.image() != request.image) return "with another image (" + one_line(dataset::to_json(model.image())) + ")";
+  return {};
+}
+
+/// "--resume to go on ..., " where that would help.
+std::string resume_hint(const Model& model, const TrainingRequest& request) {
+  const bool more = !request.more_epochs && request.origin.epochs > model.origin.epochs;
+  return more && same_but_epochs(model.origin, request.origin) ? "add --resume to go on to more epochs, " : "";
+}
+
+void extend(TrainingState& state, const TrainingRequest& request) {
+  Origin& origin = state.model.origin;
+  if (origin.epochs == request.origin.epochs) return;
+  origin.extensions.push_back({static_cast<int>(state.log.size()), origin.epochs});
+  origin.epochs = request.origin.epochs;
 }
 
 }  // namespace
 
-Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program) {
+Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
+                 std::optional<Origin::Start> from) {
   const Preset& p = settings.preset;
   Origin origin;
   origin.program = program;
@@ -36,36 +66,50 @@ Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& s
   origin.training_trials = source.trials(dataset::Part::training);
   origin.validation_trials = source.trials(dataset::Part::validation);
   origin.patience = settings.patience;
+  origin.from = std::move(from);
   return origin;
 }
 
 std::string checkpoint_bytes(const TrainingState& state) {
-  const Checkpoint checkpoint{progress_json(state.log), state.velocities};
+  const Checkpoint checkpoint{to_json(state.log), state.velocities};
   return to_bytes(state.model, &checkpoint);
 }
 
-TrainingState load_checkpoint(const std::string& path, const Origin& origin, const dataset::ImageSettings& image,
-                              const sim::Protocol& protocol) {
+TrainingState load_checkpoint(const std::string& path, const TrainingRequest& request) {
   Checkpoint checkpoint;
   TrainingState state{model_from_bytes(read_file(path), path, &checkpoint), {}};
   state.velocities = std::move(checkpoint.velocities);
-  const std::string remedy = "resume with the options the training began with, or train without --resume";
-  if (state.model.origin != origin)
-    throw Error(path, "was made with other settings: " + difference(state.model.origin, origin), remedy);
-  sim::Protocol same_name = protocol;  // a file may have been renamed
-  same_name.name = state.model.protocol.name;
-  if (sim::to_json(state.model.protocol) != sim::to_json(same_name))
-    throw Error(path, "was made for another protocol", remedy);
-  if (state.model.image() != image)
-    throw Error(path, "was made with another image (" + one_line(dataset::to_json(state.model.image())) + ")", remedy);
-  try {
-    for (const Json& line : Json::parse(checkpoint.progress))
-      state.log.push_back(
-          {line.at(0).get<int>(), line.at(1).get<double>(), line.at(2).get<double>(), line.at(3).get<double>()});
-  } catch (const Json::exception&) {
-    throw Error(path, "has a log that cannot be read", remedy);
-  }
+  if (const std::string differs = what_differs(state.model, request); !differs.empty())
+    throw Error(path, "is of an unfinished training " + differs,
+                "give the options it was begun with, " + resume_hint(state.model, request) +
+                    "choose another output (-o), or delete it to begin anew");
+  state.log = log_from_json(checkpoint.progress, path);
+  extend(state, request);
   return state;
+}
+
+FinishedTraining load_finished(const std::string& path, const TrainingRequest& request) {
+  const std::string remedy = "choose another output (-o), or delete it to train anew";
+  const auto model_there = [&] {
+    try {
+      return load_model(path);
+    } catch (const Error& error) {
+      throw Error(path, "is there already and would be overwritten, and is no model (" + error.problem() + ")", remedy);
+    }
+  };
+  FinishedTraining finished{{model_there(), {}}, true};
+  TrainingState& state = finished.state;
+  if (const std::string differs = what_differs(state.model, request); !differs.empty())
+    throw Error(path, "would be overwritten: it is a finished model " + differs,
+                resume_hint(state.model, request) + remedy);
+  state.log = std::exchange(state.model.log, {});
+  finished.done = state.model.origin.epochs == request.origin.epochs;
+  if (finished.done) return finished;
+  if (state.log.empty())
+    throw Error(path, "does not say how its training went, so no training can go on from it", remedy);
+  if (state.model.origin.patience > 0) state.log.resize(static_cast<std::size_t>(best_epoch(state.log)));
+  extend(state, request);
+  return finished;
 }
 
 }  // namespace decid

@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "dataset/feed.hpp"
 #include "identify/prediction.hpp"
+#include "nn/safetensors.hpp"
 #include "nn/schedule.hpp"
 #include "nn/trainer.hpp"
 
@@ -19,6 +20,11 @@ namespace {
 double validate(const dataset::TrialSource& source, const Model& model) {
   const Predicted predicted = predict(model, source, dataset::Part::validation);
   return evaluate(model.targets, predicted.scores, predicted.truth).mse();
+}
+
+Diverged diverged(const Preset& preset, int epoch, const std::string& how) {
+  return Diverged("training", format("diverged in epoch %d of %d: ", epoch, preset.epochs) + how,
+                  format("lower the learning rate of %g (--lr)", preset.learning_rate));
 }
 
 }  // namespace
@@ -45,20 +51,6 @@ Evaluation evaluate(const dataset::TargetScaling& targets, std::span<const float
   return result;
 }
 
-std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters) {
-  const double half = 0.5 * static_cast<double>(parameters);
-  std::string text = "epoch,training_mse,validation_mse,training_matlab_loss,validation_matlab_loss,learning_rate\n";
-  for (const EpochLog& e : log)
-    text += format("%d,%.9g,%.9g,%.9g,%.9g,%.9g\n", e.epoch, e.training_mse, e.validation_mse, half * e.training_mse,
-                   half * e.validation_mse, e.learning_rate);
-  return text;
-}
-
-int best_epoch(const std::vector<EpochLog>& log) {
-  const auto best = std::ranges::min_element(log, {}, &EpochLog::validation_mse);
-  return best == log.end() ? 0 : best->epoch;
-}
-
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings) {
   TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture, *settings.head),
                       {}};
@@ -70,6 +62,33 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
   state.model.network.initialise(settings.seed);
   for (nn::Parameter<float>& parameter : state.model.network.layers().back().parameters())
     for (float& value : parameter.value) value *= settings.head->first_weights();
+  return state;
+}
+
+TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings, const Model& from,
+                             const std::string& name) {
+  TrainingState state{Model(source.protocol(), settings.preset.image, settings.preset.architecture, *settings.head),
+                      {}};
+  Model& model = state.model;
+  const auto refuse = [&](const std::string& what, const std::string& there, const std::string& here) {
+    const std::string preset = from.origin.preset.empty() ? "" : " (its preset was " + from.origin.preset + ")";
+    throw Error(
+        name, "has another " + what + " than this training: " + one_line(there) + " there, " + one_line(here) + " here",
+        "give its --preset, --architecture, --head and --image, as decid info shows them" + preset);
+  };
+  if (from.network.architecture() != model.network.architecture())
+    refuse("architecture", from.network.architecture(), model.network.architecture());
+  if (from.head != model.head) refuse("head", from.head->name(), model.head->name());
+  if (from.image() != model.image() || from.network.input_shape() != model.network.input_shape())
+    refuse("image", dataset::to_json(from.image()), dataset::to_json(model.image()));
+  if (from.parameters().size() != model.parameters().size())
+    refuse("body model", counted(static_cast<long long>(from.parameters().size()), "parameter"),
+           counted(static_cast<long long>(model.parameters().size()), "parameter"));
+  model.rows = from.rows;
+  model.targets = from.targets;
+  nn::TensorFile weights;
+  nn::save_network(from.network, weights);
+  nn::load_network(model.network, weights, name);
   return state;
 }
 
@@ -105,13 +124,14 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
       trainer.backward();
       log.learning_rate = schedule.rate(epoch * steps + first / preset.batch);
       trainer.step(log.learning_rate, preset.sgd);
-      if (!std::isfinite(loss_sum))
-        throw Error("training", format("diverged in epoch %d: the loss is not finite", epoch + 1),
-                    "lower the learning rate (--lr)");
+      if (!std::isfinite(loss_sum)) throw diverged(preset, epoch + 1, "the loss is not finite");
       if (!after_batch(first + batch.trials, trials)) return false;
     }
     log.training_mse = loss_sum / (static_cast<double>(trials) * static_cast<double>(model.parameters().size()));
     log.validation_mse = validate(source, model);
+    for (const auto& [name, mse] : {std::pair("training", log.training_mse), {"validation", log.validation_mse}})
+      if (!(mse <= largest_mse))
+        throw diverged(preset, epoch + 1, format("the %s MSE is %.3g, where guessing the mean gives 1", name, mse));
     state.log.push_back(log);
     state.velocities = trainer.velocities();
     after_epoch();

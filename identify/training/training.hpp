@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "base/error.hpp"
 #include "dataset/source.hpp"
 #include "identify/model.hpp"
+#include "identify/training/log.hpp"
 #include "identify/training/presets.hpp"
 
 namespace decid {
@@ -22,19 +24,6 @@ struct TrainingSettings {
   int patience = 0;        ///< stop after so many epochs in a row without a better validation MSE; 0: never
 };
 
-/// One line of the log. MSE: the loss of the model's head, a trial and parameter, which is a mean squared error.
-/// MATLAB's regression loss is half the sum over the parameters.
-struct EpochLog {
-  int epoch = 0;                ///< from 1
-  double training_mse = 0.0;    ///< mean over the epoch's batches, as they were trained
-  double validation_mse = 0.0;  ///< with running statistics, after the epoch
-  double learning_rate = 0.0;   ///< of the epoch's last step
-};
-std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters);
-
-/// The epoch of the least validation MSE, the first of equals; 0 if there is none yet.
-int best_epoch(const std::vector<EpochLog>& log);
-
 /// What a training needs to go on.
 struct TrainingState {
   Model model;
@@ -44,10 +33,22 @@ struct TrainingState {
 
 /// A model ready for its first epoch: scaling measured, weights initialised.
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings);
+/// Fine tuning: weights, running statistics and scalings are those of `from`, which errors call `name`. Throws Error
+/// unless its architecture, head, image and parameters are those of the settings; its protocol may be another one.
+TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings, const Model& from,
+                             const std::string& name);
+
+/// A training whose loss has left all bounds; what it made is worth nothing.
+struct Diverged : Error {
+  using Error::Error;
+};
+/// Guessing the mean gives an MSE of 1. An epoch's mean loss or validation MSE above this has diverged.
+inline constexpr double largest_mse = 1000.0;
 
 /// Runs the remaining epochs, or fewer if patience ends. after_batch(samples done in this epoch, samples of an
 /// epoch) may return false to stop; then, and only then, the result is false. after_epoch is called with the state as
-/// it is worth keeping. Throws Error if the loss is no longer finite.
+/// it is worth keeping. Throws Diverged if the loss is no longer finite or an epoch's above largest_mse; the state is
+/// worth nothing then.
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch);
 

@@ -1,10 +1,12 @@
 // decid train: a model from a data set, or from trials simulated on the fly.
 #include <sys/resource.h>
 
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -23,7 +25,7 @@ namespace {
 
 struct TrainOptions {
   CommonOptions common;
-  std::string data, preset = "best", architecture_file, image_file, output;
+  std::string data, preset = "best", architecture_file, image_file, from, output;
   ProtocolOptions protocol;
   bool stream = false, resume = false;
   int stream_trials = 25600, validation_trials = 1000, patience = 0;
@@ -57,111 +59,216 @@ TrainingSettings settings_from(const TrainOptions& options) {
   return settings;
 }
 
+/// MATLAB's loss over the MSE.
+double matlab_factor(const Model& model) {
+  return 0.5 * static_cast<double>(model.parameters().size());
+}
+
 double peak_memory_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
+/// The files of a training: the model and what lies beside it.
+struct TrainFiles {
+  explicit TrainFiles(const std::string& output)
+      : model(output), checkpoint(output + ".checkpoint"), log(output + ".log.csv"), best(output + ".best") {}
+  std::string model, checkpoint, log;
+  std::string best;  ///< with patience: the model of the best epoch so far
+
+  std::array<std::string, 4> all() const { return {model, checkpoint, log, best}; }
+};
+
+/// What files held before the work, to be put back if that turns out to be worth nothing.
+class Before {
+ public:
+  explicit Before(const std::array<std::string, 3>& paths) {
+    for (const std::string& path : paths)
+      files_.emplace_back(path, std::filesystem::exists(path) ? std::optional(read_file(path)) : std::nullopt);
+  }
+  void put_back() const {
+    for (const auto& [path, bytes] : files_) {
+      if (bytes)
+        write_file(path, *bytes);
+      else
+        std::filesystem::remove(path);
+    }
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::optional<std::string>>> files_;
+};
+
+/// What is there already of the training, from a checkpoint or a finished model; nothing if it is to begin. Throws
+/// Error if it would overwrite those of another one.
+std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest request) {
+  const bool finished = std::filesystem::exists(files.model);
+  if (std::filesystem::exists(files.checkpoint) || (request.more_epochs && !finished)) {
+    FinishedTraining unfinished{load_checkpoint(files.checkpoint, request), false};
+    request.more_epochs = true;  // the model is one for fewer epochs then, from which this training goes on
+    if (finished) static_cast<void>(load_finished(files.model, request));
+    return unfinished;
+  }
+  if (finished) return load_finished(files.model, request);
+  return std::nullopt;
+}
+
+/// The epoch whose model is kept.
+const EpochLog& kept_epoch(const std::vector<EpochLog>& log, int patience) {
+  return patience > 0 ? log.at(static_cast<std::size_t>(best_epoch(log)) - 1) : log.back();
+}
+
+void print_summary(const TrainOptions& options, const Model& model) {
+  Json json{{"model", options.output}, {"weights_sha256", nn::weights_sha256(model.network)}};
+  if (!model.log.empty()) {
+    const EpochLog& kept = kept_epoch(model.log, options.patience);
+    json.update(Json{{"epochs", model.log.size()},
+                     {"kept_epoch", kept.epoch},
+                     {"training_mse", kept.training_mse},
+                     {"validation_mse", kept.validation_mse},
+                     {"validation_matlab_loss", matlab_factor(model) * kept.validation_mse}});
+  }
+  std::cout << json.dump(2) << '\n';
+}
+
+void say_done(const TrainOptions& options, const Model& model) {
+  if (!options.common.quiet)
+    std::cerr << format(
+        "%s is the model of this very training (%zu epochs, weights SHA-256 %s): done, nothing is left to do\n",
+        options.output.c_str(), model.log.size(), nn::weights_sha256(model.network).c_str());
+  if (options.common.json) print_summary(options, model);
+}
+
+/// Trains what is left, with a line, a checkpoint and a log each epoch. False: it was interrupted.
+bool train_epochs(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
+                  TrainingState& state, ProgressBar& bar) {
+  const TrainFiles files(options.output);
+  const int trials = source.trials(dataset::Part::training);
+  const Before before({files.checkpoint, files.log, files.best});
+  if (settings.patience > 0 && !state.log.empty() && !std::filesystem::exists(files.best))
+    write_file(files.best, to_bytes(state.model));  // what goes on from a finished model goes on from its best
+  long long done_before = 0;
+  auto epoch_start = std::chrono::steady_clock::now();
+  const auto after_epoch = [&] {
+    done_before += trials;
+    const EpochLog& last = state.log.back();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - epoch_start).count();
+    bar.line(
+        format("epoch %3d of %d: training MSE %.4f, validation MSE %.4f (MATLAB's loss %.4f); %.0f samples/s, "
+               "peak memory %.0f MB",
+               last.epoch, settings.preset.epochs, last.training_mse, last.validation_mse,
+               matlab_factor(state.model) * last.validation_mse, trials / seconds, peak_memory_mb()));
+    // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
+    // same bits.
+    if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(files.best, to_bytes(state.model));
+    write_file(files.checkpoint, checkpoint_bytes(state));
+    write_file(files.log, log_csv(state.log, state.model.parameters().size()));
+    epoch_start = std::chrono::steady_clock::now();
+  };
+  try {
+    return run_training(
+        source, settings, state,
+        [&](int done, int) {
+          bar.update(done_before + done);
+          return !interrupted();
+        },
+        after_epoch);
+  } catch (const Diverged&) {
+    before.put_back();
+    throw;
+  }
+}
+
+/// The finished model: that of the last epoch or, with patience, of the best one.
+Model finished_model(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
+                     TrainingState& state) {
+  const TrainFiles files(options.output);
+  Model model = std::move(state.model);
+  if (settings.patience > 0) {
+    Model best = load_model(files.best);
+    best.origin.epochs = model.origin.epochs;  // it may be of a training that went on to more of them
+    best.origin.extensions = model.origin.extensions;
+    if (best.origin != model.origin)
+      throw Error(files.best, "was made with other settings: " + difference(best.origin, model.origin),
+                  "delete it and " + files.checkpoint + " to begin anew");
+    model = std::move(best);
+  }
+  model.log = std::move(state.log);
+  model.familiarity = learn_familiarity(model, source, settings.preset.epochs);
+  model.recalibration = learn_recalibration(model, source, settings.preset.epochs);
+  return model;
+}
+
+void say_finished(const TrainOptions& options, const Model& model, ProgressBar& bar) {
+  const EpochLog& kept = kept_epoch(model.log, options.patience);
+  if (options.patience > 0)
+    bar.line(format("%zu epochs done; kept epoch %d, validation MSE %.4f", model.log.size(), kept.epoch,
+                    kept.validation_mse));
+  bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(),
+                  TrainFiles(options.output).log.c_str(), nn::weights_sha256(model.network).c_str()));
+  if (!model.familiarity.known())
+    bar.line("too few trials, or another last layer than fc: identify will not recognise unfamiliar recordings");
+  if (model.gives_distribution() && !model.recalibration.known())
+    bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
+}
+
 void train(const TrainOptions& options) {
   if (options.data.empty() != options.stream)
     throw Error("train", "needs trials", "give either --data data.npz or --stream");
-  const std::string checkpoint = options.output + ".checkpoint";
-  const std::string log_path = options.output + ".log.csv";
-  const std::string best_path = options.output + ".best";  // with patience: the model of the best epoch so far
-  std::vector<std::string> files{options.data, options.architecture_file, options.image_file};
-  const sim::Protocol protocol = options.stream ? options.protocol.load(&files) : sim::default_protocol();
-  for (const std::string& path : {options.output, checkpoint, log_path, best_path}) refuse_same_file(path, files);
+  const TrainFiles files(options.output);
+  std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
+  const sim::Protocol protocol = options.stream ? options.protocol.load(&read) : sim::default_protocol();
+  for (const std::string& path : files.all()) refuse_same_file(path, read);
   // Reports unwritable places before the work, not after.
-  for (const std::string& path : {options.output, checkpoint, log_path}) PendingFile probe(path);
+  for (const std::string& path : {files.model, files.checkpoint, files.log}) PendingFile probe(path);
   TrainingSettings settings = settings_from(options);
   const std::unique_ptr<dataset::TrialSource> source =
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
   if (options.image_file.empty()) settings.preset.image = image_for(settings.preset, source->protocol());
-  const Origin origin = origin_of(settings, *source, std::string("decid ") + version);
-  TrainingState state = options.resume ? load_checkpoint(checkpoint, origin, settings.preset.image, source->protocol())
-                                       : start_training(*source, settings);
-  state.model.origin = origin;
-  Model& model = state.model;
-  const double half_the_sum = 0.5 * static_cast<double>(model.parameters().size());  // MATLAB's loss over the MSE
+  const std::optional<Model> from = options.from.empty() ? std::nullopt : std::optional(load_model(options.from));
+  std::optional<Origin::Start> start;
+  if (from) start = start_from(from->origin, nn::weights_sha256(from->network));
+  const Origin origin = origin_of(settings, *source, std::string("decid ") + version, start);
+  std::optional<FinishedTraining> there =
+      begun(files, {origin, settings.preset.image, source->protocol(), options.resume});
+  if (there && there->done) {
+    there->state.model.log = there->state.log;
+    say_done(options, there->state.model);
+    return;
+  }
+  TrainingState state = there  ? std::move(there->state)
+                        : from ? start_training(*source, settings, *from, options.from)
+                               : start_training(*source, settings);
+  if (!there) state.model.origin = origin;
 
   const Preset& preset = settings.preset;
   const int trials = source->trials(dataset::Part::training);
   const long long total = static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size()));
   ProgressBar bar("train", "samples", total, options.common.quiet);
   bar.line(format("%s: %zu parameters, %.1f MFLOP a sample; %d training and %d validation trials; kernels %s",
-                  preset.name.c_str(), model.network.parameter_count(),
-                  static_cast<double>(model.network.flops()) * 1e-6, trials, source->trials(dataset::Part::validation),
-                  nn::kernels<float>().name));
-  if (!options.resume && std::filesystem::exists(checkpoint))
-    bar.line("warning: " + checkpoint +
-             " of an earlier training is there; this one replaces it when its first epoch is "
-             "done, while --resume would go on from it");
+                  preset.name.c_str(), state.model.network.parameter_count(),
+                  static_cast<double>(state.model.network.flops()) * 1e-6, trials,
+                  source->trials(dataset::Part::validation), nn::kernels<float>().name));
+  if (there) bar.line(format("resuming after epoch %zu of %d", state.log.size(), preset.epochs));
   catch_interrupt();
-  long long done_before = 0;
-  auto epoch_start = std::chrono::steady_clock::now();
-  const bool finished = run_training(
-      *source, settings, state,
-      [&](int done, int) {
-        bar.update(done_before + done);
-        return !interrupted();
-      },
-      [&] {
-        done_before += trials;
-        const EpochLog& last = state.log.back();
-        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - epoch_start).count();
-        bar.line(
-            format("epoch %3d of %d: training MSE %.4f, validation MSE %.4f (MATLAB's loss %.4f); %.0f samples/s, "
-                   "peak memory %.0f MB",
-                   last.epoch, preset.epochs, last.training_mse, last.validation_mse,
-                   half_the_sum * last.validation_mse, trials / seconds, peak_memory_mb()));
-        // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
-        // same bits.
-        if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(best_path, to_bytes(model));
-        write_file(checkpoint, checkpoint_bytes(state));
-        write_file(log_path, log_csv(state.log, model.parameters().size()));
-        epoch_start = std::chrono::steady_clock::now();
-      });
-  const auto stop = [&] {
-    throw std::runtime_error(state.log.empty() ? "stopped before the first epoch was done; nothing was written"
-                                               : "stopped; the same command with --resume goes on after epoch " +
-                                                     std::to_string(state.log.size()) + " (" + checkpoint + ")");
+  const bool finished = train_epochs(options, settings, *source, state, bar);
+  const auto stop_if = [&](bool stopped) {
+    if (!stopped) return;
+    throw std::runtime_error(
+        std::filesystem::exists(files.checkpoint)
+            ? format("stopped; the same command, with --resume or without, goes on after epoch %zu (%s)",
+                     state.log.size(), files.checkpoint.c_str())
+            : "stopped before the first epoch was done; nothing was written");
   };
-  if (!finished) stop();
-  const bool early = settings.patience > 0;
-  if (early) {
-    state.model = load_model(best_path);
-    if (state.model.origin != origin)
-      throw Error(best_path, "was made with other settings: " + difference(state.model.origin, origin),
-                  "train without --resume");
-  }
-  model.familiarity = learn_familiarity(model, *source, preset.epochs);
-  if (interrupted()) stop();
-  model.recalibration = learn_recalibration(model, *source, preset.epochs);
-  if (interrupted()) stop();
+  stop_if(!finished);
+  const Model model = finished_model(options, settings, *source, state);
+  stop_if(interrupted());
   write_file(options.output, to_bytes(model));
-  for (const std::string& path : {checkpoint, best_path}) std::filesystem::remove(path);
-  const EpochLog& last = early ? state.log.at(static_cast<std::size_t>(best_epoch(state.log)) - 1) : state.log.back();
-  if (early)
-    bar.line(format("%zu epochs done; kept epoch %d, validation MSE %.4f", state.log.size(), last.epoch,
-                    last.validation_mse));
-  bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(), log_path.c_str(),
-                  nn::weights_sha256(model.network).c_str()));
-  if (!model.familiarity.known())
-    bar.line("too few trials, or another last layer than fc: identify will not recognise unfamiliar recordings");
-  if (model.gives_distribution() && !model.recalibration.known())
-    bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
-  if (options.common.json)
-    std::cout << Json{{"model", options.output},
-                      {"epochs", state.log.size()},
-                      {"kept_epoch", last.epoch},
-                      {"training_mse", last.training_mse},
-                      {"validation_mse", last.validation_mse},
-                      {"validation_matlab_loss", half_the_sum * last.validation_mse},
-                      {"weights_sha256", nn::weights_sha256(model.network)}}
-                     .dump(2)
-              << '\n';
+  for (const std::string& path : {files.checkpoint, files.best}) std::filesystem::remove(path);
+  say_finished(options, model, bar);
+  if (options.common.json) print_summary(options, model);
 }
 
 }  // namespace
@@ -203,8 +310,15 @@ void add_train(const Command& program) {
   command.add_option("--weight-decay", options->weight_decay, "L2 regularisation of the weights").range(0.0, 1.0);
   command.add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
   add_seed_option(command, options->seed, "Seed of weights, shuffling and, with --stream, trials");
-  command.add_flag("--resume", options->resume, "Go on from the checkpoint that a stopped training left");
-  add_output_option(command, "-o,--output", options->output, Written::safetensors, "Model file to write (.safetensors)")
+  command.add_option("--from", options->from,
+                     "A model file of the same architecture, head and image: begin with its weights and scalings "
+                     "(fine tuning)");
+  command.add_flag(
+      "--resume", options->resume,
+      "Go on from where a stopped training was, or a finished one to more --epochs; fails if there is none");
+  add_output_option(command, "-o,--output", options->output, Written::safetensors,
+                    "Model file to write (.safetensors). Meanwhile there is OUTPUT.checkpoint, from which the same "
+                    "command goes on; the files of other trainings are not overwritten")
       .required();
   add_common_options(command, options->common, true);
   command.footer("Example: decid train --data data.npz --preset best -o model.safetensors");

@@ -1,0 +1,49 @@
+// How a training went: see log.hpp.
+#include "identify/training/log.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/json_object.hpp"
+#include "base/text.hpp"
+
+namespace decid {
+
+std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters) {
+  const double half = 0.5 * static_cast<double>(parameters);
+  std::string text = "epoch,training_mse,validation_mse,training_matlab_loss,validation_matlab_loss,learning_rate\n";
+  for (const EpochLog& e : log)
+    text += format("%d,%.9g,%.9g,%.9g,%.9g,%.9g\n", e.epoch, e.training_mse, e.validation_mse, half * e.training_mse,
+                   half * e.validation_mse, e.learning_rate);
+  return text;
+}
+
+int best_epoch(const std::vector<EpochLog>& log) {
+  const auto best = std::ranges::min_element(log, {}, &EpochLog::validation_mse);
+  return best == log.end() ? 0 : best->epoch;
+}
+
+std::string to_json(const std::vector<EpochLog>& log) {
+  Json lines = Json::array();
+  for (const EpochLog& e : log) lines.push_back({e.epoch, e.training_mse, e.validation_mse, e.learning_rate});
+  return lines.dump();
+}
+
+std::vector<EpochLog> log_from_json(const std::string& text, const std::string& where) {
+  const auto unreadable = [&] {
+    return Error(where, "has a log that cannot be read", "give a file written by decid train");
+  };
+  std::vector<EpochLog> log;
+  try {
+    for (const Json& line : Json::parse(text)) {
+      log.push_back(
+          {line.at(0).get<int>(), line.at(1).get<double>(), line.at(2).get<double>(), line.at(3).get<double>()});
+      if (log.back().epoch != static_cast<int>(log.size())) throw unreadable();
+    }
+  } catch (const Json::exception&) {
+    throw unreadable();
+  }
+  return log;
+}
+
+}  // namespace decid

@@ -1,0 +1,29 @@
+// How a training went, a line an epoch: as CSV beside the model, and as JSON inside of model files.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace decid {
+
+/// One line of the log. MSE: the loss of the model's head, a trial and parameter, which is a mean squared error.
+/// MATLAB's regression loss is half the sum over the parameters.
+struct EpochLog {
+  int epoch = 0;                ///< from 1
+  double training_mse = 0.0;    ///< mean over the epoch's batches, as they were trained
+  double validation_mse = 0.0;  ///< with running statistics, after the epoch
+  double learning_rate = 0.0;   ///< of the epoch's last step
+
+  bool operator==(const EpochLog&) const = default;
+};
+std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters);
+
+/// The epoch of the least validation MSE, the first of equals; 0 if there is none yet.
+int best_epoch(const std::vector<EpochLog>& log);
+
+/// A list of [epoch, training MSE, validation MSE, learning rate].
+std::string to_json(const std::vector<EpochLog>& log);
+/// Throws Error, naming `where`, unless the epochs are numbered from 1 on.
+std::vector<EpochLog> log_from_json(const std::string& text, const std::string& where);
+
+}  // namespace decid

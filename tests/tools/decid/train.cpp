@@ -1,0 +1,214 @@
+// decid train as a process: stopped, given again, taken to more epochs, begun with another model's weights; what would
+// overwrite another training is refused, and one that diverges leaves nothing.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/decid/run.hpp"
+
+using decid::test::check_refused;
+using decid::test::Folder;
+using decid::test::read_text;
+using decid::test::run_decid;
+using decid::test::write_text;
+using Json = nlohmann::json;
+
+namespace {
+
+/// A folder with data sets of trials of 6 s: a.npz and b.npz, of `count` trials each.
+class TrainingFolder : public Folder {
+ public:
+  explicit TrainingFolder(int count) {
+    write_text(*this / "quick.json",
+               R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+    for (const auto& [name, seed] : {std::pair("a.npz", "5"), {"b.npz", "6"}})
+      REQUIRE(run_decid("dataset --quiet --count " + std::to_string(count) + " --seed " + seed + " --protocol " +
+                        *this / "quick.json" + " -o " + *this / name)
+                  .code == 0);
+  }
+  std::string train(const std::string& options, const std::string& data = "a.npz",
+                    const std::string& output = "m.safetensors") const {
+    return "train --json --threads 1 --data " + *this / data + " " + options +
+           (options.find("--preset") == std::string::npos ? " --preset small" : "") + " -o " + *this / output;
+  }
+  /// Ctrl-C once an epoch is done. A shell without job control starts children with SIGINT ignored; the program sets
+  /// its own handler all the same.
+  std::string interrupt(const std::string& command) const {
+    const std::string err = *this / "err";
+    const std::string line = std::string(DECID_PROGRAM) + " " + command + " >/dev/null 2>" + err +
+                             " & child=$!; while ! grep -qs ^epoch " + err +
+                             "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
+    REQUIRE(std::system(line.c_str()) == 0);
+    return read_text(*this / "err");
+  }
+};
+
+std::string hash_of(const decid::test::Result& result) {
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  return Json::parse(result.out).at("weights_sha256");
+}
+
+}  // namespace
+
+TEST_CASE("train: an interrupted training goes on, with its own data and settings only") {
+  const TrainingFolder folder(400);
+  const std::string model = folder / "m.safetensors", command = folder.train("--epochs 30");
+  CHECK(folder.interrupt(command).find("the same command, with --resume or without, goes on") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(model));
+  const std::string checkpoint = read_text(model + ".checkpoint");
+  write_text(folder / "other.txt", "conv 4 5x5 stride 4; relu; fc 7");
+  for (const std::string resume : {"", " --resume"}) {
+    check_refused(folder.train("--epochs 30" + resume, "b.npz"), {".checkpoint", "other settings", "trials", "delete"});
+    check_refused(folder.train("--epochs 30 --architecture " + folder / "other.txt" + resume),
+                  {".checkpoint", "other settings"});
+    // What differs is said, and nothing else.
+    const std::string slower = run_decid(folder.train("--epochs 30 --lr 0.001" + resume)).err;
+    CHECK(slower.find("other settings: learning_rate 0.02 there, 0.001 here;") != std::string::npos);
+    check_refused(folder.train("--epochs 4" + resume), {"epochs 30 there, 4 here"});
+    write_text(folder / "image.json", R"({"window": 55})");
+    check_refused(folder.train("--epochs 30 --image " + folder / "image.json" + resume), {"another image"});
+  }
+  check_refused(folder.train("--epochs 40"), {"epochs 30 there, 40 here", "--resume"});
+  CHECK(read_text(model + ".checkpoint") == checkpoint);
+  // To the same bits as in one go.
+  const auto went_on = run_decid(command);
+  CHECK(went_on.err.find("resuming after epoch ") != std::string::npos);
+  CHECK(hash_of(went_on) == hash_of(run_decid(folder.train("--epochs 30", "a.npz", "straight"))));
+  CHECK(read_text(model + ".log.csv") == read_text(folder / "straight.log.csv"));
+  CHECK(read_text(model) == read_text(folder / "straight"));
+  CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));
+}
+
+TEST_CASE("train: the same command again is done, another one overwrites nothing") {
+  const TrainingFolder folder(64);
+  const std::string model = folder / "m.safetensors", command = folder.train("--epochs 2");
+  const auto first = run_decid(command);
+  REQUIRE(first.code == 0);
+  const std::string bytes = read_text(model);
+  const auto again = run_decid(command);
+  CHECK(again.code == 0);
+  CHECK(again.out == first.out);
+  CHECK(again.err.find("nothing is left to do") != std::string::npos);
+  CHECK(again.err.find("epoch   1") == std::string::npos);
+  CHECK(run_decid(command + " --quiet").err.empty());
+  CHECK(run_decid(folder.train("--epochs 2 --resume")).out == first.out);
+  check_refused(folder.train("--epochs 2 --seed 2"), {model, "overwritten", "seed 1 there, 2 here", "-o", "delete"});
+  check_refused(folder.train("--epochs 2", "b.npz"), {model, "trials"});
+  check_refused(folder.train("--epochs 3"), {model, "epochs 2 there, 3 here", "--resume"});
+  check_refused(folder.train("--epochs 1 --resume"), {model, "epochs 2 there, 1 here"});
+  check_refused(folder.train("--epochs 2 --lr 1000"), {model, "learning_rate"});
+  CHECK(read_text(model) == bytes);
+  write_text(folder / "notes", "no model");
+  check_refused(folder.train("--epochs 2", "a.npz", "notes"), {"notes", "overwritten", "no model"});
+  CHECK(read_text(folder / "notes") == "no model");
+  // A checkpoint of a training beside the model of another: neither is touched.
+  const std::string other = folder / "n.safetensors";
+  REQUIRE(run_decid(folder.train("--epochs 2 --seed 2", "a.npz", "n.safetensors")).code == 0);
+  folder.interrupt(folder.train("--epochs 100000 --resume"));
+  std::filesystem::rename(other, model);
+  check_refused(folder.train("--epochs 100000"), {model, "overwritten", "seed 2 there, 1 here"});
+}
+
+TEST_CASE("train: --resume goes on to more epochs, and the origin says so") {
+  const TrainingFolder folder(64);
+  const std::string model = folder / "m.safetensors";
+  // From a checkpoint, with its velocities: with a constant rate the bits of one training of so many epochs.
+  folder.interrupt(folder.train("--epochs 100000 --schedule constant"));
+  std::string log = read_text(model + ".log.csv");
+  const auto done = std::count(log.begin(), log.end(), '\n') - 1;
+  const std::string more = "--schedule constant --epochs 100001 --resume";
+  folder.interrupt(folder.train(more));
+  const Json origin = Json::parse(run_decid("info --json " + model + ".checkpoint").out).at("origin");
+  CHECK(origin.at("epochs") == 100001);
+  REQUIRE(origin.at("extensions").size() == 1);
+  CHECK(origin["extensions"][0].at("planned") == 100000);
+  CHECK(origin["extensions"][0].at("after") >= done);
+  std::filesystem::remove(model + ".checkpoint");
+  // From a finished model: the rates are those of the schedule of all epochs.
+  REQUIRE(run_decid(folder.train("--epochs 2 --schedule step:1:0.5")).code == 0);
+  const std::string begun = read_text(model + ".log.csv");
+  const auto longer = run_decid(folder.train("--epochs 4 --schedule step:1:0.5 --resume"));
+  CAPTURE(longer.err);
+  REQUIRE(longer.code == 0);
+  CHECK(longer.err.find("resuming after epoch 2 of 4") != std::string::npos);
+  CHECK(Json::parse(longer.out).at("epochs") == 4);
+  log = read_text(model + ".log.csv");
+  CHECK(log.starts_with(begun));
+  CHECK(log.find(",0.0025\n") != std::string::npos);  // 0.02 / 2^3
+  CHECK(Json::parse(run_decid("info --json " + model).out).at("origin").at("extensions").dump() ==
+        R"([{"after":2,"planned":2}])");
+  CHECK(run_decid(folder.train("--epochs 4 --schedule step:1:0.5 --resume")).out == longer.out);
+  CHECK(run_decid(folder.train("--epochs 4 --schedule step:1:0.5")).out == longer.out);
+  check_refused(folder.train("--epochs 4 --resume", "a.npz", "nothing.safetensors"),
+                {"nothing.safetensors.checkpoint"});
+}
+
+TEST_CASE("train: what diverges is an error, and leaves nothing") {
+  const TrainingFolder folder(64);
+  const std::size_t before = folder.files();
+  for (const std::string lr : {"1000", "20"}) {
+    check_refused(folder.train("--quiet --preset best --epochs 3 --lr " + lr),
+                  {"training", "diverged in epoch", "of 3", "lower the learning rate of " + lr});
+    CHECK(folder.files() == before);
+  }
+  // What was there before stays.
+  REQUIRE(run_decid(folder.train("--epochs 1 --lr 5 --schedule constant --patience 40")).code == 0);
+  const std::string model = folder / "m.safetensors", bytes = read_text(model), log = read_text(model + ".log.csv");
+  const std::size_t files = folder.files();
+  check_refused(folder.train("--quiet --epochs 40 --lr 5 --schedule constant --patience 40 --resume"), {"diverged"});
+  CHECK(read_text(model) == bytes);
+  CHECK(read_text(model + ".log.csv") == log);
+  CHECK(folder.files() == files);
+}
+
+TEST_CASE("train: fine tuning begins with another model's weights") {
+  const TrainingFolder folder(64);
+  const std::string base = folder / "base.safetensors";
+  const std::string hash = hash_of(run_decid(folder.train("--epochs 12", "a.npz", "base.safetensors")));
+  // With a rate of next to nothing it knows the base's trials from the first epoch on.
+  const auto first_epoch = [&](const std::string& options, const std::string& output) {
+    return Json::parse(run_decid(folder.train("--epochs 1 --lr 1e-12" + options, "a.npz", output)).out)
+        .at("training_mse")
+        .get<double>();
+  };
+  CHECK(first_epoch(" --from " + base, "same.safetensors") < 0.8 * first_epoch("", "fresh.safetensors"));
+  const auto tuned = run_decid(folder.train("--epochs 1 --from " + base, "b.npz"));
+  CAPTURE(tuned.err);
+  REQUIRE(tuned.code == 0);
+  const Json origin = Json::parse(run_decid("info --json " + folder / "m.safetensors").out).at("origin");
+  CHECK(origin.at("from").at("weights_sha256") == hash);
+  CHECK(origin.at("from").at("trials")[0].at("kind") == "stored");
+  // It is not measured on what the base was trained on either.
+  check_refused("evaluate --model " + folder / "m.safetensors" + " --data " + folder / "a.npz", {"a.npz", "seed 5"});
+
+  const std::string refused = folder.train("--epochs 1 --from " + base, "b.npz", "n.safetensors");
+  check_refused(folder.train("--preset best --epochs 1 --from " + base, "b.npz", "n.safetensors"),
+                {base, "another architecture", "conv 8 5x5", "conv 48 7x1", "its preset was small"});
+  write_text(folder / "image.json", R"({"window": 55})");
+  check_refused(refused + " --image " + folder / "image.json", {base, "another image"});
+  check_refused(folder.train("--epochs 1 --from " + base, "b.npz", "base.safetensors"), {"read or written already"});
+  check_refused(folder.train("--epochs 1 --from /nowhere/m", "b.npz", "n.safetensors"), {"/nowhere/m"});
+  CHECK_FALSE(std::filesystem::exists(folder / "n.safetensors"));
+}
+
+TEST_CASE("train: patience keeps the model of the best epoch") {
+  const Folder folder;
+  decid::test::write_text(
+      folder / "quick.json",
+      R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+  REQUIRE(
+      run_decid("dataset --count 160 --seed 5 --protocol " + folder / "quick.json" + " -o " + folder / "d.npz").code ==
+      0);
+  const std::string train = "train --json --quiet --preset small --schedule constant --data " + folder / "d.npz";
+  const Json best = Json::parse(run_decid(train + " --epochs 200 --patience 2 -o " + folder / "a.safetensors").out);
+  const int kept = best.at("kept_epoch");
+  CHECK(best.at("epochs") == kept + 2);
+  // With a constant rate, a training of so many epochs is the beginning of the longer one.
+  const Json straight =
+      Json::parse(run_decid(train + " --epochs " + std::to_string(kept) + " -o " + folder / "b.safetensors").out);
+  CHECK(best.at("weights_sha256") == straight.at("weights_sha256"));
+  CHECK(best.at("validation_mse") == straight.at("validation_mse"));
+  CHECK(folder.files() == 6);  // no checkpoint, no best model left beside
+}
