@@ -254,12 +254,13 @@ void train(const TrainOptions& options) {
   if (there) bar.line(format("resuming after epoch %zu of %d", state.log.size(), preset.epochs));
   catch_interrupt();
   const bool finished = train_epochs(options, settings, *source, state, bar);
+  const std::size_t epochs = state.log.size();
   const auto stop_if = [&](bool stopped) {
     if (!stopped) return;
     throw std::runtime_error(
         std::filesystem::exists(files.checkpoint)
-            ? format("stopped; the same command, with --resume or without, goes on after epoch %zu (%s)",
-                     state.log.size(), files.checkpoint.c_str())
+            ? format("stopped; the same command, with --resume or without, goes on after epoch %zu (%s)", epochs,
+                     files.checkpoint.c_str())
             : "stopped before the first epoch was done; nothing was written");
   };
   stop_if(!finished);
