@@ -43,9 +43,6 @@ struct FitOptions {
 /// Options of recordings alone besides how they are read, and those of a frequency response alone.
 constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise", "--most-draws",
                                          "--report",   "--table", "--group",       "--resume"};
-/// Those that change no result of a recording, or are part of the journal's settings as what they stand for.
-const std::vector<std::string> not_settings{"recordings", "--output",  "--draws", "--report", "--table",    "--group",
-                                            "--resume",   "--threads", "--quiet", "--json",   "--protocol", "--model"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not go with what is to be fitted.
@@ -179,7 +176,8 @@ Fits fit_files(const FitOptions& options, const Model& model, const sim::Protoco
   return fits;
 }
 
-void write_results(const FitOptions& options, const Fits& fits, const std::vector<std::string>& groups) {
+void write_results(const FitOptions& options, const MadeWith& with, const Fits& fits,
+                   const std::vector<std::string>& groups) {
   Json recordings = Json::array();
   std::vector<Json> pages;
   std::vector<std::string> failed, groups_begun;
@@ -195,7 +193,7 @@ void write_results(const FitOptions& options, const Fits& fits, const std::vecto
   }
   const sim::ParameterTable table = fits.common.protocol.ranges();
   const Json compared = groups.empty() ? Json(nullptr) : groups_json(recordings, groups_begun, table);
-  const std::string json = recordings_json(model_name(options.model), fits.common, recordings, compared);
+  const std::string json = recordings_json(with, fits.common, recordings, compared);
   if (!options.draws.empty()) write_draws(options.draws, fits.results);
   if (!options.report.empty())
     write_file(options.report,
@@ -228,12 +226,13 @@ void run_fit(FitOptions options, const Command& command) {
   const Json settings{{"version", version},
                       {"protocol", parse_json(sim::to_json(protocol), "protocol")},
                       {"model", nn::weights_sha256(model.network)},
-                      {"options", command.given(not_settings)}};
+                      {"options", command.given(beside_answers)}};
   std::optional<FitJournal> journal = journal_of(options, settings);
   catch_interrupt();
   const Fits fits = fit_files(options, model, protocol, reading, journal ? &*journal : nullptr);
   refuse_alone(fits.common.recordings);
-  write_results(options, fits, groups);
+  write_results(options, {model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers)},
+                fits, groups);
   const bool failed =
       std::ranges::any_of(fits.common.recordings, [](const Identification& id) { return id.error.has_value(); });
   if (journal && !failed && fits.all_begun() && !interrupted()) journal->remove();

@@ -26,7 +26,7 @@ struct IdentifyOptions {
   std::string model, output, report, table, group;
 };
 
-void run_identify(IdentifyOptions options) {
+void run_identify(IdentifyOptions options, const Command& command) {
   ReadOptions reading = options.recordings.read_options();
   RecordingFlags& recordings = options.recordings;
   recordings.files =
@@ -55,11 +55,12 @@ void run_identify(IdentifyOptions options) {
   refuse_alone(all.recordings);
   Json list = identifications_list(all);
   const Json compared = groups.empty() ? Json(nullptr) : groups_json(list, groups, model.parameters());
-  const std::string json = recordings_json(model_name(options.model), all, list, compared);
+  const MadeWith with{model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers)};
+  const std::string json = recordings_json(with, all, list, compared);
   if (!options.report.empty())
-    write_file(options.report, report_html({model_name(options.model), nn::weights_sha256(model.network), version,
-                                            model.recalibration.known()},
-                                           all, page_groups(compared, list)));
+    write_file(options.report,
+               report_html({with.model, with.weights_sha256, version, with.options, model.recalibration.known()}, all,
+                           page_groups(compared, list)));
   if (!options.table.empty()) write_file(options.table, results_table(list, model.parameters()));
   if (!options.output.empty()) write_file(options.output, json);
   std::cout << (options.common.json ? json : identifications_text(all) + groups_text(compared));
@@ -88,9 +89,9 @@ void add_identify(const Command& program) {
       "          decid identify subjects --table results.csv --group groups.csv\n"
       "A recording that cannot be used does not stop the others: it has an \"error\" in the JSON, and the exit code is "
       "2.");
-  command.callback([options] {
+  command.callback([options, command] {
     apply(options->common);
-    run_identify(*options);
+    run_identify(*options, command);
   });
 }
 

@@ -5,6 +5,8 @@
 
 #include "base/json_object.hpp"
 #include "base/text.hpp"
+#include "base/version.hpp"
+#include "sim/protocol_json.hpp"
 #include "tools/decid/posterior_results.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/parameters_json.hpp"
@@ -58,6 +60,8 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
                  {"peak_to_peak_deg", id.peak_to_peak_deg()},
                  {"following", number_or_null(explanation.following)},
                  {"unfamiliarity", number_or_null(explanation.unfamiliarity)}};
+  const sim::ParameterTable ranges = protocol.ranges();
+  for (std::size_t p = 0; p < ranges.size(); ++p) recording["parameters"][p]["range"] = {ranges[p].low, ranges[p].high};
   if (tilt) {
     recording["tilt"] = {{"column", id.tilt_column},
                          {"delay_s", tilt->delay_s},
@@ -71,14 +75,20 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   return recording;
 }
 
-std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings,
+std::string recordings_json(const MadeWith& with, const Identifications& all, const Json& recordings,
                             const Json& groups) {
   const sim::Body& body = all.protocol.experiment.body;
   const Json body_json{{"mass_kg", body.mass_kg},
                        {"com_height_m", body.com_height_m},
                        {"inertia_kgm2", body.inertia_kgm2},
                        {"assumed", all.body_assumed}};
-  Json json{{"model", model}, {"body", body_json}, {"recordings", recordings}};
+  Json json{{"decid", version},
+            {"model", with.model},
+            {"model_sha256", with.weights_sha256},
+            {"options", with.options},
+            {"protocol", parse_json(sim::to_json(all.protocol), "protocol")},
+            {"body", body_json},
+            {"recordings", recordings}};
   if (!groups.is_null()) json.update(groups);
   // A file name need not be UTF-8; other bytes are replaced.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -9,6 +9,18 @@
 
 namespace decid::tools {
 
+/// What made the answers, so that they can be had again.
+struct MadeWith {
+  std::string model;                 ///< its name
+  std::string weights_sha256;        ///< of its weights
+  std::vector<std::string> options;  ///< that were given and change the answers: "--unit rad"
+};
+
+/// Options that change no answer, and those that the JSON has otherwise.
+inline const std::vector<std::string> beside_answers{"recordings", "--output", "--draws",    "--report",
+                                                     "--table",    "--group",  "--resume",   "--threads",
+                                                     "--quiet",    "--json",   "--protocol", "--model"};
+
 /// What scripts read of each recording, a list. Of a model that gives distributions each parameter also has "sd",
 /// "interval50", "interval90" and "normalized_interval90", each recording "correlations".
 Json identifications_list(const Identifications& all);
@@ -17,9 +29,10 @@ std::string identifications_text(const Identifications& all);
 
 /// A recording's object.
 Json recording_json(const Identification& id, const sim::Protocol& protocol);
-/// {"model": ..., "body": ..., "recordings": [...]}.
+/// {"decid": version, "model": ..., "model_sha256": ..., "options": [...], "protocol": {...}, "body": ...,
+/// "recordings": [...]}.
 /// groups: as group_results.hpp has them, added if they are not null.
-std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings,
+std::string recordings_json(const MadeWith& with, const Identifications& all, const Json& recordings,
                             const Json& groups);
 
 /// Parts of the text, for commands that have more to report: the recording, and what its answer is worth.

@@ -342,13 +342,14 @@ function fill(made, recording) {
 }
 
 function footer() {
-  const { name, sha256, version } = report.model;
+  const { name, sha256, version, options, protocol } = report.model;
   document.getElementById("footer").append(
     element("p", {}, element("strong", {}, "This is not a diagnosis. "),
       "The numbers are a neural network\u2019s estimates of the parameters of a simplified model of posture control " +
       "(a single inverted pendulum under disturbance estimation and compensation, DEC). They describe the recording " +
       "as that model sees it, hold for the stated protocol only, and carry the errors of model, network and measurement."),
-    element("p", {}, "decid ", version, ", model \u201c", name, "\u201d, SHA-256 of its weights ", element("code", {}, sha256), "."));
+    element("p", {}, "decid ", version, ", model \u201c", name, "\u201d, SHA-256 of its weights ", element("code", {}, sha256),
+      ", protocol \u201c", protocol, "\u201d", ...(options.length > 0 ? [", options ", element("code", {}, options.join(" "))] : []), "."));
 }
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posture control report`;

@@ -191,6 +191,8 @@ std::string report_html(const ReportModel& model, const Identifications& all, co
                 {{"name", model.name},
                  {"sha256", model.sha256},
                  {"version", model.version},
+                 {"options", model.options},
+                 {"protocol", all.protocol.name},
                  {"recalibrated", model.recalibrated}}},
                {"groups", groups},
                {"platform", series_to_json({{"tilt", &all.tilt_rad}})},

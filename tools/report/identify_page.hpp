@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "base/json_object.hpp"
 #include "identify/recordings.hpp"
@@ -10,9 +11,10 @@
 namespace decid::tools {
 
 struct ReportModel {
-  std::string name;     ///< "built-in" or the model file
-  std::string sha256;   ///< of its weights
-  std::string version;  ///< decid's
+  std::string name;                       ///< "built-in" or the model file
+  std::string sha256;                     ///< of its weights
+  std::string version;                    ///< decid's
+  std::vector<std::string> options = {};  ///< that were given
   bool recalibrated = false;
 };
 

@@ -170,6 +170,12 @@ TEST_CASE("identify prints, writes JSON and a report") {
   CHECK(printed.out == read_text(folder / "out.json"));
 
   const Json json = Json::parse(printed.out);
+  CHECK(json.at("decid") == DECID_VERSION);
+  CHECK(json.at("model_sha256").get<std::string>().size() == 64);
+  CHECK(json.at("options").empty());
+  CHECK(json.at("protocol").at("name") == "default");
+  CHECK(Json::parse(run_decid("identify --json --quiet --unit deg --detrend offset " + trial).out).at("options") ==
+        Json{"--unit deg", "--detrend offset"});
   const Json& recording = json.at("recordings").at(0);
   CHECK(recording.at("file") == trial);
   CHECK(recording.at("peak_to_peak_deg").get<double>() > 0.0);
@@ -183,6 +189,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
     const Json& parameter = recording.at("parameters").at(p);
     CHECK(parameter.at("name") == info.name);
     CHECK(parameter.at("unit") == info.unit);
+    CHECK(near(parameter.at("range").at(1).get<double>(), info.high, 1e-15));
     if (info.per_mgh)
       CHECK(near(parameter.at("normalized").get<double>(),
                  parameter.at("value").get<double>() / decid::sim::Body{}.mgh(), 1e-15));

@@ -228,7 +228,7 @@ TEST_CASE("text from outside cannot leave its block") {
   made.file = made.column = hostile;
   all.protocol.name = hostile;
   made.estimate.warnings = {{decid::Severity::caution, "hostile", hostile}};
-  const std::string page = decid::tools::report_html({hostile, hostile, hostile}, all);
+  const std::string page = decid::tools::report_html({hostile, hostile, hostile, {hostile}}, all);
   CHECK(count(page, "</script>") == 4);
   CHECK(page.find("<script>alert") == std::string::npos);
   for (const char* block : {"report-data", "details-1"}) CHECK(block_of(page, block).find('<') == std::string::npos);
