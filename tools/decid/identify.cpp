@@ -34,7 +34,8 @@ void run_identify(const IdentifyOptions& options) {
   const Model model = model_or_built_in(options.model);
   reading.truth = options.recordings.known(model.parameters());
   reading.body = options.recordings.body();
-  const Identifications all = identify_files(model, model_name(options.model), options.recordings.paths(), reading);
+  Identifications all = identify_files(model, model_name(options.model), options.recordings.paths(), reading);
+  recognise_tables(all.recordings);
   refuse_alone(all.recordings);
   const std::string json = identifications_json(model_name(options.model), all);
   if (!options.report.empty())

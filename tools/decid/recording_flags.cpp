@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/frf/table.hpp"
 #include "sim/segments.hpp"
 
 namespace decid::tools {
@@ -69,7 +70,7 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
       .add_option(
           "--fill-gaps", flags.fill_gaps,
           "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
-      .range(0.0, 60.0);
+      .range(0.0, dataset::longest_gap_s);
   command.add_option("--begin,--start", flags.begin, "Where the protocol starts, in seconds after the first sample")
       .range(0.0, 1e6);
   command.add_option("--tilt-column", flags.tilt_column,
@@ -93,6 +94,20 @@ void add_body_options(const Command& command, BodyFlags& flags) {
 void add_truth_option(const Command& command, RecordingFlags& flags) {
   command.add_option("--truth", flags.truth,
                      "Known parameters, shown beside: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
+}
+
+void recognise_tables(std::vector<Identification>& all) {
+  const auto is_table = [](const std::string& file) {
+    try {
+      frf::read_table(file);
+      return true;
+    } catch (const Error&) {
+      return false;
+    }
+  };
+  for (Identification& id : all)
+    if (id.error && is_table(id.file))
+      id.error = Error(id.file, "is a frequency response, not a recording", "fit it alone: decid fit --frf " + id.file);
 }
 
 void refuse_alone(const std::vector<Identification>& all) {

@@ -43,6 +43,8 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags);
 /// --truth, of the commands that show estimates.
 void add_truth_option(const Command& command, RecordingFlags& flags);
 
+/// Names those that could not be read because they are tables of a frequency response: --frf is for these.
+void recognise_tables(std::vector<Identification>& all);
 /// Throws the error of a single recording; several are kept, each with its own.
 void refuse_alone(const std::vector<Identification>& all);
 /// To be called when all is written: prints a line on standard error for each that could not be used, then throws

@@ -149,7 +149,7 @@ void train(const TrainOptions& options) {
   bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(), log_path.c_str(),
                   nn::weights_sha256(model.network).c_str()));
   if (!model.familiarity.known())
-    bar.line("too few trials, or another last layer than fc: identify will not recognise unfamiliar recordings");
+    bar.line("identify will not recognise unfamiliar recordings: " + why_no_familiarity(model, *source));
   if (model.gives_distribution() && !model.recalibration.known())
     bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
   if (options.common.json)
