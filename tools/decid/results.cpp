@@ -71,15 +71,18 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   return recording;
 }
 
+Json body_json(const sim::Body& body, bool assumed) {
+  return {{"mass_kg", body.mass_kg},
+          {"com_height_m", body.com_height_m},
+          {"inertia_kgm2", body.inertia_kgm2},
+          {"assumed", assumed}};
+}
+
 std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings) {
-  const sim::Body& body = all.protocol.experiment.body;
-  const Json body_json{{"mass_kg", body.mass_kg},
-                       {"com_height_m", body.com_height_m},
-                       {"inertia_kgm2", body.inertia_kgm2},
-                       {"assumed", all.body_assumed}};
+  const Json body = body_json(all.protocol.experiment.body, all.body_assumed);
   // A file name need not be UTF-8; other bytes are replaced.
-  return Json{{"model", model}, {"body", body_json}, {"recordings", recordings}}.dump(2, ' ', false,
-                                                                                      Json::error_handler_t::replace) +
+  return Json{{"model", model}, {"body", body}, {"recordings", recordings}}.dump(2, ' ', false,
+                                                                                 Json::error_handler_t::replace) +
          "\n";
 }
 

@@ -18,6 +18,7 @@ std::string identifications_text(const Identifications& all);
 /// Their parts, for commands that have more to report: a recording's object, the document of such objects, and the
 /// lines about a recording's table.
 Json recording_json(const Identification& id, const sim::Protocol& protocol);
+Json body_json(const sim::Body& body, bool assumed);
 std::string recordings_json(const std::string& model, const Identifications& all, const Json& recordings);
 /// The recording, and what its answer is worth.
 std::string headline(const Identification& id);
