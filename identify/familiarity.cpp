@@ -18,9 +18,15 @@ namespace {
 constexpr int batch = 64;
 /// How many trials are learned from, and how many show what is usual.
 constexpr int most_learned = 6144, most_shown = 4096;
-constexpr double usual_part = 0.97;
+constexpr double usual_part = 0.97, learned_part = 0.6;
+constexpr int trials_a_feature = 8;
 /// The part of the mean variance that is added to each, so that constant features can be divided by.
 constexpr double ridge = 1e-3;
+
+/// Of so many trials, how many are learned from.
+int learned_of(int trials) {
+  return static_cast<int>(learned_part * std::min(trials, most_learned + most_shown));
+}
 
 /// Features of `trials` images, one row each.
 std::vector<float> features_of(nn::Predictor& predictor, int trials, std::span<const float> images) {
@@ -106,13 +112,29 @@ int feature_count(const nn::Network<float>& network) {
   return count <= most_features ? count : 0;
 }
 
+std::string why_no_familiarity(const Model& model, const dataset::TrialSource& source) {
+  const auto layers = model.network.layers();
+  const int features = feature_count(model.network);
+  if (layers.size() < 2) return "the network has one layer, and so no features";
+  if (!std::holds_alternative<nn::FullyConnected>(layers.back().kind()))
+    return "the network's last layer, " + layers.back().text() + ", is not fc";
+  if (features == 0)
+    return format("the network's last layer reads %d features, and at most %d are kept",
+                  layers.back().src_shape().size(), most_features);
+  const auto enough = [&](int trials) { return learned_of(trials) >= trials_a_feature * features; };
+  const int there = source.trials(dataset::Part::unseen);
+  int needed = there;
+  while (!enough(needed)) ++needed;
+  if (needed == there) return {};
+  return format("it takes %d trials that the network was not trained on, and there are %d", needed, there);
+}
+
 Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch) {
   Familiarity familiarity;
+  if (!why_no_familiarity(model, source).empty()) return familiarity;
   const auto n = static_cast<std::size_t>(feature_count(model.network));
-  if (n == 0) return familiarity;
   const int trials = std::min(source.trials(dataset::Part::unseen), most_learned + most_shown);
-  const int learned = static_cast<int>(0.6 * trials);
-  if (learned < 8 * static_cast<int>(n)) return familiarity;
+  const int learned = learned_of(trials);
 
   nn::Predictor predictor(model.network, batch);
   const std::vector<float> rows = features_of_trials(model, predictor, source, next_epoch, 0, learned);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "dataset/source.hpp"
@@ -32,9 +33,12 @@ inline constexpr int most_features = 512;
 /// How many features of a network are kept; 0 if its last layer is not fully connected or reads too many.
 int feature_count(const nn::Network<float>& network);
 
+/// Why learn_familiarity would learn nothing: the last layer is not fully connected, reads more than most_features or
+/// is the only one, or there are too few trials, eight for each feature. Empty if it would.
+std::string why_no_familiarity(const Model& model, const dataset::TrialSource& source);
+
 /// Learned from trials that the network was not trained on: the next epoch's of a stream, the validation half of a
-/// data set. Empty if the network's last layer is not fully connected, reads more than most_features, or there are
-/// fewer than eight trials for each.
+/// data set. Empty if why_no_familiarity says why.
 Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch);
 
 }  // namespace decid

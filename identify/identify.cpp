@@ -16,8 +16,8 @@ constexpr std::size_t images_at_once = 64;
 void warn_of_ranges(const sim::ParameterTable& table, Estimate& estimate) {
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
-    const double value = estimate.parameters[p], margin = 0.05 * info.range();
-    if (value >= info.low - margin && value <= info.high + margin) continue;
+    const double value = estimate.parameters[p];
+    if (!info.is_beyond(value)) continue;
     const std::string trained = format("(%g to %g%s)", info.low, info.high, info.unit_after().c_str());
     if (value < 0.0)
       add_invalid(estimate.warnings, "impossible_value",
@@ -66,10 +66,11 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
   }
   explanation.unfamiliarity = unfamiliarity(estimate.distance, model.familiarity.usual, explanation.following);
   if (explanation.unfamiliarity <= 1.0) return;  // false for NaN
+  const bool stands = std::isfinite(explanation.rms_residual_deg);
   const std::string response =
       std::isnan(explanation.following)
-          ? "how much of the response to the tilt it has is not known, as the identified controller falls or has no "
-            "noise"
+          ? "how much of the response to the tilt it has is not known, as the identified controller " +
+                std::string(stands && estimate.parameters[sim::Nv] <= 0.0 ? "has no noise" : "falls")
           : format("it has %.2f of the response to the tilt that the identified controller would have",
                    explanation.following);
   add_invalid(

@@ -64,6 +64,11 @@ struct ParameterInfo {
 
   double middle() const { return 0.5 * (low + high); }
   double range() const { return high - low; }
+  /// Outside of its range by more than a twentieth of it, which estimates stray.
+  bool is_beyond(double value) const {
+    const double margin = 0.05 * range();
+    return !(value >= low - margin && value <= high + margin);  // NaN is
+  }
   /// For people, to whom a plain number has none.
   std::string shown_unit() const { return unit == "1" ? "" : unit; }
   /// " N m/rad", to stand behind a number; nothing for a parameter that is a plain number.

@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/recording.hpp"
 
 namespace decid::dataset {
 
@@ -166,12 +167,14 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
     const double length_s = static_cast<double>(length) / rate_hz;
     if (length == values.size()) throw Error(where, "all values of " + name + " are missing", "name another column");
     if (length_s > longest_s * (1.0 + 1e-9)) {
-      throw Error(where,
-                  name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
-                      six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
-                      " s after the first one" +
-                      (longest_s > 0.0 ? ", more than --fill-gaps " + six_digits(longest_s) : ""),
-                  "--fill-gaps " + six_digits(std::ceil(length_s * 1e4) / 1e4) + " interpolates gaps of that length");
+      throw Error(
+          where,
+          name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
+              six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
+              " s after the first one" + (longest_s > 0.0 ? ", more than --fill-gaps " + six_digits(longest_s) : ""),
+          length_s > longest_gap_s
+              ? "that is too much to interpolate: give the part before or behind it"
+              : "--fill-gaps " + six_digits(std::ceil(length_s * 1e4) / 1e4) + " interpolates gaps of that length");
     }
     for (std::size_t k = begin; k < end; ++k) {
       if (begin == 0) {

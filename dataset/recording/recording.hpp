@@ -13,6 +13,9 @@
 
 namespace decid::dataset {
 
+/// The longest gap that the program interpolates, in seconds: half a trial would be made up.
+inline constexpr double longest_gap_s = 60.0;
+
 enum class Unit { degree, radian, milliradian };
 
 struct RecordingOptions {

@@ -28,7 +28,7 @@ void refuse_response(const Table& table, const std::string& where) {
     return std::ranges::any_of(table.names(), [&](const std::string& name) { return words(name).front() == part; });
   };
   if (has("frequency") && has("gain"))
-    throw Error(where, "is a table of a frequency response, not a recording", "give it to decid fit --frf");
+    throw Error(where, "is a frequency response, not a recording", "fit it alone: decid fit --frf " + where);
 }
 
 void refuse_ankle(const std::string& name, const std::string& where) {

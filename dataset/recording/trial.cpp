@@ -64,6 +64,19 @@ std::string either(const Recording& recording, const char* for_samples, const ch
   return in_memory(recording) ? for_samples : for_files;
 }
 
+/// How to write down a protocol that is like this one but for some settings.
+std::string to_write(const sim::Protocol& protocol) {
+  const auto plays = [&](const sim::Protocol& known) {
+    sim::Experiment same_body = known.experiment;
+    same_body.body = protocol.experiment.body;
+    return same_body == protocol.experiment;
+  };
+  if (plays(sim::default_protocol())) return "write its protocol (decid stimulus --write-protocol mine.json)";
+  if (plays(sim::short_protocol()))
+    return "write its protocol (decid stimulus --protocol short --write-protocol mine.json)";
+  return "copy its protocol's file";
+}
+
 [[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
   const auto needed = static_cast<std::size_t>(protocol.samples());
   const double left_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz - std::max(start_s, 0.0);
@@ -80,8 +93,8 @@ std::string either(const Recording& recording, const char* for_samples, const ch
   if (whole >= 1 && whole < cycles) {
     problem += ", and of its " + std::to_string(cycles) + " cycles only " + std::to_string(whole) +
                (whole == 1 ? " is whole" : " are whole");
-    remedy = "write its protocol (decid stimulus --write-protocol mine.json), set its cycles to " +
-             std::to_string(whole) + ", and give it to decid fit, or to decid train --stream for a model of these";
+    remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
+             ", and give it to decid fit --protocol, or to decid train --stream for a model of these";
   } else {
     remedy =
         "give decid fit its own --protocol, or train a model for it (decid train --stream --protocol mine.json), then "

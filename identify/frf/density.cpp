@@ -41,7 +41,7 @@ Priors filled(Priors priors, const Table& table) {
         "give a factor above 1");
   if (*priors.error == 0.0 && !table.has_confidence())
     throw Error(table.file, "has no confidence, and its error was said to be 0",
-                "add a column of confidence, or give an error above 0");
+                "add a column of confidence, or give --prior-error above 0");
   return priors;
 }
 

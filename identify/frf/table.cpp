@@ -48,7 +48,7 @@ class Reader {
     throw Error(
         file_,
         "has no column called " + std::string(*names.begin()) + "; its columns are " + dataset::list_of(table_, -1),
-        "name them frequency_hz, gain and phase_deg");
+        "name them frequency_hz, gain and phase_deg, or leave --frf out if it is a recording");
   }
 
   /// Throws Error for the first value of which `right` is false.
@@ -159,7 +159,7 @@ void read_confidence(Reader& reader, const Column& gains, Table& table) {
   const auto coherence = reader.find({"coherence"}), cycles = reader.find({"cycles"});
   if (coherence && !cycles)
     throw Error(reader.file(), "has coherence but no column called cycles",
-                "say how many cycles were averaged, or leave the coherence out");
+                "add one that says how many cycles were averaged, or leave the coherence out");
   std::vector<std::string> kinds;
   for (const auto* column : {&deviation, &interval, &circle, &coherence})
     if (*column) kinds.push_back((*column)->name);

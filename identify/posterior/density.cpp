@@ -102,7 +102,7 @@ const sim::Protocol& of_single_pendulum(const sim::Protocol& protocol) {
   protocol.validate();
   if (&protocol.parameters() != &sim::single_pendulum().parameters)
     throw Error("protocol " + protocol.name, "has another body model than the single pendulum",
-                "the posterior is written for that one");
+                "use a protocol of the single pendulum");
   return protocol;
 }
 

@@ -210,4 +210,17 @@ TEST_CASE("familiarity: what a network's last layer reads, if it is fully connec
     CHECK_FALSE(learn_familiarity(model(architecture), Unseen(10'000), 5).known());
 }
 
+TEST_CASE("familiarity: why there is none is one reason") {
+  const auto why = [](const std::string& architecture, int trials) {
+    return why_no_familiarity(model(architecture), Unseen(trials));
+  };
+  CHECK(why("fc 3; fc 7", 40).empty());
+  CHECK(why("fc 512; fc 7", 6827).empty());
+  CHECK(why("fc 3; fc 7", 39) == "it takes 40 trials that the network was not trained on, and there are 39");
+  CHECK(why("fc 512; fc 7", 3) == "it takes 6827 trials that the network was not trained on, and there are 3");
+  CHECK(why("fc 7; relu", 3) == "the network's last layer, relu, is not fc");
+  CHECK(why("fc 513; fc 7", 3) == "the network's last layer reads 513 features, and at most 512 are kept");
+  CHECK(why("fc 7", 10'000) == "the network has one layer, and so no features");
+}
+
 }  // namespace decid

@@ -20,6 +20,7 @@
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/recording_flags.hpp"
+#include "tools/decid/results.hpp"
 #include "tools/firmware/controller.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
@@ -63,10 +64,14 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
   const std::vector<float> sway = test_sway(model.protocol.samples());
   model.make_input(dataset::Sway(sway, body.height), image);
   test.outputs.resize(static_cast<std::size_t>(model.network.output_shape().size()));
-  if (plan.options.int8)
+  if (plan.options.int8) {
     test.outputs = run_plan(plan, image);
-  else
-    nn::Predictor(model.network, 1).run(image, test.outputs);
+  } else {
+    nn::Predictor predictor(model.network, 1);
+    std::vector<float> features(static_cast<std::size_t>(predictor.feature_count()));
+    predictor.run(image, test.outputs, features);
+    if (plan.options.familiarity) test.distance = model.familiarity.distance(features) / model.familiarity.usual;
+  }
   for (const double value : body.from_model(model, model.decode(test.outputs)))
     test.parameters.push_back(static_cast<float>(value));
   if (const auto found = model.distribution(test.outputs, body.ranges))
@@ -97,6 +102,8 @@ void export_model(const ExportOptions& options) {
                       {"weight_bytes", plan.weight_bytes()},
                       {"arena_bytes", plan.arena.bytes},
                       {"whole_map_bytes", plan.whole_map_bytes()},
+                      {"familiarity_bytes", familiarity_bytes(model, plan)},
+                      {"body", body_json(body.protocol.experiment.body, body.assumed)},
                       {"lines", plan.stream_rows ? "rows" : "columns"},
                       {"weights_sha256", hash}}
                      .dump(2)
@@ -106,6 +113,8 @@ void export_model(const ExportOptions& options) {
         "%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena; all feature maps whole: %lld\n",
         name.c_str(), name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes,
         plan.whole_map_bytes());
+    if (plan.options.familiarity)
+      std::cout << format("%lld bytes more tell how familiar a trial is\n", familiarity_bytes(model, plan));
   }
 }
 
@@ -121,6 +130,8 @@ void add_export_c(const Command& parent) {
   command.add_flag("--incremental", options->firmware.incremental,
                    "With functions that take samples as they arrive and spread the work");
   command.add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
+  command.add_flag("--familiarity", options->firmware.familiarity,
+                   "With a function that tells how far a trial is from those of the training");
   add_body_options(command, options->body);
   add_common_options(command, options->common, true);
   command.footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");

@@ -79,7 +79,12 @@ void check_outputs(const FitOptions& options, std::vector<std::string> inputs) {
 /// The protocol that was asked for, with the subject's body if one was described.
 sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
-  if (options.amplitude_deg) protocol.sequence().amplitude_deg = *options.amplitude_deg;
+  if (options.amplitude_deg) {
+    if (!std::holds_alternative<sim::Sequence>(protocol.experiment.stimulus))
+      throw Error("--amplitude", "protocol '" + protocol.name + "' plays no ternary sequence, the tilt that it scales",
+                  "leave it out, and give the amplitudes in the protocol's file");
+    protocol.sequence().amplitude_deg = *options.amplitude_deg;
+  }
   protocol.validate();
   return protocol;
 }

@@ -106,7 +106,7 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
       .add_option(
           "--fill-gaps", flags.fill_gaps,
           "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
-      .range(0.0, 60.0);
+      .range(0.0, dataset::longest_gap_s);
   command.add_option("--begin,--start", flags.begin, "Where the protocol starts, in seconds after the first sample")
       .range(0.0, 1e6);
   command.add_option(

@@ -75,19 +75,21 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   return recording;
 }
 
+Json body_json(const sim::Body& body, bool assumed) {
+  return {{"mass_kg", body.mass_kg},
+          {"com_height_m", body.com_height_m},
+          {"inertia_kgm2", body.inertia_kgm2},
+          {"assumed", assumed}};
+}
+
 std::string recordings_json(const MadeWith& with, const Identifications& all, const Json& recordings,
                             const Json& groups) {
-  const sim::Body& body = all.protocol.experiment.body;
-  const Json body_json{{"mass_kg", body.mass_kg},
-                       {"com_height_m", body.com_height_m},
-                       {"inertia_kgm2", body.inertia_kgm2},
-                       {"assumed", all.body_assumed}};
   Json json{{"decid", version},
             {"model", with.model},
             {"model_sha256", with.weights_sha256},
             {"options", with.options},
             {"protocol", parse_json(sim::to_json(all.protocol), "protocol")},
-            {"body", body_json},
+            {"body", body_json(all.protocol.experiment.body, all.body_assumed)},
             {"recordings", recordings}};
   if (!groups.is_null()) json.update(groups);
   // A file name need not be UTF-8; other bytes are replaced.

@@ -29,6 +29,7 @@ std::string identifications_text(const Identifications& all);
 
 /// A recording's object.
 Json recording_json(const Identification& id, const sim::Protocol& protocol);
+Json body_json(const sim::Body& body, bool assumed);
 /// {"decid": version, "model": ..., "model_sha256": ..., "options": [...], "protocol": {...}, "body": ...,
 /// "recordings": [...]}.
 /// groups: as group_results.hpp has them, added if they are not null.

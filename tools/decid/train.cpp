@@ -200,7 +200,8 @@ Model finished_model(const TrainOptions& options, const TrainingSettings& settin
   return model;
 }
 
-void say_finished(const TrainOptions& options, const Model& model, ProgressBar& bar) {
+void say_finished(const TrainOptions& options, const dataset::TrialSource& source, const Model& model,
+                  ProgressBar& bar) {
   const EpochLog& kept = kept_epoch(model.log, options.patience);
   if (options.patience > 0)
     bar.line(format("%zu epochs done; kept epoch %d, validation MSE %.4f", model.log.size(), kept.epoch,
@@ -208,7 +209,7 @@ void say_finished(const TrainOptions& options, const Model& model, ProgressBar& 
   bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(),
                   TrainFiles(options.output).log.c_str(), nn::weights_sha256(model.network).c_str()));
   if (!model.familiarity.known())
-    bar.line("too few trials, or another last layer than fc: identify will not recognise unfamiliar recordings");
+    bar.line("identify will not recognise unfamiliar recordings: " + why_no_familiarity(model, source));
   if (model.gives_distribution() && !model.recalibration.known())
     bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
 }
@@ -268,7 +269,7 @@ void train(const TrainOptions& options) {
   stop_if(interrupted());
   write_file(options.output, to_bytes(model));
   for (const std::string& path : {files.checkpoint, files.best}) std::filesystem::remove(path);
-  say_finished(options, model, bar);
+  say_finished(options, *source, model, bar);
   if (options.common.json) print_summary(options, model);
 }
 

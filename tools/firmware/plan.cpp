@@ -196,6 +196,10 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
   if (model.head != &point_head() && !model.gives_distribution())
     throw Error("export", "the model's outputs are of the kind '" + model.head->name() + "'",
                 "export a model whose outputs are the parameters, or a mixture");
+  if (options.familiarity && !model.familiarity.known())
+    throw Error("--familiarity", "the model does not know what is familiar", "leave it out, or export another model");
+  if (options.familiarity && options.int8)
+    throw Error("--familiarity", "is learned of the network in float, not of 8-bit integers", "leave one of them out");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
   if (chain.shapes().size() > most_layers)
     throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, most_layers),

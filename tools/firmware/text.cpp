@@ -16,6 +16,8 @@
 #include "embedded/firmware_bins.hpp"
 #include "embedded/firmware_deviations.hpp"
 #include "embedded/firmware_elementary.hpp"
+#include "embedded/firmware_familiarity.hpp"
+#include "embedded/firmware_familiarity_header.hpp"
 #include "embedded/firmware_header.hpp"
 #include "embedded/firmware_image.hpp"
 #include "embedded/firmware_incremental.hpp"
@@ -123,10 +125,11 @@ std::string settings(const Model& model, const ForBody& body, const FirmwarePlan
   text += series ? series_settings(model, body) : spectrum_settings(model, plan, uses);
   text += define("USES_ASINH", uses.asinh) +
           define("USES_LOG", uses.log_modulus || uses.residual || uses.asinh || uses.mixture) +
-          define("USES_SQUARE_ROOT", uses.modulus || uses.residual || uses.asinh || uses.mixture || uses.statistics) +
+          define("USES_SQUARE_ROOT", uses.modulus || uses.residual || uses.asinh || uses.mixture || uses.statistics ||
+                                         plan.options.familiarity) +
           define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture) + define("USES_IS_FINITE", 0);
-  text += define("QUANTISED", plan.options.int8) + define("INCREMENTAL", plan.options.incremental) +
-          define("STREAM_ROWS", plan.stream_rows) +
+  text += define("FAMILIARITY", plan.options.familiarity) + define("QUANTISED", plan.options.int8) +
+          define("INCREMENTAL", plan.options.incremental) + define("STREAM_ROWS", plan.stream_rows) +
           define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
           define("USES_STATISTICS", uses.statistics) + define("MAPS", static_cast<long long>(plan.maps.size())) +
           define("LAYERS", static_cast<long long>(plan.layers.size())) +
@@ -273,6 +276,14 @@ std::string result_tables(const Model& model, const ForBody& body, const TestVec
          table("static const uint32_t test_deviations[PARAMETERS]", bits_of(test.deviations));
 }
 
+std::string familiarity_tables(const Model& model, const TestVector& test) {
+  const Familiarity& known = model.familiarity;
+  return define("FEATURES", std::ssize(known.mean)) + define_double("FAMILIARITY_USUAL", known.usual) +
+         table("static const float familiarity_mean[FEATURES]", known.mean) +
+         table("static const float familiarity_whitening[]", known.whitening) +
+         define_double("TEST_DISTANCE", test.distance);
+}
+
 std::string constants(const Model& model, const FirmwarePlan& plan) {
   const dataset::ImageShape shape = model.images().shape();
   std::string text = define("DECID_FW_PARAMETERS", static_cast<long long>(model.parameters().size()));
@@ -281,6 +292,7 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   text += define("DECID_FW_IMAGE_CHANNELS", shape.channels) + define("DECID_FW_IMAGE_ROWS", shape.rows) +
           define("DECID_FW_IMAGE_COLUMNS", shape.columns);
   text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());
+  if (plan.options.familiarity) text += define("DECID_FW_FAMILIARITY_BYTES", familiarity_bytes(model, plan));
   return text;
 }
 
@@ -372,6 +384,11 @@ void check_firmware_name(const std::string& name) {
               "give up to 40 letters, digits and underscores, a letter first");
 }
 
+long long familiarity_bytes(const Model& model, const FirmwarePlan& plan) {
+  const auto numbers = model.familiarity.mean.size() + model.familiarity.whitening.size();
+  return plan.options.familiarity ? static_cast<long long>(numbers * sizeof(float)) : 0;
+}
+
 FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,
                              const std::string& name, const std::string& origin) {
   std::string header = "/* " + origin + "\n   How to use it: docs/firmware.md of decid. */\n";
@@ -379,6 +396,8 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   header = replaced(header, "@CONSTANTS@", constants(model, plan));
   header = replaced(header, "@DEVIATIONS@",
                     components(model) > 0 ? std::string(embedded::firmware_deviations()) : std::string());
+  header = replaced(header, "@FAMILIARITY@",
+                    plan.options.familiarity ? std::string(embedded::firmware_familiarity_header()) : std::string());
   header = replaced(header, "@INCREMENTAL@",
                     plan.options.incremental ? std::string(embedded::firmware_incremental()) : std::string());
 
@@ -419,6 +438,10 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   add(embedded::firmware_state());
   add(series ? embedded::firmware_series() : embedded::firmware_windows());
   add(embedded::firmware_results());
+  if (plan.options.familiarity) {
+    source += familiarity_tables(model, test) + "\n";
+    add(embedded::firmware_familiarity());
+  }
   source += embedded::firmware_api();
   return {with_name(header, name), with_name(source, name)};
 }

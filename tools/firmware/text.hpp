@@ -19,6 +19,7 @@ struct TestVector {
   std::vector<float> outputs;     ///< of the network
   std::vector<float> parameters;  ///< in their units
   std::vector<float> deviations;  ///< theirs, if the model gives a distribution
+  double distance = 0.0;          ///< of the features over what is usual, if it was asked for
 };
 
 /// The sway that the self-test identifies: test_sample in tools/firmware/runtime/state.c.
@@ -26,6 +27,8 @@ std::vector<float> test_sway(int samples);
 
 /// Throws Error unless `name` is an identifier of C, at most 40 characters long.
 void check_firmware_name(const std::string& name);
+/// Of what tells how familiar a trial is; 0 unless it was asked for.
+long long familiarity_bytes(const Model& model, const FirmwarePlan& plan);
 /// For recordings of `body`. `name` begins every public name of the files. `origin`: what they were made from, for
 /// people.
 FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,

@@ -10,8 +10,7 @@ function rangeCell(parameter) {
   const mark = (value, kind) => {
     if (absent(value)) return;
     const at = place(value);
-    const outside = at < 0 || at > 100 ? " outside" : "";
-    const made = element("span", { class: kind + outside });
+    const made = element("span", { class: kind + (kind === "value-mark" && parameter.beyond ? " outside" : "") });
     made.style.left = Math.min(100, Math.max(0, at)) + "%";
     bar.append(made);
   };
@@ -24,10 +23,9 @@ function rangeCell(parameter) {
   mark(parameter.true, "truth-mark");
   mark(parameter.value, "value-mark");
   const decimals = decimalsOf(parameter);
-  const beyond = parameter.value < parameter.low || parameter.value > parameter.high;
   return element("td", { class: "range" }, bar,
     element("div", { class: "limits" }, element("span", {}, fixed(parameter.low, decimals)),
-      beyond && !absent(parameter.value) ? element("strong", {}, "outside the range") : null,
+      parameter.beyond && !absent(parameter.value) ? element("strong", {}, "outside the range") : null,
       element("span", {}, fixed(parameter.high, decimals))));
 }
 

@@ -17,6 +17,7 @@ Json described_parameters(const Identification& recording, const sim::Protocol& 
     list[i]["description"] = table[i].description;
     list[i]["low"] = page_number(table[i].low);
     list[i]["high"] = page_number(table[i].high);
+    list[i]["beyond"] = table[i].is_beyond(recording.estimate.parameters[i]);
   }
   return list;
 }

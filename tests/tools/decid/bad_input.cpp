@@ -2,6 +2,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <sstream>
+#include <utility>
 
 #include "tests/tools/decid/run.hpp"
 
@@ -195,6 +197,46 @@ TEST_CASE("recordings of another length or rate are refused with both and a way 
   check_recording_refused(recording(12100, 100, wave), {"12100", "200 Hz", "100 Hz"}, "--rate 200");
   check_recording_refused(recording(12200, 100, wave), {"--begin", "122 s"}, "--begin 130");
   check_recording_refused(recording(20, 100, wave), {"20", "12100"});
+}
+
+TEST_CASE("what errors advise works when it is done") {
+  const Folder folder;
+  const std::string mine = folder / "mine.json", cut = folder / "cut.csv";
+  // A trial that was stopped early: its protocol with fewer cycles, written as the error says.
+  for (const auto& [protocol, seconds] : {std::pair("", 90), {" --protocol short", 60}}) {
+    REQUIRE(run_decid(std::string("simulate --quiet -o ") + folder / "t.csv" + protocol).code == 0);
+    std::istringstream trial(read_text(folder / "t.csv"));
+    std::string text, line;
+    for (int k = 0; k <= 100 * seconds && std::getline(trial, line); ++k) text += line + "\n";
+    write_text(cut, text);
+    const std::string fit = "fit --quiet --most-draws 8 " + cut;
+    const std::string says =
+        std::string("write its protocol (decid stimulus") + protocol + " --write-protocol mine.json)";
+    check_refused(fit + protocol, {says, "set its cycles to ", "decid fit --protocol"});
+    const std::string error = run_decid(fit + protocol).err, cycles = "set its cycles to ";
+    const std::string number = error.substr(error.find(cycles) + cycles.size(), 1);
+    REQUIRE(run_decid(std::string("stimulus --quiet") + protocol + " --write-protocol " + mine).code == 0);
+    std::string changed = read_text(mine);
+    const std::size_t at = changed.find("\"cycles\": ") + 10;
+    write_text(mine, changed.replace(at, 1, number));
+    CHECK(run_decid(fit + " --protocol " + mine).code == 0);
+  }
+  // Another protocol's file is the user's own.
+  write_text(mine, R"({"sequence": {"amplitude_deg": 0.7}})");
+  write_text(cut, recording(9000, 100, wave));
+  check_refused("fit " + cut + " --protocol " + mine, {"copy its protocol's file, set its cycles to 1"});
+  // A table of a frequency response.
+  const std::string table = DECID_SOURCE_DIR "/examples/frf.csv";
+  check_refused("fit " + table, {"is a frequency response, not a recording", "decid fit --frf " + table});
+  check_refused("identify " + table, {"decid fit --frf " + table});
+  check_refused("fit --frf " + cut, {"no column called frequency", "leave --frf out if it is a recording"});
+}
+
+TEST_CASE("a gap that is too long for --fill-gaps is not advised to be filled") {
+  check_recording_refused(recording(12100, 100, [](int k) { return k > 100 && k < 6200 ? std::string() : wave(k); }),
+                          {"(60.99 s)", "too much to interpolate"}, "--fill-gaps 60");
+  check_recording_refused(recording(12100, 100, [](int k) { return k > 100 && k < 5200 ? std::string() : wave(k); }),
+                          {"--fill-gaps 50.99 interpolates"}, "--fill-gaps 1");
 }
 
 TEST_CASE("options of a recording that contradict each other or are none") {

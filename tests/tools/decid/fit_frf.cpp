@@ -136,7 +136,7 @@ TEST_CASE("fit --frf refuses what it cannot use, in one line") {
   check_table_refused(good, {"--most-draws", "not for --frf"}, "--most-draws 100");
   check_table_refused(good, {"--frf", "recordings"}, "r.csv");
   check_table_refused(good, {"--mass, --height"}, "--mass 70");
-  check_table_refused(good, {"another stimulus"},
+  check_table_refused(good, {"--amplitude", "plays no ternary sequence", "leave it out"},
                       "--amplitude 1 --protocol " + std::string(DECID_SOURCE_DIR) + "/examples/sines.json");
   check_refused("fit", {"neither a recording nor a frequency response"});
   check_refused("fit r.csv --amplitude 1", {"--amplitude", "--frf alone"});

@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/identify.hpp"
 #include "identify/prediction.hpp"
 #include "identify/training/presets.hpp"
 #include "identify/training/training.hpp"
@@ -54,6 +56,22 @@ std::vector<Compiler> compilers() {
   return all;
 }
 
+/// The same with the distance behind each trial's values, as identify finds it.
+std::string with_distances(const Model& model, const ForBody& body, const dataset::Dataset& data,
+                           const std::string& values) {
+  Identifier identifier(model, body);
+  const std::size_t width = values.size() / static_cast<std::size_t>(data.trials());
+  std::string all;
+  for (int i = 0; i < data.trials(); ++i) {
+    const std::span<const float> sway = data.trial(i);
+    const Estimate found = identifier.estimate({dataset::trial_of({sway.begin(), sway.end()})}).front();
+    const double distance = found.distance / model.familiarity.usual;
+    all += values.substr(static_cast<std::size_t>(i) * width, width);
+    all.append(reinterpret_cast<const char*>(&distance), sizeof distance);
+  }
+  return all;
+}
+
 /// Exports `model` and runs the harness on its trials: their parameters. subject: whose trials they are, the model's
 /// own body if empty.
 void check_bits(Model model, int trials, const std::string& options, std::size_t most_compilers,
@@ -92,6 +110,10 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
       expected += test::said_bytes(model, body, std::span(outputs).subspan(i, width));
   }
   std::string defines;
+  if (options.find("--familiarity") != std::string::npos) {
+    defines += " -DFAMILIARITY";
+    expected = with_distances(model, body, data, expected);
+  }
   if (options.find("--incremental") != std::string::npos) defines += " -DINCREMENTAL";
   if (model.gives_distribution()) defines += " -DDEVIATIONS";
   std::vector<Compiler> ways = compilers();
@@ -125,7 +147,7 @@ const dataset::ImageSettings every_channel{
 
 TEST_CASE("the firmware model on the host: the bits of identify in every compiler, whole and as samples arrive" *
           doctest::test_suite("slow")) {
-  check_bits(load_model(test::firmware_model), 4, "--incremental", 99);
+  check_bits(load_model(test::firmware_model), 4, "--incremental --familiarity", 99);
   check_bits(load_model(test::firmware_model), 4, "--incremental --int8", 99);
 }
 
@@ -197,7 +219,8 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
                "--incremental --int8", 1);
   }
   SUBCASE("the built-in model") {
-    check_bits(built_in_model(), 2, "", 1);
+    check_bits(built_in_model(), 2, "--familiarity", 1);
+    check_bits(built_in_model(), 2, "", 1, sim::Subject{.mass_kg = 60.0, .height_m = 1.65});
   }
 }
 
@@ -227,6 +250,21 @@ TEST_CASE("exported files for processors with _Float16: gcc's GNU modes make the
       for (const char* mode : {"gnu99", "gnu11"}) CHECK(assembly(mode) == c99);
     }
   }
+}
+
+TEST_CASE("what export c prints as JSON: sizes, and whose parameters the file gives") {
+  const Folder folder;
+  const std::string call = "export c " + test::firmware_model + " --name m --json -o " + folder / "c ";
+  const auto own = nlohmann::json::parse(run_decid(call).out);
+  CHECK(own["body"]["assumed"] == true);
+  CHECK(own["body"]["mass_kg"] == sim::Body{}.mass_kg);
+  CHECK(own["familiarity_bytes"] == 0);
+  const auto told = nlohmann::json::parse(run_decid(call + "--familiarity --mass 60 --height 1.8").out);
+  const sim::Body body = sim::body_of(sim::segments_of({.mass_kg = 60.0, .height_m = 1.8}));
+  CHECK(told["body"]["assumed"] == false);
+  CHECK(told["body"]["com_height_m"] == body.com_height_m);
+  CHECK(told["body"]["inertia_kgm2"] == body.inertia_kgm2);
+  CHECK(told["familiarity_bytes"] == 4 * (176 + 176 * 177 / 2));
 }
 
 TEST_CASE("an exported model is small, and needs nothing") {
@@ -338,10 +376,14 @@ TEST_CASE("bad input of decid export") {
   fails("c " + model + " -o " + folder / "no/such/folder", "folder");
   fails("c " + model + " -o /proc", "/proc");
   test::write_text(folder / "file", "");
-  fails("c " + model + " -o " + folder / "file", "not a folder");
+  fails("c " + model + " -o " + folder / "file", "is a file; give the name of a folder");
   fails("c " + model + " --name 7up" + out, "7up");
   fails("c " + model + " --name 'a b'" + out, "a b");
   fails("c " + folder / "file" + out, "file");
+  fails("c " + model + " --int8 --familiarity" + out, "not of 8-bit integers");
+  test::write_text(folder / "knows.safetensors",
+                   to_bytes(test::made_up_model(sim::short_protocol(), {.window = 1000}, "fc 9; fc 7")));
+  fails("c " + folder / "knows.safetensors" + " --familiarity" + out, "does not know what is familiar");
   // More layers than a byte can number.
   std::string deep = "conv 1 1x1";
   for (int i = 0; i < 260; ++i) deep += "; conv 1 1x1";

@@ -12,9 +12,14 @@ static float sway[MODEL_SAMPLES];
 static float image[MODEL_IMAGE_CHANNELS * MODEL_IMAGE_ROWS * MODEL_IMAGE_COLUMNS];
 
 #ifdef DEVIATIONS
-#define RESULTS (2 * MODEL_PARAMETERS)
+#define VALUES (2 * MODEL_PARAMETERS)
 #else
-#define RESULTS MODEL_PARAMETERS
+#define VALUES MODEL_PARAMETERS
+#endif
+#ifdef FAMILIARITY
+#define RESULTS (VALUES + 2) /* a double behind them */
+#else
+#define RESULTS VALUES
 #endif
 
 static int failures = 0;
@@ -27,13 +32,17 @@ static void require(int holds, const char* what, int line) {
   }
 }
 
-/* Appends the deviations, if the model knows them. */
-static void add_deviations(float* results) {
+/* Appends the deviations, if the model knows them, and the distance, if it can be asked for. */
+static void add_rest(float* results) {
 #ifdef DEVIATIONS
   REQUIRE(model_deviations(&results[MODEL_PARAMETERS], &arena) == MODEL_OK);
-#else
-  (void)results;
 #endif
+#ifdef FAMILIARITY
+  double distance = 0.0;
+  REQUIRE(model_distance(&distance, &arena) == MODEL_OK);
+  memcpy(&results[VALUES], &distance, sizeof distance);
+#endif
+  (void)results;
 }
 
 #ifdef INCREMENTAL
@@ -51,7 +60,7 @@ static int as_they_arrive(float* parameters, int samples, int units) {
   }
   while (result == MODEL_MORE) result = model_work(&arena);
   if (result == MODEL_OK) result = model_result(parameters, &arena);
-  if (result == MODEL_OK) add_deviations(parameters);
+  if (result == MODEL_OK) add_rest(parameters);
   return result;
 }
 
@@ -107,6 +116,16 @@ static void check_errors(void) {
   REQUIRE(model_deviations(parameters, (unsigned char*)&arena + 4) == MODEL_ERROR_ALIGNMENT);
   REQUIRE(model_deviations(parameters, &arena) == MODEL_ERROR_STATE); /* that image had no result */
 #endif
+#ifdef FAMILIARITY
+  {
+    double distance = 7.0;
+    REQUIRE(model_distance(NULL, &arena) == MODEL_ERROR_NULL);
+    REQUIRE(model_distance(&distance, NULL) == MODEL_ERROR_NULL);
+    REQUIRE(model_distance(&distance, (unsigned char*)&arena + 4) == MODEL_ERROR_ALIGNMENT);
+    REQUIRE(model_distance(&distance, &arena) == MODEL_ERROR_STATE);
+    REQUIRE(distance == 7.0);
+  }
+#endif
   REQUIRE(model_self_test(NULL) == MODEL_ERROR_NULL);
   REQUIRE(model_self_test((unsigned char*)&arena + 1) == MODEL_ERROR_ALIGNMENT);
 }
@@ -125,9 +144,9 @@ int main(int argc, char** argv) {
     REQUIRE(fread(image, sizeof image, 1, images) == 1);
     memset(&arena, 0xff, sizeof arena); /* what is in it must not matter: NaN all over */
     REQUIRE(model_identify(sway, whole, &arena) == MODEL_OK);
-    add_deviations(whole);
+    add_rest(whole);
     REQUIRE(model_identify_image(image, other, &arena) == MODEL_OK);
-    add_deviations(other);
+    add_rest(other);
     REQUIRE(memcmp(whole, other, sizeof whole) == 0);
 #ifdef INCREMENTAL
     REQUIRE(as_they_arrive(other, 110, 8) == MODEL_OK);

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "base/text.hpp"
+#include "identify/identify.hpp"
 #include "tests/tools/firmware/models.hpp"
 #include "tools/firmware/quantise.hpp"
 
@@ -48,6 +49,14 @@ std::string controller_row(const std::string& what, const std::string& costs) {
   return "| " + what + " | " + text("code_bytes") + " | " + text("constant_bytes") + " | " + text("state_bytes") +
          " | " + text("instructions_a_step") + " |";
 }
+/// What the firmware costs more that can say how familiar a trial is.
+std::string familiarity_row(const std::string& what, const std::string& with, const std::string& without) {
+  const auto more = [&](const std::string& name) {
+    return format("%.1f", 1e-3 * static_cast<double>(cost(with, name) - cost(without, name)));
+  };
+  return "| " + what + " | " + more("code_bytes") + " | " + more("constant_bytes") + " | " +
+         format("%.2f", 1e-6 * static_cast<double>(cost(with, "instructions_distance"))) + " |";
+}
 /// Sizes and counts are those of Debian 12's compiler: what is written down is what comes out.
 void check_written(const char* file, const std::string& line) {
   CAPTURE(line);
@@ -67,6 +76,19 @@ void check_costs(const std::string& costs, int trials) {
   CHECK(cost(costs, "instructions_largest_part") * 20 < cost(costs, "instructions_whole"));
 }
 
+/// The self-test compares the distance's bits too.
+void check_familiarity(const std::string& cpu, const std::string& name, const Model& model) {
+  const Folder folder, plain;
+  const dataset::Dataset data = test::noisy_trials(model, 1, 79);
+  const std::string costs = run_example(folder, "--familiarity --cpu " + cpu, data);
+  check_costs(costs, 1);
+  check_written("docs/firmware.md", familiarity_row(name, costs, run_example(plain, "--cpu " + cpu, data)));
+  const std::span<const float> sway = data.trial(0);
+  const Estimate found = Identifier(model).estimate({dataset::trial_of({sway.begin(), sway.end()})}).front();
+  CHECK(cost(costs, "distance_thousandths") ==
+        static_cast<long long>(1000.0 * (found.distance / model.familiarity.usual)));
+}
+
 void check_cpu(const std::string& cpu, const std::string& name, int trials) {
   Model model = load_model(test::firmware_model);
   {
@@ -79,6 +101,7 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
     CHECK(test::read_text(folder / "out/results.bin") ==
           test::identified_bytes(model, for_body(model, "model", {}), data));
   }
+  check_familiarity(cpu, name, model);
   const Folder folder;
   const dataset::Dataset data = test::noisy_trials(model, 2, 78);
   const std::string costs = run_example(folder, "--int8 --cpu " + cpu, data);

@@ -111,6 +111,18 @@ TEST_CASE("the data are those of the identification") {
   CHECK(near(shown["parameters"][0]["normalized"].get<double>(), 838.99 / sim::Body{}.mgh(), six_digits));
 }
 
+TEST_CASE("a value is marked as outside of its range where the warnings name it, and nowhere else") {
+  Identifications all = recording();
+  const sim::ParameterInfo& kp = sim::single_pendulum().parameters[sim::Kp];
+  for (const auto& [share, beyond] :
+       {std::pair(-0.051, true), {-0.049, false}, {0.5, false}, {1.049, false}, {1.051, true}}) {
+    all.recordings[0].estimate.parameters[sim::Kp] = kp.low + share * kp.range();
+    const json shown = data_of(all)["recordings"][0]["parameters"];
+    CHECK(shown[sim::Kp]["beyond"] == beyond);
+    CHECK(shown[sim::Kd]["beyond"] == false);
+  }
+}
+
 TEST_CASE("a network that says how sure it is: intervals, densities and correlations") {
   Identifications all = recording();
   CHECK_FALSE(data_of(all)["recordings"][0].contains("correlations"));

@@ -144,5 +144,14 @@ int DECID_FW_self_test(void* arena) {
     }
   }
 #endif
+#if FAMILIARITY
+  if (result == DECID_FW_OK) {
+    double distance = 0.0;
+    result = take_distance(arena, &distance);
+    if ((result == DECID_FW_OK) && !(distance == TEST_DISTANCE)) {
+      result = DECID_FW_ERROR_SELF_TEST;
+    }
+  }
+#endif
   return (int)result;
 }

@@ -42,7 +42,7 @@ int DECID_FW_identify(const float *sway_rad, float *parameters, void *arena);
 
 /* The same from the network's input: DECID_FW_IMAGE_CHANNELS x _ROWS x _COLUMNS values, row scaling applied. */
 int DECID_FW_identify_image(const float *image, float *parameters, void *arena);
-@DEVIATIONS@@INCREMENTAL@
+@DEVIATIONS@@FAMILIARITY@@INCREMENTAL@
 /* Identifies a made-up sway and compares all bits with those of the program that wrote this file: run it once on every
    new target and compiler. Needs the arena. */
 int DECID_FW_self_test(void *arena);
