@@ -24,7 +24,8 @@
 
    Threads. All functions may be called from many threads at once. A handle that a function takes as const may be used
    by many threads at once, and no handle changes once it is made. Results do not depend on the number of threads, nor
-   on the machine. A process that forks after the first call must not call decid in the child.
+   on the machine. In a process that was forked after the first call every function that can fail does, with
+   DECID_BAD_INPUT, unless all calls had one thread: OpenMP's threads are not in it.
 
    Options. A structure of options is set by its decid_.._defaults(&options, sizeof options), then changed; NULL in its
    place means all defaults. Structures that the library hands out may grow at their ends, so they are only pointed to.

@@ -1,6 +1,8 @@
 // Errors as C has them, and what concerns the library as a whole.
 #include <omp.h>
+#include <unistd.h>
 
+#include <atomic>
 #include <exception>
 #include <new>
 
@@ -45,6 +47,16 @@ decid_status remember_failure() noexcept {
     last = {};
     return DECID_NO_MEMORY;
   }
+}
+
+void refuse_fork() {
+  static std::atomic<pid_t> threaded{0};  // the process whose calls had several threads
+  pid_t other = 0;
+  if (omp_get_max_threads() > 1) threaded.compare_exchange_strong(other, getpid());
+  other = threaded.load();
+  if (other != 0 && other != getpid())
+    throw Error("decid", "this process was forked after decid's first call, and has none of its threads",
+                "start processes anew (in Python with the method 'spawn'), or set one thread before the fork");
 }
 
 std::vector<decid_warning> to_c(const Warnings& warnings) {

@@ -83,9 +83,14 @@ struct Stopped {
 /// Keeps the exception that is being handled as this thread's error.
 decid_status remember_failure() noexcept;
 
+/// Throws Error in a process that was forked from one whose calls had several threads: OpenMP would wait for ever for
+/// threads that are not in it.
+void refuse_fork();
+
 template <class F>
 decid_status guarded(const F& f) noexcept {
   try {
+    refuse_fork();
     f();
     return DECID_OK;
   } catch (...) {
@@ -96,9 +101,9 @@ decid_status guarded(const F& f) noexcept {
 /// Makes a handle: sets *place to what `make` returns, or to null if it throws.
 template <class Handle, class Make>
 decid_status made(Handle** place, const char* where, const Make& make) noexcept {
+  if (place != nullptr) *place = nullptr;
   return guarded([&] {
     if (place == nullptr) throw Error(where, "has no place for what it makes", "give the address of a pointer");
-    *place = nullptr;
     std::unique_ptr<Handle> handle = make();
     *place = handle.release();
   });

@@ -2,6 +2,7 @@
 import ast
 import gc
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -335,6 +336,16 @@ class Refusals(WithFolder):
             decid.identify(np.zeros((2, 3)), 100, "rad")
         with self.assertRaises(ValueError):
             decid.identify(["a"], 100, "rad")
+
+    def test_a_fork_is_refused_and_a_process_of_its_own_is_not(self):
+        decid.set_threads(2)
+        decid.identify(decid.simulate(seed=7))
+        with self.assertRaisesRegex(decid.Error, "forked"):
+            with multiprocessing.get_context("fork").Pool(1) as pool:
+                pool.apply(decid.Protocol)
+        code = "import decid, os; decid.simulate(); print(decid.identify(decid.simulate(seed=7)).trust)"
+        self.assertEqual(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout,
+                         "usable\n")
 
     def test_errors_are_of_their_thread(self):
         texts = {}

@@ -1,0 +1,17 @@
+% result = decid_fit (recording, name, value, ...)
+%
+% Samples the posterior of what a recording says, in seconds to minutes, with the bits of the program `decid fit`. As
+% decid_identify, and:
+%
+%   "protocol"              what was played: "default", "short" or a JSON file; otherwise the model's
+%   "prior_start"           the recording starts within so many seconds of the protocol
+%   "prior_gain"            its scale is within 1 +- this
+%   "prior_noise"           of the sensor, degrees, to a factor of 20
+%   "most_draws"            of each chain, 8 or more
+%   "seed"                  of the chains
+%
+% result also has quantities (as parameters: sensor_noise_deg, start_s, gain), draws (a column for each of both, chain by
+% chain), chains, agreed, from_network and divergences.
+function result = decid_fit (recording, varargin)
+  result = decid_mex ('fit', recording, struct (varargin{:}));
+end

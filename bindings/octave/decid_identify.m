@@ -1,0 +1,24 @@
+% result = decid_identify (recording, name, value, ...)
+%
+% Identifies the controller behind a recording of body sway, with the bits of the program `decid identify`.
+%
+%   result = decid_identify ("recording.csv", "mass", 70, "height", 1.75);
+%   result = decid_identify (sway, "rate", 100, "unit", "deg");
+%   [{result.parameters.name}; {result.parameters.value}]
+%
+% recording: the name of a CSV or MAT-file, or a vector of samples of the body's sway, 0 upright, positive in the
+% platform's direction of tilt, with "rate" in Hz and "unit" "deg", "rad" or "mrad".
+%
+%   "mass", "height"        the subject's, kg and m: both or none
+%   "detrend"               "none", "offset" or "linear": what is subtracted
+%   "begin"                 where in the recording the protocol starts, s
+%   "model"                 a model file; otherwise the built-in model
+%   "column", "unit", "rate", "fill_gaps", "tilt_column", "tilt_unit", "invert_sway", "invert_tilt"
+%                           how a file is read: see decid_read
+%
+% result: a structure of trust ("usable", "caution", "not usable"), parameters (a structure array of name, unit, value, sd,
+% interval50, interval90, normalized over m g h, ...; struct2table makes a table of it), warnings (severity, code, text),
+% rms_residual_deg and other figures, sway and fitted (rad, at the protocol's rate). NaN is what is not known.
+function result = decid_identify (recording, varargin)
+  result = decid_mex ('identify', recording, struct (varargin{:}));
+end

@@ -1,0 +1,362 @@
+/* decid for Octave and MATLAB: decid_identify.m and the others call decid_mex(command, source, options), options being
+   a structure whose fields are those of the lists below. Everything it does is libdecid's (decid.h). */
+#include <decid/decid.h>
+#include <mex.h>
+#include <stdio.h>
+#include <string.h>
+
+/* What a call holds; an error of Octave's never returns, so it is freed before. */
+static decid_model* model;       /* the last one that was used, kept for the next call */
+static char model_path[4096];    /* of it; "": the built-in one */
+static decid_protocol* protocol; /* these are of one call */
+static decid_recording* recording;
+static decid_result* result;
+static char texts[6][4096]; /* options that are texts */
+static int used_texts;
+
+static void forget_call(void) {
+  decid_result_free(result);
+  decid_recording_free(recording);
+  decid_protocol_free(protocol);
+  result = NULL;
+  recording = NULL;
+  protocol = NULL;
+  used_texts = 0;
+}
+
+static void forget_model(void) {
+  decid_model_free(model);
+  model = NULL;
+}
+
+static void fail(const char* where, const char* problem, const char* remedy) {
+  forget_call();
+  mexErrMsgIdAndTxt("decid:badInput", "%s: %s; %s", where, problem, remedy);
+}
+
+static void require(decid_status status) {
+  static char text[4096];
+  if (status == DECID_OK) return;
+  snprintf(text, sizeof text, "%s", decid_error_text());
+  forget_call();
+  mexErrMsgIdAndTxt(status == DECID_BAD_INPUT ? "decid:badInput" : "decid:failed", "%s", text);
+}
+
+/* ---- Options ---- */
+
+static const char* const identify_options[] = {"rate",        "unit",        "column",    "fill_gaps", "tilt_column",
+                                               "invert_sway", "invert_tilt", "tilt_unit", "mass",      "height",
+                                               "begin",       "detrend",     "model",     NULL};
+static const char* const fit_options[] = {"rate",        "unit",        "column",     "fill_gaps", "tilt_column",
+                                          "invert_sway", "invert_tilt", "tilt_unit",  "mass",      "height",
+                                          "begin",       "detrend",     "model",      "protocol",  "prior_start",
+                                          "prior_gain",  "prior_noise", "most_draws", "seed",      NULL};
+static const char* const read_options[] = {"rate",        "unit",      "column",      "fill_gaps", "tilt_column",
+                                           "invert_sway", "tilt_unit", "invert_tilt", NULL};
+
+static int is_one_of(const char* name, const char* const* names) {
+  for (; *names != NULL; ++names)
+    if (strcmp(name, *names) == 0) return 1;
+  return 0;
+}
+
+static void refuse_unknown(const mxArray* options, const char* const* names) {
+  int i;
+  for (i = 0; i < mxGetNumberOfFields(options); ++i)
+    if (!is_one_of(mxGetFieldNameByNumber(options, i), names)) {
+      static char name[128];
+      snprintf(name, sizeof name, "there is no option '%s'", mxGetFieldNameByNumber(options, i));
+      fail("decid", name, "help names the options");
+    }
+}
+
+static double number(const mxArray* options, const char* name, double otherwise) {
+  const mxArray* value = mxGetField(options, 0, name);
+  if (value == NULL) return otherwise;
+  if (!(mxIsNumeric(value) || mxIsLogical(value)) || mxIsComplex(value) || mxGetNumberOfElements(value) != 1)
+    fail(name, "is no number", "give one");
+  return mxGetScalar(value);
+}
+
+static int whole(const mxArray* options, const char* name, int otherwise) {
+  const double value = number(options, name, otherwise);
+  if (!(value >= -1e9 && value <= 1e9) || value != (int)value) fail(name, "is no whole number", "give one");
+  return (int)value;
+}
+
+/* NULL if it is not given. */
+static const char* text(const mxArray* options, const char* name) {
+  const mxArray* value = mxGetField(options, 0, name);
+  if (value == NULL) return NULL;
+  if (!mxIsChar(value) || mxGetString(value, texts[used_texts], sizeof texts[0]) != 0)
+    fail(name, "is no text, or a long one", "give a name in quotes");
+  return texts[used_texts++];
+}
+
+static int choice(const mxArray* options, const char* name, const char* const* names) {
+  const char* given = text(options, name);
+  int i;
+  if (given == NULL) return 0;
+  --used_texts;
+  for (i = 0; names[i] != NULL; ++i)
+    if (strcmp(given, names[i]) == 0) return i;
+  fail(name, "is none of its values", "help names them");
+  return 0;
+}
+
+static const char* const units[] = {"", "deg", "rad", "mrad", NULL};
+static const char* const detrends[] = {"none", "offset", "linear", NULL};
+
+/* ---- What Octave gets ---- */
+
+static mxArray* row(const double* values, size_t count) {
+  mxArray* made = mxCreateDoubleMatrix(1, count, mxREAL);
+  if (count > 0) memcpy(mxGetPr(made), values, count * sizeof *values);
+  return made;
+}
+
+static mxArray* column_of(const double* values, size_t count) {
+  mxArray* made = row(values, count);
+  mxSetM(made, count);
+  mxSetN(made, 1);
+  return made;
+}
+
+static mxArray* column_of_floats(const float* values, size_t count) {
+  mxArray* made = mxCreateDoubleMatrix(count, 1, mxREAL);
+  size_t i;
+  for (i = 0; i < count; ++i) mxGetPr(made)[i] = values[i];
+  return made;
+}
+
+static void add(mxArray* structure, const char* name, mxArray* value) {
+  mxAddField(structure, name);
+  mxSetField(structure, 0, name, value);
+}
+
+static mxArray* structure(void) {
+  return mxCreateStructMatrix(1, 1, 0, NULL);
+}
+
+static mxArray* warnings_of(const void* of, size_t count, const decid_warning* (*get)(const void*, size_t)) {
+  static const char* fields[] = {"severity", "code", "text"};
+  static const char* severities[] = {"info", "caution", "invalid"};
+  mxArray* list = mxCreateStructMatrix(1, count, 3, fields);
+  size_t i;
+  for (i = 0; i < count; ++i) {
+    const decid_warning* warning = get(of, i);
+    mxSetField(list, i, "severity", mxCreateString(severities[warning->severity]));
+    mxSetField(list, i, "code", mxCreateString(warning->code));
+    mxSetField(list, i, "text", mxCreateString(warning->text));
+  }
+  return list;
+}
+static const decid_warning* warning_of_recording(const void* of, size_t i) {
+  return decid_recording_warning(of, i);
+}
+static const decid_warning* warning_of_result(const void* of, size_t i) {
+  return decid_result_warning(of, i);
+}
+
+static mxArray* parameters_of(size_t first, size_t end) {
+  static const char* fields[] = {"name", "unit",           "low",        "high",       "value",
+                                 "sd",   "interval50",     "interval90", "normalized", "normalized_interval90",
+                                 "rhat", "effective_draws"};
+  mxArray* list = mxCreateStructMatrix(1, end - first, 12, fields);
+  size_t i;
+  for (i = 0; i < end - first; ++i) {
+    const decid_parameter* of = decid_result_parameter(result, first + i);
+    mxSetField(list, i, "name", mxCreateString(of->name));
+    mxSetField(list, i, "unit", mxCreateString(of->unit));
+    mxSetField(list, i, "low", row(&of->low, 1));
+    mxSetField(list, i, "high", row(&of->high, 1));
+    mxSetField(list, i, "value", row(&of->value, 1));
+    mxSetField(list, i, "sd", row(&of->sd, 1));
+    mxSetField(list, i, "interval50", row(of->interval50, 2));
+    mxSetField(list, i, "interval90", row(of->interval90, 2));
+    mxSetField(list, i, "normalized", row(&of->normalized, 1));
+    mxSetField(list, i, "normalized_interval90", row(of->normalized_interval90, 2));
+    mxSetField(list, i, "rhat", row(&of->rhat, 1));
+    mxSetField(list, i, "effective_draws", row(&of->effective_draws, 1));
+  }
+  return list;
+}
+
+static void add_fit(mxArray* to) {
+  const decid_sampling* sampling = decid_result_sampling(result);
+  const size_t parameters = decid_result_parameters(result), quantities = decid_result_quantities(result);
+  mxArray* draws = structure();
+  size_t q;
+  for (q = 0; q < quantities; ++q)
+    add(draws, decid_result_parameter(result, q)->name,
+        column_of(decid_result_draws(result, q), (size_t)sampling->draws));
+  add(to, "quantities", parameters_of(parameters, quantities));
+  add(to, "draws", draws);
+  add(to, "chains", mxCreateDoubleScalar(sampling->chains));
+  add(to, "agreed", mxCreateLogicalScalar(sampling->agreed != 0));
+  add(to, "from_network", mxCreateLogicalScalar(sampling->from_network != 0));
+  add(to, "divergences", mxCreateDoubleScalar(sampling->divergences));
+}
+
+static mxArray* result_to_octave(void) {
+  static const char* trusts[] = {"usable", "caution", "not usable"};
+  const decid_figures* figures = decid_result_figures(result);
+  mxArray* made = structure();
+  const float* values;
+  size_t samples;
+  add(made, "trust", mxCreateString(trusts[decid_result_trust(result)]));
+  add(made, "parameters", parameters_of(0, decid_result_parameters(result)));
+  add(made, "warnings", warnings_of(result, decid_result_warnings(result), warning_of_result));
+  add(made, "rms_residual_deg", row(&figures->rms_residual_deg, 1));
+  add(made, "variance_accounted_for", row(&figures->variance_accounted_for, 1));
+  add(made, "peak_to_peak_deg", row(&figures->peak_to_peak_deg, 1));
+  add(made, "following", row(&figures->following, 1));
+  add(made, "unfamiliarity", row(&figures->unfamiliarity, 1));
+  add(made, "mass_kg", row(&figures->mass_kg, 1));
+  add(made, "com_height_m", row(&figures->com_height_m, 1));
+  add(made, "inertia_kgm2", row(&figures->inertia_kgm2, 1));
+  add(made, "body_assumed", mxCreateLogicalScalar(figures->body_assumed != 0));
+  values = decid_result_sway(result, &samples);
+  add(made, "sway", column_of_floats(values, samples));
+  values = decid_result_fitted(result, &samples);
+  add(made, "fitted", column_of_floats(values, samples));
+  if (decid_result_sampling(result) != NULL) add_fit(made);
+  return made;
+}
+
+/* ---- Commands ---- */
+
+/* A file that is named, or samples. */
+static void take_recording(const mxArray* source, const mxArray* options) {
+  static char path[4096];
+  if (mxIsChar(source)) {
+    decid_read_options how;
+    decid_read_defaults(&how, sizeof how);
+    if (mxGetString(source, path, sizeof path) != 0) fail("decid", "the path is too long", "give a shorter one");
+    how.column = text(options, "column");
+    how.unit = choice(options, "unit", units);
+    how.rate_hz = number(options, "rate", 0.0);
+    how.fill_gaps_s = number(options, "fill_gaps", 0.0);
+    how.tilt_column = text(options, "tilt_column");
+    how.tilt_unit = choice(options, "tilt_unit", units);
+    how.invert_sway = whole(options, "invert_sway", 0);
+    how.invert_tilt = whole(options, "invert_tilt", 0);
+    require(decid_recording_read(path, &how, &recording));
+    return;
+  }
+  if (!mxIsDouble(source) || mxIsComplex(source) || (mxGetM(source) != 1 && mxGetN(source) != 1))
+    fail("decid", "the recording is neither a name in quotes nor a vector of doubles", "give one of the two");
+  if (mxGetField(options, 0, "rate") == NULL || mxGetField(options, 0, "unit") == NULL)
+    fail("rate, unit", "samples do not say theirs", "give both, such as 'rate', 100, 'unit', 'deg'");
+  require(decid_recording_of(mxGetPr(source), mxGetNumberOfElements(source), number(options, "rate", 0.0),
+                             choice(options, "unit", units), &recording));
+}
+
+static void take_model(const mxArray* options) {
+  const char* path = text(options, "model");
+  const char* wanted = path == NULL ? "" : path;
+  if (model != NULL && *wanted == '\0' && *model_path == '\0') return;
+  forget_model();
+  snprintf(model_path, sizeof model_path, "%s", wanted);
+  require(decid_model_load(path, &model));
+}
+
+static mxArray* identify(const mxArray* source, const mxArray* options) {
+  decid_identify_options how;
+  refuse_unknown(options, identify_options);
+  decid_identify_defaults(&how, sizeof how);
+  how.mass_kg = number(options, "mass", 0.0);
+  how.height_m = number(options, "height", 0.0);
+  how.begin_s = number(options, "begin", how.begin_s);
+  how.detrend = choice(options, "detrend", detrends);
+  take_model(options);
+  take_recording(source, options);
+  require(decid_identify(model, recording, &how, &result));
+  return result_to_octave();
+}
+
+static mxArray* fit(const mxArray* source, const mxArray* options) {
+  decid_fit_options how;
+  const char* played;
+  refuse_unknown(options, fit_options);
+  decid_fit_defaults(&how, sizeof how);
+  how.mass_kg = number(options, "mass", 0.0);
+  how.height_m = number(options, "height", 0.0);
+  how.begin_s = number(options, "begin", how.begin_s);
+  how.detrend = choice(options, "detrend", detrends);
+  how.prior_start_s = number(options, "prior_start", how.prior_start_s);
+  how.prior_gain = number(options, "prior_gain", how.prior_gain);
+  how.prior_noise_deg = number(options, "prior_noise", how.prior_noise_deg);
+  how.most_draws = whole(options, "most_draws", how.most_draws);
+  how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
+  played = text(options, "protocol");
+  if (played != NULL) require(decid_protocol_load(played, &protocol));
+  how.protocol = protocol;
+  take_model(options);
+  take_recording(source, options);
+  require(decid_fit(model, recording, &how, &result));
+  return result_to_octave();
+}
+
+static mxArray* read_recording(const mxArray* source, const mxArray* options) {
+  mxArray* made;
+  size_t samples;
+  refuse_unknown(options, read_options);
+  if (!mxIsChar(source)) fail("decid_read", "the file's name is no text", "give it in quotes");
+  take_recording(source, options);
+  samples = decid_recording_samples(recording);
+  made = structure();
+  add(made, "sway", column_of(decid_recording_sway(recording), samples));
+  if (decid_recording_tilt(recording) != NULL) add(made, "tilt", column_of(decid_recording_tilt(recording), samples));
+  add(made, "rate", mxCreateDoubleScalar(decid_recording_rate_hz(recording)));
+  add(made, "column", mxCreateString(decid_recording_column(recording)));
+  add(made, "warnings", warnings_of(recording, decid_recording_warnings(recording), warning_of_recording));
+  return made;
+}
+
+/* Options: seed, protocol, and each parameter by its name. */
+static mxArray* simulate(const mxArray* options) {
+  double values[DECID_MOST_PARAMETERS];
+  const char* names[DECID_MOST_PARAMETERS + 3] = {"seed", "protocol"};
+  const char* played = text(options, "protocol");
+  const int seed = whole(options, "seed", 1);
+  size_t p, count, samples;
+  mxArray *made, *sway;
+  require(decid_protocol_load(played == NULL ? "default" : played, &protocol));
+  count = decid_protocol_parameters(protocol);
+  samples = decid_protocol_samples(protocol);
+  for (p = 0; p < count; ++p) names[p + 2] = decid_protocol_parameter(protocol, p)->name;
+  refuse_unknown(options, names);
+  for (p = 0; p < count; ++p) {
+    const decid_parameter_info* info = decid_protocol_parameter(protocol, p);
+    values[p] = number(options, info->name, 0.5 * (info->low + info->high));
+  }
+  made = structure();
+  sway = mxCreateDoubleMatrix(samples, 1, mxREAL);
+  require(decid_simulate(protocol, values, 1, (uint64_t)seed, mxGetPr(sway), NULL));
+  add(made, "sway", sway);
+  add(made, "tilt", column_of(decid_protocol_tilt(protocol), samples));
+  add(made, "rate", mxCreateDoubleScalar(decid_protocol_rate_hz(protocol)));
+  for (p = 0; p < count; ++p) add(made, names[p + 2], mxCreateDoubleScalar(values[p]));
+  return made;
+}
+
+void mexFunction(int outputs, mxArray** left, int inputs, const mxArray** right) {
+  char command[16] = "";
+  mexAtExit(forget_model);
+  forget_call(); /* of a call that ran out of memory */
+  if (outputs > 1 || inputs != 3 || mxGetString(right[0], command, sizeof command) != 0 || !mxIsStruct(right[2]) ||
+      mxGetNumberOfElements(right[2]) != 1)
+    fail("decid_mex", "is called in another way than its functions do", "call decid_identify and the others");
+  if (strcmp(command, "identify") == 0)
+    left[0] = identify(right[1], right[2]);
+  else if (strcmp(command, "fit") == 0)
+    left[0] = fit(right[1], right[2]);
+  else if (strcmp(command, "read") == 0)
+    left[0] = read_recording(right[1], right[2]);
+  else if (strcmp(command, "simulate") == 0)
+    left[0] = simulate(right[2]);
+  else
+    fail("decid_mex", "there is no such command", "call decid_identify and the others");
+  forget_call();
+}

@@ -1,0 +1,14 @@
+% recording = decid_read (file, name, value, ...)
+%
+% Reads a recording, a CSV or MAT-file.
+%
+%   "column", "tilt_column"   by name, or a number in quotes from 1; the sway is found by name, the tilt is not read
+%   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees
+%   "rate"                    Hz, instead of the column of time
+%   "fill_gaps"               missing values up to so many seconds are interpolated
+%   "invert_sway", "invert_tilt"   true: positive against the protocol's direction
+%
+% recording: a structure of sway and, if it was read, tilt (rad), rate (Hz), column and warnings (severity, code, text).
+function recording = decid_read (file, varargin)
+  recording = decid_mex ('read', file, struct (varargin{:}));
+end

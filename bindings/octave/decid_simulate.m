@@ -1,0 +1,14 @@
+% trial = decid_simulate (name, value, ...)
+%
+% Simulates a trial with known parameters, with the bits of the program `decid simulate`.
+%
+%   trial = decid_simulate ("seed", 7, "Kp", 900, "delay", 0.1);
+%
+%   "Kp", "Kd", "Kp_pass", "Kd_pass", "Nv", "theta", "delay"   SI units; otherwise the middle of the range
+%   "seed"                                                     of the noise
+%   "protocol"                                                 "default", "short" or a JSON file
+%
+% trial: a structure of sway and tilt (rad), rate (Hz), and each parameter.
+function trial = decid_simulate (varargin)
+  trial = decid_mex ('simulate', [], struct (varargin{:}));
+end

@@ -1,0 +1,103 @@
+% The functions for Octave against the program, to the last bit but one, which Octave's jsondecode may miss; and what they
+% refuse.
+%   octave-cli --path FUNCTIONS test_functions.m PROGRAM SCRATCH
+1;
+
+function equal (found, expected)
+  assert (found, expected, -2 * eps);
+end
+
+function text = program (of, varargin)
+  [code, text] = system (strjoin ([{of}, varargin], ' '));
+  assert (code, 0);
+end
+
+function same (found, expected)
+  expected = expected.recordings;
+  assert (found.trust, expected.trust);
+  for p = 1:numel (expected.parameters)
+    of = expected.parameters(p);
+    if iscell (of), of = of{1}; end
+    mine = found.parameters(p);
+    assert (mine.name, of.name);
+    assert (mine.unit, of.unit);
+    equal ([mine.value, mine.sd, mine.interval50, mine.interval90], [of.value, of.sd, of.interval50', of.interval90']);
+    if isempty (of.normalized)
+      assert (isnan (mine.normalized));
+    else
+      equal ([mine.normalized, mine.normalized_interval90], [of.normalized, of.normalized_interval90']);
+    end
+  end
+  equal ([found.rms_residual_deg, found.variance_accounted_for, found.peak_to_peak_deg, found.following],
+         [expected.fit.rms_residual_deg, expected.fit.variance_accounted_for, expected.peak_to_peak_deg, expected.following]);
+  assert (strjoin ({found.warnings.code}), codes_of (expected.warnings));
+end
+
+function codes = codes_of (warnings)
+  codes = '';
+  if ! isempty (warnings), codes = strjoin ({warnings.code}); end
+end
+
+function refused (part, call)
+  message = '';
+  try
+    call ();
+  catch failure
+    message = failure.message;
+    assert (failure.identifier, 'decid:badInput');
+  end
+  assert (! isempty (strfind (message, part)), "'%s' is not in '%s'", part, message);
+end
+
+arguments = argv ();
+decid = arguments{end - 1};
+folder = arguments{end};
+file = fullfile (folder, 'trial.csv');
+program (decid, 'simulate --seed 7 --quiet -o', file);
+
+% A file, its options, and a body.
+found = decid_identify (file);
+same (found, jsondecode (program (decid, 'identify --json', file)));
+assert (numel (found.sway), 12100);
+same (decid_identify (file, 'mass', 70, 'height', 1.75, 'detrend', 'offset', 'column', 'com_sway_deg'),
+      jsondecode (program (decid, 'identify --json --mass 70 --height 1.75 --detrend offset --column com_sway_deg', file)));
+
+% Samples, as a column and as a row.
+table = dlmread (file, ',', 1, 0);
+for sway = {table(:, 2), table(:, 2)'}
+  again = decid_identify (sway{1}, 'rate', 100, 'unit', 'deg');
+  assert ([again.parameters.value], [found.parameters.value]);
+end
+
+% Simulation and reading.
+trial = decid_simulate ('seed', 7);
+assert (round (rad2deg (trial.sway) * 1e8), round (table(:, 2) * 1e8), 1);
+other = decid_simulate ('seed', 7, 'Kp', 700, 'protocol', 'short');
+assert (numel (other.sway), 6370);
+assert (other.Kp, 700);
+recording = decid_read (file, 'tilt_column', 'tilt_deg');
+assert (recording.sway, table(:, 2) * (pi / 180));
+assert (numel (recording.tilt), 12100);
+assert (recording.column, 'com_sway_deg');
+
+% A fit, short.
+fitted = decid_fit (file, 'most_draws', 8);
+expected = jsondecode (program (decid, 'fit --most-draws 8 --json --quiet', file));
+same (fitted, expected);
+assert ({fitted.quantities.name}, {'sensor_noise_deg', 'start_s', 'gain'});
+equal (fitted.quantities(3).value, expected.recordings.gain.value);
+assert (numel (fitted.draws.Kp), expected.recordings.diagnostics.draws);
+
+refused ('no.csv', @() decid_identify ('no.csv'));
+refused ('no.safetensors', @() decid_identify (file, 'model', 'no.safetensors'));
+refused ('samples do not say theirs', @() decid_identify (table(:, 2)));
+refused ('neither a name', @() decid_identify (single (table(:, 2)), 'rate', 100, 'unit', 'deg'));
+refused ('there is no option ''weight''', @() decid_identify (file, 'weight', 70));
+refused ('there is no option ''kp''', @() decid_simulate ('kp', 700));
+refused ('mass: is no number', @() decid_identify (file, 'mass', 'heavy', 'height', 1.75));
+refused ('unit: is none of its values', @() decid_identify (file, 'unit', 'grad'));
+refused ('seed: is no whole number', @() decid_simulate ('seed', 1.5));
+refused ('stands alone', @() decid_identify (file, 'mass', 70));
+refused ('leaves 5 degrees', @() decid_simulate ('Kp', 0, 'Kp_pass', 0));
+same (decid_identify (file), jsondecode (program (decid, 'identify --json', file)));  % none of these did harm
+disp ('octave: all the same');
