@@ -24,7 +24,7 @@ function errorChart(main) {
 }
 
 const main = document.getElementById("main");
-main.append(element("p", { class: "about" }, describeProtocol(report.protocol)), ...methodComparison(report));
+main.append(element("h2", {}, "What was compared"), element("p", { class: "about" }, describeProtocol(report.protocol)), ...methodComparison(report));
 errorChart(main);
 document.getElementById("footer").append(element("p", {}, "decid ", report.version, "."));
 finish();

@@ -30,7 +30,7 @@ function distributionTable() {
     element("caption", {}, "Mean and standard deviation of the valid trials, their least and largest value. The " +
       "peak-to-peak sway is that of the exact trial, without sensor noise."),
     element("thead", {},
-      element("tr", {}, element("th", { colspan: "2" }), ...sets.map(group)),
+      element("tr", {}, element("td", { colspan: "2" }), ...sets.map(group)),
       element("tr", {}, element("th", { scope: "col" }, "Parameter"), element("th", { scope: "col" }, "Unit"),
         ...sets.flatMap(() => [number("Mean"), number("Deviation"), number("Min"), number("Max")]))),
     element("tbody", {}, ...rows)));

@@ -9,7 +9,7 @@ function methodTable(comparison) {
     cell(`${fixed(method.mse, 3)} \u00b1 ${fixed(method.mse_standard_error, 3)}`),
     ...names.map(name => cell(fixed(method.mse_per_parameter[name], 3))),
     cell(count(method.simulations)), cell(compact(method.seconds))));
-  return element("div", { class: "scroll" }, element("table", {},
+  return element("div", { class: "scroll" }, element("table", { class: "methods" },
     element("caption", {}, "MSE over the trials of the z-scored parameters: predicting the mean gives 1. \u00b1 is the standard " +
       "error over the trials. Simulations and seconds are those of one trial; the network's training is not counted."),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Method"), number("MSE"), ...names.map(number),

@@ -1,7 +1,8 @@
 // Writes a report of made-up recordings, for looking at and for report_chromium.sh:
-//   report_sample PAGE.html [several|folded|fit|dataset]
+//   report_sample PAGE.html [several|folded|one|many|fit|dataset]
 // One simulated trial with known parameters, one whose fit fell over and one with an odd name; "folded": with
-// densities; "fit": the report of fits; "dataset": of a data set.
+// densities; "one": the first of these; "many": sixty of them, in two groups; "fit": the report of fits; "dataset": of a
+// data set.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -10,6 +11,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/json_object.hpp"
 #include "base/random.hpp"
 #include "dataset/image/image.hpp"
 #include "identify/explanation.hpp"
@@ -110,13 +112,43 @@ std::string dataset_page() {
   return dataset_html(figures);
 }
 
+/// Sixty recordings, every fifth not usable, in two groups.
+std::string page_of_many(const decid::tools::ReportModel& model, Identifications all) {
+  const Identification first = all.recordings.front();
+  all.recordings.clear();
+  decid::Json members = decid::Json::array(), parameters = decid::Json::array(), effects = decid::Json::array();
+  for (int i = 0; i < 60; ++i) {
+    Identification& made = all.recordings.emplace_back(first);
+    made.file = "recordings/subject-" + std::to_string(i + 1) + ".csv";
+    made.truth.reset();
+    for (double& value : made.estimate.parameters) value *= 0.8 + 0.006 * i;
+    if (i % 5 == 4) made.estimate.warnings = {{decid::Severity::invalid, "unfamiliar", "it looks like no trial"}};
+    members.push_back(i % 2 == 0 ? "patients" : "controls");
+  }
+  for (const std::string& name : all.protocol.parameters().names()) {
+    parameters.push_back({{"name", name}, {"mean", 2.0}, {"sd", 0.5}});
+    effects.push_back({{"name", name}, {"difference", 1.0}, {"hedges_g", 0.7}, {"interval95", {0.1, 1.3}}});
+  }
+  decid::Json groups{{"groups", decid::Json::array()}, {"comparisons", decid::Json::array()}, {"members", members}};
+  for (const char* name : {"controls", "patients"})
+    groups["groups"].push_back({{"name", name}, {"recordings", 24}, {"parameters", parameters}});
+  groups["comparisons"].push_back({{"groups", {"controls", "patients"}}, {"parameters", effects}});
+  return report_html(model, all, groups);
+}
+
 std::string page_of(const std::string& kind) {
   using decid::dataset::Channel;
   if (kind == "dataset") return dataset_page();
   if (kind == "fit") return decid::test::fit_page("0.1.0", decid::test::fitted_recordings());
   const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
-  if (kind == "folded")
-    return report_html(model, sure(several({Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual}, 2)));
+  const std::vector<Channel> folded{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual};
+  if (kind == "folded") return report_html(model, sure(several(folded, 2)));
+  if (kind == "many") return page_of_many(model, sure(several(folded, 2)));
+  if (kind == "one") {
+    Identifications one = sure(several(folded, 2));
+    one.recordings.resize(1);
+    return report_html(model, one);
+  }
   return report_html(
       model, several({Channel::modulus, Channel::phase, Channel::log_modulus, Channel::cos_phase, Channel::sin_phase}));
 }
@@ -125,7 +157,7 @@ std::string page_of(const std::string& kind) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fputs("usage: report_sample PAGE.html [several|folded|fit|dataset]\n", stderr);
+    std::fputs("usage: report_sample PAGE.html [several|folded|one|many|fit|dataset]\n", stderr);
     return 2;
   }
   try {
