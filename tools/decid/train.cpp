@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/disk_file.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/json_object.hpp"
@@ -73,11 +74,34 @@ double peak_memory_mb() {
 /// The files of a training: the model and what lies beside it.
 struct TrainFiles {
   explicit TrainFiles(const std::string& output)
-      : model(output), checkpoint(output + ".checkpoint"), log(output + ".log.csv"), best(output + ".best") {}
+      : model(output),
+        checkpoint(output + ".checkpoint"),
+        log(output + ".log.csv"),
+        best(output + ".best"),
+        lock(output + ".lock") {}
   std::string model, checkpoint, log;
   std::string best;  ///< with patience: the model of the best epoch so far
+  std::string lock;
 
-  std::array<std::string, 4> all() const { return {model, checkpoint, log, best}; }
+  std::array<std::string, 5> all() const { return {model, checkpoint, log, best, lock}; }
+};
+
+/// Held while a training of that output runs: another one would write the same files.
+class OutputLock {
+ public:
+  explicit OutputLock(const TrainFiles& files) : file_(files.lock, DiskFile::Access::write) {
+    if (!file_.try_lock() || !file_.is_still_at_its_path())
+      throw Error(files.model, "is being trained by another decid", "wait for it, or choose another output (-o)");
+  }
+  ~OutputLock() {
+    std::error_code ignored;
+    std::filesystem::remove(file_.path(), ignored);
+  }
+  OutputLock(const OutputLock&) = delete;
+  OutputLock& operator=(const OutputLock&) = delete;
+
+ private:
+  DiskFile file_;
 };
 
 /// What files held before the work, to be put back if that turns out to be worth nothing.
@@ -245,6 +269,7 @@ void train(const TrainOptions& options) {
   for (const std::string& path : {files.model, files.checkpoint, files.log, options.report})
     if (!path.empty()) PendingFile probe(path);
   TrainingSettings settings = settings_from(options);
+  const OutputLock lock(files);
   const std::unique_ptr<dataset::TrialSource> source =
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));

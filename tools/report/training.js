@@ -3,12 +3,12 @@
 const { log, epochs, best, distribution } = report;
 const colours = { training: "#c0561f", validation: "#17527f", rate: "#5b6770" };
 
-// Logarithmic where every value is positive, as all errors but the logarithms of densities are.
+// Errors are logarithmic where they are positive, as all but the logarithms of densities are, and differ much.
 function chart(title, caption, label, y, lines) {
   const canvas = element("canvas", { role: "img", "aria-label": label });
   document.getElementById("main").append(element("figure", {}, element("h3", {}, title),
     element("div", { class: "chart" }, canvas), element("figcaption", {}, caption)));
-  const values = lines.flatMap(({ key }) => log.map(line => line[key]));
+  const values = lines.flatMap(({ key }) => log.map(line => line[key])), least = Math.min(...values), [{ key }] = lines;
   const scale = axis(y);
   const logarithmic = { ...scale, type: "logarithmic", ticks: { ...scale.ticks,
     callback: (value, index, ticks) => ticks[index].major || ticks.length < 12 ? String(value) : "" } };
@@ -21,7 +21,7 @@ function chart(title, caption, label, y, lines) {
       animation: false, normalized: true, parsing: false, responsive: true, maintainAspectRatio: false,
       interaction: { mode: "nearest", axis: "x", intersect: false },
       scales: { x: { ...axis("Epoch"), min: 0, max: Math.max(epochs, log.length) },
-        y: values.every(value => value > 0) ? logarithmic : scale },
+        y: key !== "rate" && least > 0 && Math.max(...values) > 5 * least ? logarithmic : scale },
       plugins: { legend: { display: lines.length > 1 }, tooltip: { callbacks: {
         title: items => items.length ? `Epoch ${items[0].parsed.x}` : "",
         label: item => `${item.dataset.label}: ${minus(String(Number(item.parsed.y.toPrecision(4))))}` } } },

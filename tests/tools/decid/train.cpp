@@ -113,6 +113,23 @@ TEST_CASE("train: the same command again is done, another one overwrites nothing
   check_refused(folder.train("--epochs 100000"), {model, "overwritten", "seed 2 there, 1 here"});
 }
 
+TEST_CASE("train: while one runs, another one of the same output is refused") {
+  const TrainingFolder folder(64);
+  const std::string program = std::string(DECID_PROGRAM) + " ", err = folder / "err";
+  for (const std::string other : {"--epochs 100000", "--epochs 1 --seed 2"}) {
+    const std::string line = program + folder.train("--epochs 100000") + " >/dev/null 2>" + err +
+                             " & child=$!; while ! grep -qs ^epoch " + err + "; do sleep 0.02; done; " + program +
+                             folder.train(other) + " 2>" + folder / "refused" +
+                             "; code=$?; kill -INT $child; wait $child; test $code -eq 2";
+    CHECK(std::system(line.c_str()) == 0);
+    CHECK(read_text(folder / "refused").find("m.safetensors: is being trained by another decid; wait") !=
+          std::string::npos);
+    CHECK(std::filesystem::exists(folder / "m.safetensors.checkpoint"));
+    CHECK_FALSE(std::filesystem::exists(folder / "m.safetensors.lock"));
+    std::filesystem::remove(err);
+  }
+}
+
 TEST_CASE("train: --resume goes on to more epochs, and the origin says so") {
   const TrainingFolder folder(64);
   const std::string model = folder / "m.safetensors";
