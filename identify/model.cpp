@@ -124,6 +124,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
   }
   if (model.recalibration.known()) file.metadata["recalibration"] = to_json(model.recalibration);
   nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
+  file.metadata[nn::content_hash_key] = nn::content_sha256(file);
   return nn::to_safetensors(file);
 }
 
@@ -137,6 +138,8 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   };
   if (text("format") != format_name)
     throw Error(where, "is of format '" + text("format") + "', not '" + format_name + "'", remedy);
+  if (file.metadata.contains(nn::content_hash_key) && text(nn::content_hash_key) != nn::content_sha256(file))
+    throw Error(where, "is damaged: its content is not what its SHA-256 says", "take an undamaged copy of the file");
   if (checkpoint != nullptr) checkpoint->progress = text("progress");
   Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
               text("architecture"), file.metadata.contains("head") ? head_named(text("head"), where) : point_head());

@@ -75,11 +75,11 @@ struct Model {
 
 struct Checkpoint;  // identify/training/checkpoint.hpp
 
-/// The bytes of a model file; of a checkpoint's unless that is null.
+/// The bytes of a model file; of a checkpoint's unless that is null. They hold their own hash (nn::content_sha256).
 std::string to_bytes(const Model& model, const Checkpoint* checkpoint = nullptr);
 
-/// Throws Error for a damaged file, or one that is not a decid model. Unless `checkpoint` is null the file
-/// must be one; what it has besides the model goes there.
+/// Throws Error for a damaged file (a hash is checked where there is one), or one that is not a decid model. Unless
+/// `checkpoint` is null the file must be one; what it has besides the model goes there.
 Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint = nullptr);
 /// The model file at `path`. Throws Error if it cannot be read, and as model_from_bytes does.
 Model load_model(const std::filesystem::path& path);

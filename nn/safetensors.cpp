@@ -10,6 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
+#include "base/sha256.hpp"
 
 namespace decid::nn {
 namespace {
@@ -77,6 +78,27 @@ const NamedTensor& TensorFile::find(const std::string& name, std::size_t count, 
                     std::to_string(count),
                 "give a model file that was not edited");
   return *it;
+}
+
+std::string content_sha256(const TensorFile& file) {
+  Sha256 hash;
+  const auto add = [&](const std::string& text) { hash.update(text.c_str(), text.size() + 1); };
+  for (const auto& [key, value] : file.metadata) {
+    if (key == content_hash_key) continue;
+    add(key);
+    add(value);
+  }
+  std::vector<const NamedTensor*> tensors;
+  for (const NamedTensor& t : file.tensors) tensors.push_back(&t);
+  std::ranges::sort(tensors, {}, &NamedTensor::name);
+  for (const NamedTensor* t : tensors) {
+    std::string shape;
+    for (const long long extent : t->shape) shape += (shape.empty() ? "" : ",") + std::to_string(extent);
+    add(t->name);
+    add(shape);
+    hash.update(t->values.data(), t->values.size() * sizeof(float));
+  }
+  return hash.hex();
 }
 
 std::string to_safetensors(const TensorFile& file) {

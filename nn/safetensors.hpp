@@ -27,6 +27,13 @@ struct TensorFile {
   const NamedTensor& find(const std::string& name, std::size_t count, const std::string& where) const;
 };
 
+/// The key of the metadata that holds content_sha256.
+inline constexpr const char* content_hash_key = "sha256";
+/// SHA-256 over everything in a file, however it lies in it: of each entry of the metadata but that of the hash itself,
+/// in order of the keys, key, zero byte, value, zero byte; then of each tensor, in order of the names, name, zero byte,
+/// shape ("4,3"), zero byte, values (little-endian). Names and keys in order of their bytes.
+std::string content_sha256(const TensorFile& file);
+
 /// The bytes of a file; equal contents give equal bytes. The values start at a multiple of 8 bytes.
 std::string to_safetensors(const TensorFile& file);
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,5 +19,35 @@ struct NamedArray {
 /// Writes them as float64, whole or not at all. Throws Error if the file cannot be written, or a shape is not that of
 /// its values.
 void write_arrays(const std::filesystem::path& path, std::span<const NamedArray> arrays);
+
+/// The same for arrays too large for memory, of other types too: one after the other, each in pieces. The file is there
+/// after commit(), and nothing without it.
+class ArrayWriter {
+ public:
+  /// Throws Error if the file cannot be written, or is no regular one.
+  explicit ArrayWriter(const std::filesystem::path& path);
+  ~ArrayWriter();
+  ArrayWriter(const ArrayWriter&) = delete;
+  ArrayWriter& operator=(const ArrayWriter&) = delete;
+
+  /// Begins an array of Value: float, double or std::uint8_t. name: ASCII.
+  template <class Value>
+  void begin(const std::string& name, const std::vector<std::size_t>& shape);
+  /// The next values of the array. As many as its shape says in all, then begin(), add_text() or commit().
+  template <class Value>
+  void write(std::span<const Value> values) {
+    write_bytes(std::as_bytes(values));
+  }
+  /// An array of one text.
+  void add_text(const std::string& name, const std::string& text);
+  void commit();
+
+ private:
+  void write_bytes(std::span<const std::byte> bytes);
+  void end();
+
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
 
 }  // namespace decid::dataset

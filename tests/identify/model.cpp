@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 #include "base/error.hpp"
 #include "base/json_object.hpp"
 #include "base/sha256.hpp"
@@ -54,9 +56,54 @@ TEST_CASE("a model survives its file to the bit") {
   CHECK(to_bytes(copy) == bytes);
 }
 
+TEST_CASE("a flipped bit anywhere in a model file is noticed") {
+  const std::string bytes = to_bytes(example());
+  const std::size_t header = 8 + static_cast<unsigned char>(bytes[0]) + 256 * static_cast<unsigned char>(bytes[1]);
+  const auto refused = [](const std::string& changed) {
+    try {
+      model_from_bytes(changed, "m.safetensors");
+    } catch (const Error& error) {
+      return error.where() == "m.safetensors";
+    }
+    return false;
+  };
+  int values = 0;
+  for (std::size_t i = header; i < bytes.size(); i += 61) {
+    std::string changed = bytes;
+    changed[i] = static_cast<char>(changed[i] ^ (1 << (i % 8)));
+    CAPTURE(i);
+    CHECK(refused(changed));
+    ++values;
+  }
+  CHECK(values > 400);
+  // In the header too, but for the blanks behind it and the hash's own name, without which the file is an old one.
+  const std::size_t name = bytes.find("\"sha256\"");
+  REQUIRE(name < header);
+  for (std::size_t i = 8; i < bytes.find_last_of('}', header) + 1; i += 3) {
+    if (i >= name && i < name + 8) continue;
+    std::string changed = bytes;
+    changed[i] = static_cast<char>(changed[i] ^ 1);
+    CAPTURE(changed.substr(i - 8, 16));
+    CHECK(refused(changed));
+  }
+  std::string damaged = bytes;
+  damaged.back() = static_cast<char>(damaged.back() ^ 1);
+  CHECK_THROWS_WITH_AS(model_from_bytes(damaged, "m"), doctest::Contains("is damaged"), Error);
+
+  // A file without a hash is read as it is, and gets one when it is written.
+  nn::TensorFile old = nn::from_safetensors(bytes, "m");
+  CHECK(old.metadata.erase(nn::content_hash_key) == 1);
+  CHECK(to_bytes(model_from_bytes(nn::to_safetensors(old), "m")) == bytes);
+  // Where a tensor lies says nothing.
+  nn::TensorFile turned = nn::from_safetensors(bytes, "m");
+  std::ranges::reverse(turned.tensors);
+  CHECK(to_bytes(model_from_bytes(nn::to_safetensors(turned), "m")) == bytes);
+}
+
 TEST_CASE("a model from before the noise had a period of its own keeps the trial's length") {
   const auto period_s = [](const Json& protocol) {
     nn::TensorFile file = nn::from_safetensors(to_bytes(example()), "m");
+    file.metadata.erase(nn::content_hash_key);
     file.metadata["protocol"] = protocol.dump();
     return model_from_bytes(nn::to_safetensors(file), "m").protocol.noise_period_s();
   };
@@ -72,6 +119,7 @@ TEST_CASE("a scaling of another number of targets than parameters is refused") {
   for (const char* list : {"mean", "deviation"}) {
     for (const bool more : {true, false}) {
       nn::TensorFile file = nn::from_safetensors(bytes, "m");
+      file.metadata.erase(nn::content_hash_key);
       Json targets = Json::parse(file.metadata.at("targets"));
       if (more)
         targets[list].push_back(1.0);

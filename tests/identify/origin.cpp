@@ -46,6 +46,30 @@ TEST_CASE("origin: what is written is read back") {
   CHECK(to_json(made).find('\n') == std::string::npos);
 }
 
+TEST_CASE("origin: a fine tuning names what it began with, a longer training where it went on") {
+  Origin made = origin();
+  CHECK(to_json(made).find("extensions") == std::string::npos);
+  CHECK(to_json(made).find("from") == std::string::npos);
+  made.extensions = {{3, 3}, {5, 9}};
+  const Origin::Start start = start_from(origin(), "ab");
+  CHECK(start.weights_sha256 == "ab");
+  CHECK(start.trials == std::vector{origin().trials});
+  made.from = start;
+  CHECK(origin_from_json(to_json(made), "m") == made);
+  // The trials of all models before it.
+  made.trials = {Kind::stored, 99, "dd"};
+  CHECK(start_from(made, "cd").trials == std::vector{made.trials, origin().trials});
+  check_error([&] { require_not_trained_on(made, {Kind::stored, 7, "zz"}, Measured::all, "d.npz"); }, {"seed 7"});
+  made.from->trials = {{Kind::stored, {}, "aa"}};
+  check_error(
+      [&] {
+        require_not_trained_on(made, {Kind::stored, {}, "aa"}, Measured::all, "d.npz");
+      },
+      {"d.npz", "before the fine tuning"});
+  require_not_trained_on(made, {Kind::stored, {}, "bb"}, Measured::all, "d.npz");
+  CHECK(origin_from_json(R"({"from":3,"extensions":{}})", "m").extensions.empty());
+}
+
 TEST_CASE("origin: version 1 named its trials in a sentence") {
   const Origin stream = origin_from_json(
       R"({"program":"decid 0.1.0","preset":"best","seed":1,"trials":"simulated for each epoch from seed 41"})", "m");

@@ -14,7 +14,8 @@ from pathlib import Path
 PROGRAM = {
     "tools/report": ["identify"],
     "tools/firmware": ["identify"],
-    "tools/decid": ["tools/report", "tools/firmware"],
+    "tools/onnx": ["identify"],
+    "tools/decid": ["tools/report", "tools/firmware", "tools/onnx"],
     "bindings/c": ["identify"],
     "bindings/python": ["bindings/c"],
     "bench": ["tools/decid"],

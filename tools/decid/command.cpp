@@ -34,6 +34,8 @@ Format format_of(Written written) {
       return {"an SVG drawing", ".svg"};
     case Written::safetensors:
       return {"a model", ".safetensors"};
+    case Written::onnx:
+      return {"a network in ONNX", ".onnx"};
     case Written::samples:
       return {"bare samples", ".bin"};
     case Written::folder:
@@ -43,9 +45,9 @@ Format format_of(Written written) {
 }
 
 /// Endings that programs and people know; any other one may be given to any format.
-constexpr const char* known_endings[] = {".csv",  ".tsv", ".json", ".npz",         ".npy", ".mat",
-                                         ".html", ".htm", ".svg",  ".png",         ".pdf", ".xls",
-                                         ".xlsx", ".bin", ".hdf5", ".safetensors", ".c",   ".h"};
+constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz", ".npy", ".mat",  ".html",
+                                         ".htm",  ".svg",         ".png",  ".pdf", ".xls", ".xlsx", ".bin",
+                                         ".hdf5", ".safetensors", ".onnx", ".c",   ".h"};
 
 /// Of the name of what is written; empty: nothing.
 std::string what_is_wrong(const std::string& name, Written written) {

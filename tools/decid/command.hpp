@@ -36,7 +36,7 @@ void add_protocol_options(const Command& command, ProtocolOptions& options);
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);
 
 /// What a command writes under a name that it is given.
-enum class Written { json, csv, npz, html, svg, safetensors, samples, folder };
+enum class Written { json, csv, npz, html, svg, safetensors, onnx, samples, folder };
 
 /// `names`: "-o,--output", or of what is written besides. Refuses a name that ends like another format, which readers
 /// would take it for, a folder where a file is written, and "-": nothing else stands for standard output either.
@@ -62,6 +62,7 @@ void add_fit(const Command& program);
 void add_calibrate(const Command& program);
 void add_compare(const Command& program);
 void add_study(const Command& program);
+void add_image(const Command& program);
 void add_info(const Command& program);
 void add_export(const Command& program);
 

@@ -1,4 +1,5 @@
-// decid evaluate: a model's error on a data set.
+// decid evaluate: the error of a model, or of several beside each other, on a data set.
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -19,8 +20,17 @@ namespace {
 
 struct EvaluateOptions {
   CommonOptions common;
-  std::string model, data, split;
+  std::vector<std::string> models;  ///< files; one that is empty: the built-in model
+  std::string data, split;
   bool int8 = false;
+};
+
+/// A model and how its answers compare with the trials' parameters.
+struct Evaluated {
+  std::string name;
+  sim::ParameterTable table;
+  Evaluation result;
+  std::optional<NetworkCalibration> promises;
 };
 
 /// The outputs of the model's network, or of the one in 8-bit integers that a firmware would have.
@@ -31,21 +41,22 @@ std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& 
   return predict_planned(plan, model, trials, sways);
 }
 
-/// The part that was asked for, if the model was not trained on it; the other half of its own data set if none was.
-std::string split_of(const EvaluateOptions& options, const Model& model, const dataset::TrialIdentity& data) {
-  const Origin& origin = model.origin;
+/// The part that was asked for, if no model was trained on it; the other half of their own data set if none was.
+std::string split_of(const EvaluateOptions& options, std::span<const Model> models,
+                     const dataset::TrialIdentity& data) {
   std::string split = options.split.empty() ? "all" : options.split;
-  if (options.split.empty() && trained_on(origin, data)) {
+  for (std::size_t i = 0; i < models.size() && options.split.empty(); ++i) {
+    if (!trained_on(models[i].origin, data)) continue;
     split = "validation";
     if (!options.common.quiet)
-      std::cerr << "note: the model was trained on half of " << options.data
-                << "; measured on the other, its validation"
-                << (model.recalibration.known() ? ", on which its intervals were recalibrated\n" : "\n");
+      std::cerr << "note: " << (models.size() == 1 ? "the model" : model_name(options.models[i]))
+                << " was trained on half of " << options.data << "; measured on the other, its validation"
+                << (models[i].recalibration.known() ? ", on which its intervals were recalibrated\n" : "\n");
   }
   const Measured part = split == "all"        ? Measured::all
                         : split == "training" ? Measured::training
                                               : Measured::validation;
-  require_not_trained_on(origin, data, part, options.data);
+  for (const Model& model : models) require_not_trained_on(model.origin, data, part, options.data);
   return split;
 }
 
@@ -84,26 +95,15 @@ std::string promises_text(const sim::ParameterTable& table, const Evaluation& re
          "knows only the ranges\n";
 }
 
-void evaluate_model(const EvaluateOptions& options) {
-  Model model = model_or_built_in(options.model);
-  const dataset::StoredDataset stored(options.data);
+Evaluated evaluated(const EvaluateOptions& options, Model& model, const std::string& name,
+                    const dataset::StoredDataset& stored, std::span<const int> chosen) {
   const dataset::Dataset& data = stored.about();
-  const ForBody body = for_trials(model, model_name(options.model), data.protocol, options.data);
-  const dataset::TrialIdentity identity = dataset::identity_of(stored);
-  const std::string split = split_of(options, model, identity);
+  const ForBody body = for_trials(model, name, data.protocol, options.data);
   if (const std::string other = noise_difference(model.protocol, data.protocol);
       !other.empty() && !options.common.quiet)
     std::cerr << "warning: " << options.data << ": " << other << '\n';
-  std::vector<int> chosen;
   std::vector<sim::Parameters> truth;
-  for (int i = 0; i < data.trials(); ++i) {
-    const bool training = data.split[static_cast<std::size_t>(i)] == 0;
-    if (split == "all" || training == (split == "training")) {
-      chosen.push_back(i);
-      truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
-    }
-  }
-  if (chosen.empty()) throw Error(options.data, "has no trial in its " + split + " half", "leave out --split");
+  for (const int i : chosen) truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       thread_local std::vector<float> sway;
@@ -114,35 +114,101 @@ void evaluate_model(const EvaluateOptions& options) {
     });
   };
   const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
-  const Evaluation result = evaluate(model.targets, scores_of(model, outputs), truth);
-  const std::optional<NetworkCalibration> promises = network_calibration(model, outputs, truth);
-  if (options.common.json) {
-    Json json = evaluation_json(model.parameters(), result);
-    if (promises) add_promises(json, model.parameters(), *promises);
-    std::cout << json.dump(2) << '\n';
-    return;
+  return {name, model.parameters(), evaluate(model.targets, scores_of(model, outputs), truth),
+          network_calibration(model, outputs, truth)};
+}
+
+Json json_of(const Evaluated& model) {
+  Json json = evaluation_json(model.table, model.result);
+  if (model.promises) add_promises(json, model.table, *model.promises);
+  return json;
+}
+
+/// The first model's figures, and beside them those of all.
+Json json_of(const std::vector<Evaluated>& models) {
+  Json json = json_of(models.front());
+  for (const Evaluated& each : models) {
+    Json line = json_of(each);
+    line["model"] = each.name;
+    json["models"].push_back(line);
   }
-  const sim::ParameterTable& table = model.parameters();
-  std::cout << format("%d trials of %s with %s\n", result.trials, options.data.c_str(),
-                      model_name(options.model).c_str())
-            << format("MSE %.4f (mean over trials and %zu z-scored parameters; predicting the mean gives 1)\n",
-                      result.mse(), table.size())
-            << format("MATLAB's loss %.4f (half the sum over the %zu; predicting the mean gives %g)\n",
-                      result.matlab_loss(), table.size(), 0.5 * static_cast<double>(table.size()));
-  if (promises) {
-    std::cout << promises_text(table, result, *promises);
-    return;
-  }
+  return json;
+}
+
+std::string text_of(const Evaluated& model, const std::string& data) {
+  const sim::ParameterTable& table = model.table;
+  std::string text = format("%d trials of %s with %s\n", model.result.trials, data.c_str(), model.name.c_str()) +
+                     format("MSE %.4f (mean over trials and %zu z-scored parameters; predicting the mean gives 1)\n",
+                            model.result.mse(), table.size()) +
+                     format("MATLAB's loss %.4f (half the sum over the %zu; predicting the mean gives %g)\n",
+                            model.result.matlab_loss(), table.size(), 0.5 * static_cast<double>(table.size()));
+  if (model.promises) return text + promises_text(table, model.result, *model.promises);
   for (std::size_t p = 0; p < table.size(); ++p)
-    std::cout << format("  %-8s %.4f\n", table[p].name.c_str(), result.mse_per_parameter[p]);
+    text += format("  %-8s %.4f\n", table[p].name.c_str(), model.result.mse_per_parameter[p]);
+  return text;
+}
+
+/// A line a model.
+std::string table_of(const std::vector<Evaluated>& models, const std::string& data) {
+  std::size_t width = 5;
+  bool promises = false;
+  for (const Evaluated& each : models) {
+    width = std::max(width, each.name.size());
+    promises = promises || each.promises;
+  }
+  const auto named = [&](const std::string& name) { return "  " + name + std::string(width - name.size(), ' '); };
+  std::string text = format("%s of %s; MSE of z-scored parameters, predicting the mean gives 1\n",
+                            counted(models.front().result.trials, "trial").c_str(), data.c_str());
+  text += named("model") + "      MSE";
+  for (const sim::ParameterInfo& info : models.front().table) text += format(" %8s", info.name.c_str());
+  text += promises ? "  promised   in 90 % log score\n" : "\n";
+  for (const Evaluated& each : models) {
+    text += named(each.name) + format(" %8.4f", each.result.mse());
+    for (const double mse : each.result.mse_per_parameter) text += format(" %8.4f", mse);
+    if (each.promises) {
+      const NetworkCalibration& found = *each.promises;
+      text += format(" %9.4f %7.1f %% %9.3f", found.figures.all.promised, 100.0 * found.figures.all.covered90,
+                     found.figures.log_score);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+void evaluate_models(const EvaluateOptions& options) {
+  std::vector<Model> models;
+  for (const std::string& path : options.models) models.push_back(model_or_built_in(path));
+  const dataset::StoredDataset stored(options.data);
+  const dataset::Dataset& data = stored.about();
+  for (std::size_t i = 0; i < models.size(); ++i)
+    static_cast<void>(for_trials(models[i], model_name(options.models[i]), data.protocol, options.data));
+  const std::string split = split_of(options, models, dataset::identity_of(stored));
+  std::vector<int> chosen;
+  for (int i = 0; i < data.trials(); ++i) {
+    const bool training = data.split[static_cast<std::size_t>(i)] == 0;
+    if (split == "all" || training == (split == "training")) chosen.push_back(i);
+  }
+  if (chosen.empty()) throw Error(options.data, "has no trial in its " + split + " half", "leave out --split");
+  std::vector<Evaluated> all;
+  for (std::size_t i = 0; i < models.size(); ++i)
+    all.push_back(evaluated(options, models[i], model_name(options.models[i]), stored, chosen));
+  if (options.common.json)
+    std::cout << json_of(all).dump(2) << '\n';
+  else
+    std::cout << (all.size() == 1 ? text_of(all.front(), options.data) : table_of(all, options.data));
 }
 
 }  // namespace
 
 void add_evaluate(const Command& program) {
   auto options = std::make_shared<EvaluateOptions>();
-  const Command command = program.add_subcommand("evaluate", "Measure a model's error on a data set");
-  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  const Command command = program.add_subcommand("evaluate", "Measure the error of one or more models on a data set");
+  command
+      .add_option(
+          "--model", options->models,
+          "Model file; several, each after a --model of its own, are compared in a table; default: the built-in "
+          "model")
+      .repeatable();
   command.add_option("--data", options->data, "Data set made by decid dataset").required();
   command
       .add_option(
@@ -154,7 +220,8 @@ void add_evaluate(const Command& program) {
   command.footer("Example: decid evaluate --model model.safetensors --data fresh.npz --json");
   command.callback([options] {
     apply(options->common);
-    evaluate_model(*options);
+    if (options->models.empty()) options->models.emplace_back();
+    evaluate_models(*options);
   });
 }
 

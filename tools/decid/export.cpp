@@ -1,4 +1,4 @@
-// decid export: a model, or a controller, as C files for a firmware.
+// decid export: a model, or a controller, as C files for a firmware; a model's network as ONNX.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -24,6 +24,7 @@
 #include "tools/firmware/controller.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
+#include "tools/onnx/onnx.hpp"
 
 namespace decid::tools {
 namespace {
@@ -277,15 +278,47 @@ void add_export_sway(const Command& parent) {
   });
 }
 
+struct OnnxOptions {
+  CommonOptions common;
+  std::string model, output;
+};
+
+void export_onnx(const OnnxOptions& options) {
+  refuse_same_file(options.output, {options.model});
+  const Model model = model_or_built_in(options.model);
+  write_file(options.output, onnx_bytes(model));
+  const nn::Shape in = model.network.input_shape();
+  if (!options.common.quiet)
+    std::cerr << format("the network of %s, from images of %d x %d x %d to %d outputs (%s), written to %s\n",
+                        model_name(options.model).c_str(), in.channels, in.rows, in.columns,
+                        model.network.output_shape().channels, model.head->name().c_str(), options.output.c_str());
+}
+
+void add_export_onnx(const Command& parent) {
+  auto options = std::make_shared<OnnxOptions>();
+  const Command command = parent.add_subcommand(
+      "onnx", "A model's network as ONNX, from the images of decid image to the outputs that its head reads");
+  command.add_option("model", options->model, "Model file; default: the built-in model");
+  add_output_option(command, "-o,--output", options->output, Written::onnx, "File to write (.onnx)").required();
+  add_common_options(command, options->common, false);
+  command.footer("Example: decid export onnx model.safetensors -o model.onnx");
+  command.callback([options] {
+    apply(options->common);
+    export_onnx(*options);
+  });
+}
+
 }  // namespace
 
 void add_export(const Command& program) {
-  const Command command = program.add_subcommand("export", "Write a model or a controller as C files for a firmware");
+  const Command command =
+      program.add_subcommand("export", "Write a model or a controller as C files for a firmware, or a model as ONNX");
   command.require_subcommand();
   command.footer("Example: decid export c model.safetensors -o firmware/");
   add_export_c(command);
   add_export_controller(command);
   add_export_sway(command);
+  add_export_onnx(command);
 }
 
 }  // namespace decid::tools

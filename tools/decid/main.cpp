@@ -52,6 +52,7 @@ int run(int argc, char** argv) {
   decid::tools::add_train(top);
   decid::tools::add_evaluate(top);
   decid::tools::add_study(top);
+  decid::tools::add_image(top);
   decid::tools::add_info(top);
   decid::tools::add_export(top);
   try {

@@ -4,12 +4,40 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 #include "base/text.hpp"
 
 namespace decid::tools {
+
+namespace {
+
+/// Of UTF-8: bytes that do not continue a character.
+std::size_t characters(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xc0) != 0x80; }));
+}
+
+}  // namespace
+
+std::string curve(std::span<const double> values, std::size_t most) {
+  constexpr std::array<const char*, 8> levels{"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  std::vector<double> heights(values.begin(), values.end());
+  if (values.size() > most) heights.erase(heights.begin(), heights.end() - static_cast<std::ptrdiff_t>(most));
+  if (std::ranges::all_of(heights, [](double value) { return value > 0.0; }))
+    for (double& value : heights) value = std::log(value);
+  if (heights.empty()) return {};
+  const auto [low, high] = std::ranges::minmax(heights);
+  std::string text;
+  for (const double height : heights) {
+    const double share = high > low ? (height - low) / (high - low) : 0.0;
+    text += levels.at(static_cast<std::size_t>(std::lround(share * (levels.size() - 1))));
+  }
+  return text;
+}
 
 ProgressBar::ProgressBar(std::string what, std::string unit, long long total, bool quiet, int parts)
     : what_(std::move(what)),
@@ -55,10 +83,10 @@ void ProgressBar::update(long long done, const std::string& note) {
     std::fprintf(stderr, "%s\n", text.c_str());
     return;
   }
-  const std::size_t padding = text.size() < shown_ ? shown_ - text.size() : 0;
+  const std::size_t width = characters(text), padding = width < shown_ ? shown_ - width : 0;
   std::fprintf(stderr, "\r%s%s", text.c_str(), std::string(padding, ' ').c_str());
   std::fflush(stderr);
-  shown_ = text.size();
+  shown_ = width;
 }
 
 void ProgressBar::line(const std::string& text) {

@@ -2,9 +2,14 @@
 #pragma once
 
 #include <chrono>
+#include <span>
 #include <string>
 
 namespace decid::tools {
+
+/// A curve of one character a value, ▁ to █, from the least to the largest, on a logarithmic scale if all are positive;
+/// of more than `most` values the last ones.
+std::string curve(std::span<const double> values, std::size_t most = 24);
 
 class ProgressBar {
  public:
@@ -16,6 +21,8 @@ class ProgressBar {
 
   /// `done` are there already: rate and time left are counted from now.
   void go_on_from(long long done);
+  /// Whether there is a bar.
+  bool terminal() const { return terminal_; }
   /// note: how the work stands besides.
   void update(long long done, const std::string& note = {});
   /// A line of its own, kept on the screen.

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/disk_file.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/json_object.hpp"
@@ -19,13 +20,14 @@
 #include "tools/decid/command.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/report/training_page.hpp"
 
 namespace decid::tools {
 namespace {
 
 struct TrainOptions {
   CommonOptions common;
-  std::string data, preset = "best", architecture_file, image_file, from, output;
+  std::string data, preset = "best", architecture_file, image_file, from, report, output;
   ProtocolOptions protocol;
   bool stream = false, resume = false;
   int stream_trials = 25600, validation_trials = 1000, patience = 0;
@@ -73,19 +75,43 @@ double peak_memory_mb() {
 /// The files of a training: the model and what lies beside it.
 struct TrainFiles {
   explicit TrainFiles(const std::string& output)
-      : model(output), checkpoint(output + ".checkpoint"), log(output + ".log.csv"), best(output + ".best") {}
+      : model(output),
+        checkpoint(output + ".checkpoint"),
+        log(output + ".log.csv"),
+        best(output + ".best"),
+        lock(output + ".lock") {}
   std::string model, checkpoint, log;
   std::string best;  ///< with patience: the model of the best epoch so far
+  std::string lock;
 
-  std::array<std::string, 4> all() const { return {model, checkpoint, log, best}; }
+  std::array<std::string, 5> all() const { return {model, checkpoint, log, best, lock}; }
+};
+
+/// Held while a training of that output runs: another one would write the same files.
+class OutputLock {
+ public:
+  explicit OutputLock(const TrainFiles& files) : file_(files.lock, DiskFile::Access::write) {
+    if (!file_.try_lock() || !file_.is_still_at_its_path())
+      throw Error(files.model, "is being trained by another decid", "wait for it, or choose another output (-o)");
+  }
+  ~OutputLock() {
+    std::error_code ignored;
+    std::filesystem::remove(file_.path(), ignored);
+  }
+  OutputLock(const OutputLock&) = delete;
+  OutputLock& operator=(const OutputLock&) = delete;
+
+ private:
+  DiskFile file_;
 };
 
 /// What files held before the work, to be put back if that turns out to be worth nothing.
 class Before {
  public:
-  explicit Before(const std::array<std::string, 3>& paths) {
+  explicit Before(const std::vector<std::string>& paths) {
     for (const std::string& path : paths)
-      files_.emplace_back(path, std::filesystem::exists(path) ? std::optional(read_file(path)) : std::nullopt);
+      if (!path.empty())
+        files_.emplace_back(path, std::filesystem::exists(path) ? std::optional(read_file(path)) : std::nullopt);
   }
   void put_back() const {
     for (const auto& [path, bytes] : files_) {
@@ -132,11 +158,23 @@ void print_summary(const TrainOptions& options, const Model& model) {
   std::cout << json.dump(2) << '\n';
 }
 
+void write_report(const TrainOptions& options, const Model& model, const std::vector<EpochLog>& log, bool finished) {
+  if (options.report.empty() || log.empty()) return;
+  write_file(options.report, training_html({.model = options.output,
+                                            .version = version,
+                                            .protocol = model.protocol,
+                                            .origin = model.origin,
+                                            .log = log,
+                                            .distribution = model.gives_distribution(),
+                                            .finished = finished}));
+}
+
 void say_done(const TrainOptions& options, const Model& model) {
   if (!options.common.quiet)
     std::cerr << format(
         "%s is the model of this very training (%zu epochs, weights SHA-256 %s): done, nothing is left to do\n",
         options.output.c_str(), model.log.size(), nn::weights_sha256(model.network).c_str());
+  write_report(options, model, model.log, true);
   if (options.common.json) print_summary(options, model);
 }
 
@@ -145,10 +183,12 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
                   TrainingState& state, ProgressBar& bar) {
   const TrainFiles files(options.output);
   const int trials = source.trials(dataset::Part::training);
-  const Before before({files.checkpoint, files.log, files.best});
+  const Before before({files.checkpoint, files.log, files.best, options.report});
   if (settings.patience > 0 && !state.log.empty() && !std::filesystem::exists(files.best))
     write_file(files.best, to_bytes(state.model));  // what goes on from a finished model goes on from its best
   long long done_before = 0;
+  std::vector<double> validation;  // of the epochs done, for the curve
+  for (const EpochLog& e : state.log) validation.push_back(e.validation_mse);
   auto epoch_start = std::chrono::steady_clock::now();
   const auto after_epoch = [&] {
     done_before += trials;
@@ -164,13 +204,17 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
     if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(files.best, to_bytes(state.model));
     write_file(files.checkpoint, checkpoint_bytes(state));
     write_file(files.log, log_csv(state.log, state.model.parameters().size()));
+    write_report(options, state.model, state.log, false);
+    validation.push_back(last.validation_mse);
     epoch_start = std::chrono::steady_clock::now();
   };
   try {
     return run_training(
         source, settings, state,
         [&](int done, int) {
-          bar.update(done_before + done);
+          const bool drawn = bar.terminal() && !validation.empty();
+          bar.update(done_before + done,
+                     drawn ? format("validation MSE %.3f ", validation.back()) + curve(validation) : std::string());
           return !interrupted();
         },
         after_epoch);
@@ -221,9 +265,13 @@ void train(const TrainOptions& options) {
   std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
   const sim::Protocol protocol = options.stream ? options.protocol.load(&read) : sim::default_protocol();
   for (const std::string& path : files.all()) refuse_same_file(path, read);
+  for (const std::string& path : files.all()) read.push_back(path);
+  refuse_same_file(options.report, read);
   // Reports unwritable places before the work, not after.
-  for (const std::string& path : {files.model, files.checkpoint, files.log}) PendingFile probe(path);
+  for (const std::string& path : {files.model, files.checkpoint, files.log, options.report})
+    if (!path.empty()) PendingFile probe(path);
   TrainingSettings settings = settings_from(options);
+  const OutputLock lock(files);
   const std::unique_ptr<dataset::TrialSource> source =
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
@@ -268,6 +316,7 @@ void train(const TrainOptions& options) {
   const Model model = finished_model(options, settings, *source, state);
   stop_if(interrupted());
   write_file(options.output, to_bytes(model));
+  write_report(options, model, model.log, true);
   for (const std::string& path : {files.checkpoint, files.best}) std::filesystem::remove(path);
   say_finished(options, *source, model, bar);
   if (options.common.json) print_summary(options, model);
@@ -318,6 +367,8 @@ void add_train(const Command& program) {
   command.add_flag(
       "--resume", options->resume,
       "Go on from where a stopped training was, or a finished one to more --epochs; fails if there is none");
+  add_output_option(command, "--report", options->report, Written::html,
+                    "Page to write anew after each epoch: training and validation error over the epochs (.html)");
   add_output_option(command, "-o,--output", options->output, Written::safetensors,
                     "Model file to write (.safetensors). Meanwhile there is OUTPUT.checkpoint, from which the same "
                     "command goes on; the files of other trainings are not overwritten")

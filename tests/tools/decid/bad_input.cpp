@@ -377,6 +377,10 @@ TEST_CASE("damaged model files and data sets") {
   write_text(bad, changed);
   check_refused("info " + bad, {"format"});
   changed = bytes;
+  changed.back() = static_cast<char>(changed.back() ^ 1);
+  write_text(bad, changed);
+  check_refused("info " + bad, {bad, "is damaged"});
+  changed.replace(changed.find("\"sha256\""), 8, "\"sha257\"");                // no hash
   changed.replace(changed.size() - 4, 4, std::string("\x00\x00\xc0\x7f", 4));  // NaN
   write_text(bad, changed);
   check_refused("info " + bad, {"finite"});

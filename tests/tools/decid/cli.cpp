@@ -34,8 +34,8 @@ std::vector<std::vector<double>> read_csv(const std::string& path, std::string& 
 }  // namespace
 
 TEST_CASE("every command explains itself with an example") {
-  for (const std::string command :
-       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "compare", "info", "study"}) {
+  for (const std::string command : {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit",
+                                    "compare", "info", "image", "study"}) {
     const auto result = run_decid(command + " --help");
     CAPTURE(command);
     CHECK(result.code == 0);
@@ -367,6 +367,41 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   const auto other = run_decid("evaluate --data " + folder / "data.npz");  // the built-in model knows another protocol
   CHECK(other.code == 2);
   CHECK(other.err.find("another experiment") != std::string::npos);
+}
+
+TEST_CASE("evaluate: several models in one table, each as alone") {
+  const Folder folder;
+  REQUIRE(run_decid("dataset --quiet --count 12 --seed 99 -o " + folder / "d.npz").code == 0);
+  const std::string data = " --data " + folder / "d.npz";
+  const auto model = [](const std::string& name) {
+    return " --model " DECID_SOURCE_DIR "/models/" + name + ".safetensors";
+  };
+  Json alone = Json::parse(run_decid("evaluate --json" + model("built_in") + data).out);
+  const Json other = Json::parse(run_decid("evaluate --json" + model("ideal") + data).out);
+  const Json both = Json::parse(run_decid("evaluate --json" + model("built_in") + model("ideal") + data).out);
+  REQUIRE(alone.at("models").size() == 1);
+  REQUIRE(both.at("models").size() == 2);
+  CHECK(both.at("models")[0] == alone.at("models")[0]);
+  CHECK(both.at("models")[1] == other.at("models")[0]);
+  CHECK(both.at("mse") == alone.at("mse"));
+  CHECK(alone.at("models")[0].at("model").get<std::string>().ends_with("built_in.safetensors"));
+  Json inner = alone.at("models")[0];
+  inner.erase("model");
+  alone.erase("models");
+  CHECK(inner == alone);
+  const std::string table = run_decid("evaluate" + model("built_in") + model("ideal") + data).out;
+  CAPTURE(table);
+  CHECK(std::count(table.begin(), table.end(), '\n') == 4);
+  for (const Json& line : both.at("models")) {
+    CHECK(table.find(decid::format("%s ", line.at("model").get<std::string>().c_str())) != std::string::npos);
+    CHECK(table.find(decid::format(" %8.4f", line.at("mse").get<double>())) != std::string::npos);
+    for (const Json& mse : line.at("mse_per_parameter"))
+      CHECK(table.find(decid::format(" %8.4f", mse.get<double>())) != std::string::npos);
+  }
+  // Each has to know the trials.
+  REQUIRE(run_decid("dataset --quiet --count 12 --seed 99 --protocol short -o " + folder / "s.npz").code == 0);
+  decid::test::check_refused("evaluate" + model("ideal") + model("built_in") + " --data " + folder / "s.npz",
+                             {"another experiment", "ideal"});
 }
 
 TEST_CASE("a model for bodies of many heights: trained, identified with, evaluated and studied") {

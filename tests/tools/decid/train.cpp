@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
+#include "tools/decid/progress.hpp"
 
 using decid::test::check_refused;
 using decid::test::Folder;
@@ -111,6 +113,23 @@ TEST_CASE("train: the same command again is done, another one overwrites nothing
   check_refused(folder.train("--epochs 100000"), {model, "overwritten", "seed 2 there, 1 here"});
 }
 
+TEST_CASE("train: while one runs, another one of the same output is refused") {
+  const TrainingFolder folder(64);
+  const std::string program = std::string(DECID_PROGRAM) + " ", err = folder / "err";
+  for (const std::string other : {"--epochs 100000", "--epochs 1 --seed 2"}) {
+    const std::string line = program + folder.train("--epochs 100000") + " >/dev/null 2>" + err +
+                             " & child=$!; while ! grep -qs ^epoch " + err + "; do sleep 0.02; done; " + program +
+                             folder.train(other) + " 2>" + folder / "refused" +
+                             "; code=$?; kill -INT $child; wait $child; test $code -eq 2";
+    CHECK(std::system(line.c_str()) == 0);
+    CHECK(read_text(folder / "refused").find("m.safetensors: is being trained by another decid; wait") !=
+          std::string::npos);
+    CHECK(std::filesystem::exists(folder / "m.safetensors.checkpoint"));
+    CHECK_FALSE(std::filesystem::exists(folder / "m.safetensors.lock"));
+    std::filesystem::remove(err);
+  }
+}
+
 TEST_CASE("train: --resume goes on to more epochs, and the origin says so") {
   const TrainingFolder folder(64);
   const std::string model = folder / "m.safetensors";
@@ -211,4 +230,56 @@ TEST_CASE("train: patience keeps the model of the best epoch") {
   CHECK(best.at("weights_sha256") == straight.at("weights_sha256"));
   CHECK(best.at("validation_mse") == straight.at("validation_mse"));
   CHECK(folder.files() == 6);  // no checkpoint, no best model left beside
+}
+
+TEST_CASE("train: the report is a page of all epochs, rewritten each time") {
+  const TrainingFolder folder(64);
+  const std::string command = folder.train("--epochs 3 --report " + folder / "page.html");
+  const auto shown = [&] {
+    const std::string page = read_text(folder / "page.html"), mark = "id=\"report-data\">";
+    CHECK(page.starts_with("<!doctype html>"));
+    for (const char* loading : {"src=\"", "@import", "<link", "fetch(", "{{"}) {
+      CAPTURE(loading);
+      CHECK(page.find(loading) == std::string::npos);
+    }
+    const std::size_t at = page.find(mark) + mark.size();
+    return Json::parse(page.substr(at, page.find("</script", at) - at));
+  };
+  const auto trained = run_decid(command);
+  REQUIRE(trained.code == 0);
+  const Json data = shown();
+  CHECK(data.at("log").size() == 3);
+  CHECK(data.at("epochs") == 3);
+  CHECK(data.at("finished") == true);
+  const double last = data.at("log")[2].at("validation");  // six digits
+  CHECK(decid::test::near(last, Json::parse(trained.out).at("validation_mse").get<double>(), 1e-5));
+  // A training that is done writes it again; one that was stopped has written it.
+  std::filesystem::remove(folder / "page.html");
+  REQUIRE(run_decid(command).code == 0);
+  CHECK(shown() == data);
+  folder.interrupt(folder.train("--epochs 100000 --report " + folder / "page.html", "b.npz", "n.safetensors"));
+  CHECK(shown().at("finished") == false);
+  CHECK(shown().at("log").size() >= 1);
+  check_refused(folder.train("--epochs 3 --report /nowhere/page.html", "a.npz", "o.safetensors"), {"/nowhere"});
+  check_refused(folder.train("--epochs 3 --report " + folder / "a.npz", "a.npz", "o.safetensors"),
+                {"a.npz", "read or written already"});
+}
+
+TEST_CASE("train: a curve of the loss beside the bar, on a terminal only") {
+  using decid::tools::curve;
+  CHECK(curve(std::vector<double>{}).empty());
+  CHECK(curve(std::vector<double>{3.0}) == "▁");
+  CHECK(curve(std::vector<double>{128.0, 64.0, 2.0, 1.0}) == "█▇▂▁");
+  CHECK(curve(std::vector<double>{7.0, 0.0}) == "█▁");
+  CHECK(curve(std::vector<double>{9.0, 2.0, 1.0}, 2) == "█▁");
+  const TrainingFolder folder(64);
+  const std::string command = folder.train("--epochs 100");
+  CHECK(run_decid(command).err.find("▁") == std::string::npos);
+  std::filesystem::remove(folder / "m.safetensors");
+  REQUIRE(std::system(
+              ("script -qec \"" DECID_PROGRAM " " + command + "\" " + folder / "screen" + " >/dev/null").c_str()) == 0);
+  const std::string screen = read_text(folder / "screen");
+  CHECK(screen.find("\rtrain: [") != std::string::npos);
+  CHECK(screen.find(", validation MSE ") != std::string::npos);
+  CHECK(screen.find("▁") != std::string::npos);
 }

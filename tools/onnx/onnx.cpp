@@ -1,0 +1,168 @@
+// A network as ONNX: see onnx.hpp. Field numbers are onnx.proto's.
+#include "tools/onnx/onnx.hpp"
+
+#include <initializer_list>
+#include <variant>
+#include <vector>
+
+#include "base/version.hpp"
+#include "nn/safetensors.hpp"
+#include "tools/onnx/protobuf.hpp"
+
+namespace decid::tools {
+namespace {
+
+constexpr long long ir_version = 8, operators_version = 13;
+constexpr long long type_float = 1, type_int64 = 7;                              // TensorProto.DataType
+constexpr long long attribute_float = 1, attribute_int = 2, attribute_ints = 7;  // AttributeProto.AttributeType
+
+Message float_attribute(std::string_view name, double value) {
+  return Message().add(1, name).add(2, static_cast<float>(value)).add(20, attribute_float);
+}
+Message int_attribute(std::string_view name, long long value) {
+  return Message().add(1, name).add(3, value).add(20, attribute_int);
+}
+Message ints_attribute(std::string_view name, std::initializer_list<long long> values) {
+  Message attribute = Message().add(1, name);
+  for (const long long value : values) attribute.add(8, value);
+  return attribute.add(20, attribute_ints);
+}
+
+template <class Value>
+Message tensor(const std::string& name, const std::vector<int>& shape, const std::vector<Value>& values,
+               long long type) {
+  Message made;
+  for (const int extent : shape) made.add(1, static_cast<long long>(extent));
+  return made.add(2, type)
+      .add(8, std::string_view(name))
+      .add(9, std::string_view(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value)));
+}
+
+/// Trials, then the extents.
+Message float_values(std::string_view name, std::initializer_list<int> extents) {
+  Message shape = Message().add(1, Message().add(2, std::string_view("trials")));
+  for (const int extent : extents) shape.add(1, Message().add(1, static_cast<long long>(extent)));
+  return Message().add(1, name).add(2, Message().add(1, Message().add(1, type_float).add(2, shape)));
+}
+
+/// The graph, layer after layer; each node reads what the one before made.
+class Graph {
+ public:
+  explicit Graph(const nn::Network<float>& network) {
+    const nn::Shape in = network.input_shape();
+    graph_.add(2, std::string_view("decid"));
+    graph_.add(11, float_values("images", {in.channels, in.rows, in.columns}));
+    std::size_t line = 0;
+    for (const nn::Layer<float>& layer : network.layers()) {
+      prefix_ = "layers." + std::to_string(line) + ".";
+      line += layer.lines();
+      for (const nn::Parameter<float>& p : layer.parameters())
+        graph_.add(5, tensor(prefix_ + p.name, p.shape, p.value, type_float));
+      for (const nn::Statistic<float>& s : layer.statistics())
+        graph_.add(5, tensor(prefix_ + s.name, {static_cast<int>(s.value.size())}, s.value, type_float));
+      std::visit([&](const auto& kind) { add(kind); }, layer.kind());
+    }
+    if (!flat_) node("Flatten", {}, {int_attribute("axis", 1)});
+    graph_.add(1, Message()
+                      .add(1, std::string_view(last_))
+                      .add(2, std::string_view("outputs"))
+                      .add(4, std::string_view("Identity")));
+    graph_.add(12, float_values("outputs", {static_cast<int>(network.output_shape().size())}));
+  }
+
+  const Message& message() const { return graph_; }
+
+ private:
+  /// A node that reads `inputs`; what it makes is last_.
+  void node_of(std::string_view type, const std::vector<std::string>& inputs,
+               std::initializer_list<Message> attributes) {
+    const std::string output = "values." + std::to_string(nodes_++);
+    Message node;
+    for (const std::string& input : inputs) node.add(1, std::string_view(input));
+    node.add(2, std::string_view(output)).add(3, std::string_view("node." + output)).add(4, type);
+    for (const Message& attribute : attributes) node.add(5, attribute);
+    graph_.add(1, node);
+    last_ = output;
+  }
+  /// One that reads last_ first, then tensors of the layer.
+  void node(std::string_view type, std::initializer_list<const char*> tensors,
+            std::initializer_list<Message> attributes = {}) {
+    std::vector<std::string> inputs{last_};
+    for (const char* name : tensors) inputs.push_back(prefix_ + name);
+    node_of(type, inputs, attributes);
+  }
+
+  /// Behind a fully connected layer there are no rows and columns; what needs them gets one of each.
+  void need_planes() {
+    if (!flat_) return;
+    graph_.add(5, tensor(prefix_ + "planes", {4}, std::vector<std::int64_t>{0, -1, 1, 1}, type_int64));
+    node("Reshape", {"planes"});
+    flat_ = false;
+  }
+
+  void add(const nn::Conv2d& layer) {
+    need_planes();
+    const nn::Conv2dShape& s = layer.shape;
+    node("Conv", {"weight", "bias"},
+         {ints_attribute("kernel_shape", {s.kernel_rows, s.kernel_columns}),
+          ints_attribute("strides", {s.stride_rows, s.stride_columns}),
+          ints_attribute("pads", {s.pad_rows, s.pad_columns, s.pad_rows, s.pad_columns})});
+  }
+  void add(const nn::FullyConnected&) {
+    if (!flat_) node("Flatten", {}, {int_attribute("axis", 1)});
+    flat_ = true;
+    node("Gemm", {"weight", "bias"}, {int_attribute("transB", 1)});
+  }
+  void add(const nn::Relu&) { node("Relu", {}); }
+  void add(const nn::Pool& layer) {
+    need_planes();
+    const nn::PoolShape& s = layer.shape;
+    if (layer.kind == nn::Pool::Kind::global_average) return node("GlobalAveragePool", {});
+    node(layer.kind == nn::Pool::Kind::max ? "MaxPool" : "AveragePool", {},
+         {ints_attribute("kernel_shape", {s.kernel_rows, s.kernel_columns}),
+          ints_attribute("strides", {s.stride_rows, s.stride_columns})});
+  }
+  void add(const nn::BatchNorm& layer) {
+    node("BatchNormalization", {"gamma", "beta", "running_mean", "running_variance"},
+         {float_attribute("epsilon", nn::BatchNorm::epsilon)});
+    if (layer.relu) node("Relu", {});
+    if (layer.pool) add(*layer.pool);
+  }
+  /// Means, then standard deviations, as channels.
+  void add(const nn::StatisticsPool&) {
+    need_planes();
+    const auto plane_mean = [&](const std::string& of) {
+      node_of("ReduceMean", {of}, {ints_attribute("axes", {2, 3}), int_attribute("keepdims", 1)});
+      return last_;
+    };
+    const std::string values = last_, mean = plane_mean(values);
+    node_of("Sub", {values, mean}, {});
+    node_of("Mul", {last_, last_}, {});
+    plane_mean(last_);
+    graph_.add(5, tensor(prefix_ + "epsilon", {}, std::vector<float>{static_cast<float>(nn::StatisticsPool::epsilon)},
+                         type_float));
+    node("Add", {"epsilon"});
+    node("Sqrt", {});
+    node_of("Concat", {mean, last_}, {int_attribute("axis", 1)});
+  }
+
+  Message graph_;
+  std::string prefix_, last_ = "images";
+  int nodes_ = 0;
+  bool flat_ = false;
+};
+
+}  // namespace
+
+std::string onnx_bytes(const Model& model) {
+  Message file;
+  file.add(1, ir_version).add(2, std::string_view("decid")).add(3, std::string_view(version));
+  file.add(7, Graph(model.network).message());
+  file.add(8, Message().add(1, std::string_view()).add(2, operators_version));
+  for (const auto& [key, value] : nn::from_safetensors(to_bytes(model), "model").metadata)
+    if (key != "log" && key != nn::content_hash_key)
+      file.add(14, Message().add(1, std::string_view("decid." + key)).add(2, std::string_view(value)));
+  return file.bytes();
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,17 @@
+// A model's network as ONNX, the format that other inference engines read: from the image of a trial, as decid image
+// writes it, to the network's outputs, which the model's head reads.
+// Format: https://github.com/onnx/onnx, onnx.proto, operators of version 13.
+#pragma once
+
+#include <string>
+
+#include "identify/model.hpp"
+
+namespace decid::tools {
+
+/// The bytes of a file. Input "images" (trials, channels, rows, columns), row scaling applied; output "outputs"
+/// (trials, outputs), in float32. Its metadata_props are the metadata of the model file but its log, keys prefixed
+/// "decid.".
+std::string onnx_bytes(const Model& model);
+
+}  // namespace decid::tools

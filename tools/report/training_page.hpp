@@ -1,0 +1,27 @@
+// The page of a training, rewritten each epoch: its errors over the epochs, on the trials it learns from and on others.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "identify/origin.hpp"
+#include "identify/training/log.hpp"
+#include "sim/protocol.hpp"
+
+namespace decid::tools {
+
+struct TrainingFigures {
+  std::string model;    ///< the file
+  std::string version;  ///< decid's
+  sim::Protocol protocol;
+  Origin origin;
+  std::vector<EpochLog> log;  ///< of the epochs done, one at least
+  bool distribution =
+      false;  ///< the network is trained by the density that it gives the truth: other units than the MSE
+  bool finished = false;
+};
+
+/// The page, self-contained, the same for the same training.
+std::string training_html(const TrainingFigures& figures);
+
+}  // namespace decid::tools
