@@ -53,8 +53,9 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
 }
 
 Option add_recording_flags(const Command& command, RecordingFlags& flags, const std::string& begin) {
-  const Option recordings =
-      command.add_option("recordings", flags.files, "CSV or MAT-files: a column of sway, usually one of time");
+  const Option recordings = command.add_option(
+      "recordings", flags.files,
+      "CSV or MAT-files (a column of sway, usually one of time), folders of them, or quoted patterns");
   command.add_option("--column", flags.column, "Sway column, by name or number from 1; default: found by name");
   command.add_option("--unit", flags.unit, "deg or rad; default: from the column's name, else degrees")
       .one_of({"deg", "rad"});
