@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/disk_file.hpp"
-#include "base/json.hpp"
+#include "base/json_object.hpp"
 
 namespace decid::tools {
 

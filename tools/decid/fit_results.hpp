@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "base/json.hpp"
+#include "base/json_object.hpp"
 #include "identify/fit_recordings.hpp"
 
 namespace decid::tools {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "base/json.hpp"
+#include "base/json_object.hpp"
 #include "identify/fit_recordings.hpp"
 
 namespace decid::tools {

@@ -71,19 +71,18 @@ function summaryTable() {
     const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
     const deviation = Math.sqrt(values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / (values.length - 1));
     return element("tr", {},
-      element("th", { scope: "row" }, parameter.name, element("span", { class: "description" }, [parameter.description, unitOf(parameter)].filter(text => text).join(", "))),
-      element("td", { class: "number value" }, `${fixed(mean, decimals)} \u00b1 ${fixed(deviation, decimals)}`),
-      element("td", { class: "number" }, fixed(quantileOf(sorted, 0.5), decimals)),
-      element("td", { class: "number" }, `${fixed(quantileOf(sorted, 0.25), decimals)} to ${fixed(quantileOf(sorted, 0.75), decimals)}`),
-      element("td", { class: "strip" }, strip(parameter, names.map((name, i) => [name, of(name), groupColours[i % groupColours.length]]))));
+      nameCell(parameter), element("td", { class: "number value" }, `${fixed(mean, decimals)} \u00b1 ${fixed(deviation, decimals)}`),
+      cell("Median", fixed(quantileOf(sorted, 0.5), decimals)),
+      cell("Half", `${fixed(quantileOf(sorted, 0.25), decimals)} to ${fixed(quantileOf(sorted, 0.75), decimals)}`),
+      element("td", { class: "range strip" }, strip(parameter, names.map((name, i) => [name, of(name), groupColours[i % groupColours.length]]))));
   });
   const legend = report.groups ? element("ul", { class: "legend" }, ...names.map((name, i) => {
     const mark = element("span", { class: "key", "aria-hidden": "true" });
     mark.style.background = `var(${groupColours[i % groupColours.length]})`;
     return element("li", {}, mark, `${name} (row ${i + 1})`);
   })) : null;
-  return element("div", {}, element("h3", {}, "The group"), legend, element("div", { class: "scroll" }, element("table", { class: "summary" },
-    element("caption", {}, `Of the ${members.length} recordings that are usable, with caution or without: mean \u00b1 deviation between recordings. At the right a dot a ` +
+  return element("div", {}, element("h3", {}, "The group"), legend, element("div", { class: "scroll" }, element("table", { class: "answer" },
+    element("caption", {}, `Of the ${members.length} recordings that are usable, with caution or without: mean \u00b1 deviation between recordings. Drawn: a dot a ` +
       "recording over the model\u2019s range, the middle half of them as a bar, the median upright. How sure each value is, is not in these figures."),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean \u00b1 deviation"), number("Median"), number("Middle half"),
       element("th", { scope: "col" }, "Over the range"))),
@@ -92,18 +91,17 @@ function summaryTable() {
 
 function comparisonTable({ groups, parameters }) {
   const number = text => element("th", { scope: "col", class: "number" }, text);
-  const plain = text => element("td", { class: "number" }, text);
   const of = name => report.groups.groups.find(group => group.name === name);
   const [a, b] = groups.map(of);
   const rows = parameters.map((parameter, p) => {
     const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown);
-    const mean = group => plain(`${fixed(group.parameters[p].mean, decimals)} \u00b1 ${fixed(group.parameters[p].sd, decimals)}`);
-    const [low, high] = parameter.interval95;
-    return element("tr", {}, element("th", { scope: "row" }, parameter.name, unitOf(shown) ? element("span", { class: "description" }, unitOf(shown)) : null),
-      mean(a), mean(b), plain(fixed(parameter.difference, decimals)),
-      element("td", { class: low > 0 || high < 0 ? "number value" : "number" }, fixed(parameter.hedges_g, 2)), plain(absent(low) ? "n/a" : between([low, high], 2)));
+    const mean = group => cell(group.name, `${fixed(group.parameters[p].mean, decimals)} \u00b1 ${fixed(group.parameters[p].sd, decimals)}`);
+    const [low, high] = parameter.interval95, g = cell("g", fixed(parameter.hedges_g, 2));
+    if (low > 0 || high < 0) g.classList.add("strong");
+    return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", fixed(parameter.difference, decimals)), g,
+      cell("95 %", absent(low) ? "n/a" : between([low, high], 2)));
   });
-  return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}`), element("div", { class: "scroll" }, element("table", {},
+  return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}`), element("div", { class: "scroll" }, element("table", { class: "answer" },
     element("caption", {}, `Mean \u00b1 deviation of ${a.recordings} and ${b.recordings} recordings; Hedges\u2019 g: the difference over the pooled deviation. 0.2 is called ` +
       "small, 0.5 medium, 0.8 large; in bold where the interval leaves out 0. With seven parameters chance alone does that to one of them in up to three of ten comparisons."),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(groups[0]), number(groups[1]), number("Difference"), number("Hedges\u2019 g"),

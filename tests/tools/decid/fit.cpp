@@ -147,7 +147,9 @@ TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
   REQUIRE(std::system(command.c_str()) == 0);
   const std::string err = read_text(folder / "err");
   CAPTURE(err);
-  CHECK(err.find("what was drawn until then was written") != std::string::npos);
+  CHECK(err.find("what was drawn until then was written; --resume goes on") != std::string::npos);
+  CHECK(err.find(" of 100 recordings, ") != std::string::npos);
+  CHECK(std::filesystem::exists(folder / "o.json.journal"));
   CHECK(err.find(", drawing, R-hat ") != std::string::npos);
   CHECK(read_text(folder / "out").find("Body: ") != std::string::npos);  // its last line, printed before the end
   const Json recordings = Json::parse(read_text(folder / "o.json"))["recordings"];

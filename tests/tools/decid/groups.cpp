@@ -74,8 +74,7 @@ TEST_CASE("groups are compared by the recordings that can be used") {
   const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
   const auto recording = [&](double value, const char* trust) {
     Json made{{"file", "f"}, {"parameters", Json::array()}, {"trust", trust}};
-    for (std::size_t p = 0; p < table.size(); ++p)
-      made["parameters"].push_back({{"name", table[p].name}, {"value", value}});
+    for (const std::string& name : table.names()) made["parameters"].push_back({{"name", name}, {"value", value}});
     return made;
   };
   Json recordings = Json::array({recording(700, "usable"), recording(812, "usable"), recording(905, "caution"),

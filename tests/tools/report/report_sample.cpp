@@ -1,8 +1,8 @@
 // Writes a report of made-up recordings, for looking at and for report_chromium.sh:
 //   report_sample PAGE.html [several|folded|one|many|fit|dataset]
 // One simulated trial with known parameters, one whose fit fell over and one with an odd name; "folded": with
-// densities; "one": the first of these; "many": sixty of them, in two groups; "fit": the report of fits; "dataset": of a
-// data set.
+// densities; "one": the first of these; "many": sixty of them, in two groups; "fit": the report of fits; "dataset": of
+// a data set.
 #include <cmath>
 #include <cstdio>
 #include <limits>
