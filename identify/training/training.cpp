@@ -22,6 +22,13 @@ double validate(const dataset::TrialSource& source, const Model& model) {
   return evaluate(model.targets, predicted.scores, predicted.truth).mse();
 }
 
+/// Lines joined by semicolons, as an architecture may be written too.
+std::string in_a_line(const std::string& text) {
+  std::string line;
+  for (const char c : text) line += c == '\n' ? "; " : std::string(1, c);
+  return line;
+}
+
 Diverged diverged(const Preset& preset, int epoch, const std::string& how) {
   return Diverged("training", format("diverged in epoch %d of %d: ", epoch, preset.epochs) + how,
                   format("lower the learning rate of %g (--lr)", preset.learning_rate));
@@ -71,10 +78,12 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
                       {}};
   Model& model = state.model;
   const auto refuse = [&](const std::string& what, const std::string& there, const std::string& here) {
-    const std::string preset = from.origin.preset.empty() ? "" : " (its preset was " + from.origin.preset + ")";
+    const std::string& preset = from.origin.preset;
     throw Error(
-        name, "has another " + what + " than this training: " + one_line(there) + " there, " + one_line(here) + " here",
-        "give its --preset, --architecture, --head and --image, as decid info shows them" + preset);
+        name,
+        "has another " + what + " than this training: " + in_a_line(there) + " there, " + in_a_line(here) + " here",
+        "give " + (preset.empty() ? "" : "--preset " + preset + ", with which it was trained, or ") +
+            "its --architecture, --head and --image, as decid info shows them");
   };
   if (from.network.architecture() != model.network.architecture())
     refuse("architecture", from.network.architecture(), model.network.architecture());

@@ -204,7 +204,8 @@ TEST_CASE("train: fine tuning begins with another model's weights") {
 
   const std::string refused = folder.train("--epochs 1 --from " + base, "b.npz", "n.safetensors");
   check_refused(folder.train("--preset best --epochs 1 --from " + base, "b.npz", "n.safetensors"),
-                {base, "another architecture", "conv 8 5x5", "conv 48 7x1", "its preset was small"});
+                {base, "another architecture", "conv 8 5x5", "conv 48 7x1", "relu; conv 16",
+                 "give --preset small, with which it was trained"});
   write_text(folder / "image.json", R"({"window": 55})");
   check_refused(refused + " --image " + folder / "image.json", {base, "another image"});
   check_refused(folder.train("--epochs 1 --from " + base, "b.npz", "base.safetensors"), {"read or written already"});
