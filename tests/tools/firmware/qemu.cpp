@@ -1,4 +1,4 @@
-// An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F and M7, run under QEMU on
+// An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F, M7 and M55, run under QEMU on
 // trials, bits compared with identify's. What it costs is printed; docs/firmware.md has it as a table.
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -129,6 +129,9 @@ TEST_CASE("Cortex-M4F under QEMU: the bits of identify" * doctest::test_suite("s
 }
 TEST_CASE("Cortex-M7 under QEMU: the bits of identify") {
   check_cpu("m7", "Cortex-M7", 20);
+}
+TEST_CASE("Cortex-M55 under QEMU, compiled in a GNU mode: the bits of identify") {
+  check_cpu("m55", "Cortex-M55", 20);
 }
 
 TEST_CASE("the example by itself: what it identifies is what decid identify says of its trial") {
