@@ -8,9 +8,14 @@
 #define FEED_SAMPLES 110 /* 1.1 s */
 #define UNITS_A_FEED 8
 
-/* SysTick counts the board's 25 MHz; QEMU with -icount shift=0 gives every instruction 1 ns: 40 of them a tick. */
+/* SysTick counts the board's 25 MHz, or 32; QEMU with -icount shift=0 gives every instruction 1 ns: 40 of them a tick,
+   or 31.25. */
 #define SYSTICK ((volatile uint32_t*)0xe000e010U)
-#define INSTRUCTIONS_A_TICK 40U
+#ifdef BOARD_32_MHZ
+#define INSTRUCTIONS_OF(ticks) (((ticks)*125U) / 4U)
+#else
+#define INSTRUCTIONS_OF(ticks) ((ticks)*40U)
+#endif
 #define STACK_PATTERN 0x5a5a5a5aU
 
 extern uint32_t stack_low[], stack_top[];
@@ -42,12 +47,12 @@ static void start_counting(void) {
   last_tick = SYSTICK[2];
 }
 
-/* Instructions since the last call, to 40; up to 671 million. */
+/* Instructions since the last call, to 40; up to 524 million. */
 static uint32_t instructions(void) {
   const uint32_t now = SYSTICK[2];
   const uint32_t ticks = (last_tick - now) & 0x00ffffffU;
   last_tick = now;
-  return ticks * INSTRUCTIONS_A_TICK;
+  return INSTRUCTIONS_OF(ticks);
 }
 
 static void paint_stack(void) {

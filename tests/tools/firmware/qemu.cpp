@@ -1,4 +1,4 @@
-// An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F and M7, run under QEMU on
+// An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F, M7 and M55, run under QEMU on
 // trials, bits compared with identify's. What it costs is printed; docs/firmware.md has it as a table.
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -76,13 +76,14 @@ void check_costs(const std::string& costs, int trials) {
   CHECK(cost(costs, "instructions_largest_part") * 20 < cost(costs, "instructions_whole"));
 }
 
-/// The self-test compares the distance's bits too.
-void check_familiarity(const std::string& cpu, const std::string& name, const Model& model) {
-  const Folder folder, plain;
+/// The self-test compares the distance's bits too. without: the costs of the firmware that cannot tell it.
+void check_familiarity(const std::string& cpu, const std::string& name, const Model& model,
+                       const std::string& without) {
+  const Folder folder;
   const dataset::Dataset data = test::noisy_trials(model, 1, 79);
   const std::string costs = run_example(folder, "--familiarity --cpu " + cpu, data);
   check_costs(costs, 1);
-  check_written("docs/firmware.md", familiarity_row(name, costs, run_example(plain, "--cpu " + cpu, data)));
+  check_written("docs/firmware.md", familiarity_row(name, costs, without));
   const std::span<const float> sway = data.trial(0);
   const Estimate found = Identifier(model).estimate({dataset::trial_of({sway.begin(), sway.end()})}).front();
   CHECK(cost(costs, "distance_thousandths") ==
@@ -100,8 +101,8 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
     check_written("docs/firmware.md", controller_row(name, costs));
     CHECK(test::read_text(folder / "out/results.bin") ==
           test::identified_bytes(model, for_body(model, "model", {}), data));
+    check_familiarity(cpu, name, model, costs);
   }
-  check_familiarity(cpu, name, model);
   const Folder folder;
   const dataset::Dataset data = test::noisy_trials(model, 2, 78);
   const std::string costs = run_example(folder, "--int8 --cpu " + cpu, data);
@@ -127,8 +128,11 @@ TEST_CASE("Cortex-M3 under QEMU, without an FPU: the bits of identify" * doctest
 TEST_CASE("Cortex-M4F under QEMU: the bits of identify" * doctest::test_suite("slow")) {
   check_cpu("m4", "Cortex-M4F", 20);
 }
-TEST_CASE("Cortex-M7 under QEMU: the bits of identify") {
+TEST_CASE("Cortex-M7 under QEMU: the bits of identify" * doctest::test_suite("slow")) {
   check_cpu("m7", "Cortex-M7", 20);
+}
+TEST_CASE("Cortex-M55 under QEMU, compiled in a GNU mode: the bits of identify" * doctest::test_suite("slow")) {
+  check_cpu("m55", "Cortex-M55", 20);
 }
 
 TEST_CASE("the example by itself: what it identifies is what decid identify says of its trial") {
