@@ -148,7 +148,15 @@ DECID_API const decid_tensor* decid_model_tensor(const decid_model* model, size_
 
 typedef struct decid_recording decid_recording;
 
-typedef enum decid_unit { DECID_BY_NAME = 0, DECID_DEGREES = 1, DECID_RADIANS = 2, DECID_MILLIRADIANS = 3 } decid_unit;
+typedef enum decid_unit {
+  DECID_BY_NAME = 0,
+  DECID_DEGREES = 1,
+  DECID_RADIANS = 2,
+  DECID_MILLIRADIANS = 3,
+  DECID_MILLIMETRES = 4, /* and the next two: of positions alone */
+  DECID_CENTIMETRES = 5,
+  DECID_METRES = 6
+} decid_unit;
 
 typedef struct decid_read_options {
   size_t size;
@@ -156,9 +164,16 @@ typedef struct decid_read_options {
   int unit;                /* a decid_unit; DECID_BY_NAME: from the column's name, else degrees */
   double rate_hz;          /* 0: from the column of time */
   double fill_gaps_s;      /* missing values up to this long are interpolated; 0: refused */
-  const char* tilt_column; /* of the platform's measured tilt; NULL: not read */
+  const char* tilt_column; /* of the platform's measured tilt; NULL: one that is plain by its name; "none": not read */
   int tilt_unit;
   int invert_sway, invert_tilt; /* positive against the protocol's direction */
+  int skip_lines;               /* of a text file, above its table; -1: found */
+  /* What the sway is made of where there is no column of it (docs/recordings.md#signals); 0 and NULL: nothing. */
+  double com_height_m;                      /* `column` is a position so high above the ankles */
+  double body_height_m;                     /* of the subject, for hip and shoulder */
+  const char *leg_column, *trunk_column;    /* angles in space */
+  const char *hip_column, *shoulder_column; /* positions */
+  const char* ankle_column;                 /* that positions count from; NULL: their means are upright */
 } decid_read_options;
 DECID_API void decid_read_defaults(decid_read_options* options, size_t size);
 

@@ -21,14 +21,27 @@ std::optional<Unit> unit_of(int unit, const char* where) {
       return Unit::radian;
     case DECID_MILLIRADIANS:
       return Unit::milliradian;
+    case DECID_MILLIMETRES:
+    case DECID_CENTIMETRES:
+    case DECID_METRES:
+      return {};
   }
   throw decid::Error(where, decid::format("there is no unit %d", unit), "give a value of decid_unit");
+}
+
+std::optional<double> metres_per(int unit) {
+  if (unit == DECID_MILLIMETRES) return 1e-3;
+  if (unit == DECID_CENTIMETRES) return 1e-2;
+  if (unit == DECID_METRES) return 1.0;
+  return {};
 }
 
 }  // namespace
 
 void decid_read_defaults(decid_read_options* options, size_t size) {
-  set_defaults(options, size, decid_read_options{});
+  decid_read_options defaults{};
+  defaults.skip_lines = -1;
+  set_defaults(options, size, defaults);
 }
 
 decid_status decid_recording_read(const char* path, const decid_read_options* options, decid_recording** recording) {
@@ -41,10 +54,21 @@ decid_status decid_recording_read(const char* path, const decid_read_options* op
     how.unit = unit_of(asked.unit, where);
     if (asked.rate_hz != 0.0) how.rate_hz = asked.rate_hz;
     how.fill_gaps_s = asked.fill_gaps_s;
-    how.tilt_column = text_or_empty(asked.tilt_column);
+    const std::string tilt = text_or_empty(asked.tilt_column);
+    how.find_tilt = tilt != "none";
+    if (how.find_tilt) how.tilt_column = tilt;
     how.tilt_unit = unit_of(asked.tilt_unit, where);
     how.invert_sway = asked.invert_sway != 0;
     how.invert_tilt = asked.invert_tilt != 0;
+    how.metres_per_unit = metres_per(asked.unit);
+    if (asked.skip_lines >= 0) how.skip_lines = asked.skip_lines;
+    if (asked.com_height_m != 0.0) how.com_height_m = asked.com_height_m;
+    if (asked.body_height_m != 0.0) how.body_height_m = asked.body_height_m;
+    how.leg_column = text_or_empty(asked.leg_column);
+    how.trunk_column = text_or_empty(asked.trunk_column);
+    how.hip_column = text_or_empty(asked.hip_column);
+    how.shoulder_column = text_or_empty(asked.shoulder_column);
+    how.ankle_column = text_or_empty(asked.ankle_column);
     return std::make_unique<decid_recording>(decid::dataset::read_recording(file, how));
   });
 }
@@ -54,7 +78,9 @@ decid_status decid_recording_of(const double* sway, size_t samples, double rate_
   constexpr const char* where = "decid_recording_of";
   return made(recording, where, [&] {
     const std::optional<Unit> known = unit_of(unit, where);
-    if (!known) throw decid::Error(where, "samples have no name that says their unit", "give DECID_DEGREES or another");
+    if (!known)
+      throw decid::Error(where, "samples are angles, and have no name that says their unit",
+                         "give DECID_DEGREES or another");
     const double* const first = &given(sway, where, "sway");
     std::vector<double> sway_rad(first, first + samples);
     const double factor = decid::dataset::rad_in(*known);

@@ -2,7 +2,7 @@
 %
 % Reads a recording, a CSV or MAT-file.
 %
-%   "column", "tilt_column"   by name, or a number in quotes from 1; the sway is found by name, the tilt is not read
+%   "column", "tilt_column"   by name, or a number in quotes from 1; both are found by name; tilt "none": not read
 %   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees
 %   "rate"                    Hz, instead of the column of time
 %   "fill_gaps"               missing values up to so many seconds are interpolated

@@ -69,7 +69,8 @@ py::dict model_tensors(const py::object& self) {
 
 Recording read_recording(const std::string& path, const OptionalText& column, int unit, double rate_hz,
                          double fill_gaps_s, const OptionalText& tilt_column, int tilt_unit, bool invert_sway,
-                         bool invert_tilt) {
+                         bool invert_tilt, int skip_lines, double com_height_m, double body_height_m,
+                         const std::array<OptionalText, 5>& columns) {
   decid_read_options options;
   decid_read_defaults(&options, sizeof options);
   options.column = text_or_null(column);
@@ -80,6 +81,14 @@ Recording read_recording(const std::string& path, const OptionalText& column, in
   options.tilt_unit = tilt_unit;
   options.invert_sway = invert_sway;
   options.invert_tilt = invert_tilt;
+  options.skip_lines = skip_lines;
+  options.com_height_m = com_height_m;
+  options.body_height_m = body_height_m;
+  options.leg_column = text_or_null(columns[0]);
+  options.trunk_column = text_or_null(columns[1]);
+  options.hip_column = text_or_null(columns[2]);
+  options.shoulder_column = text_or_null(columns[3]);
+  options.ankle_column = text_or_null(columns[4]);
   decid_recording* made = nullptr;
   run([&] { return decid_recording_read(path.c_str(), &options, &made); });
   return Recording::of(made);

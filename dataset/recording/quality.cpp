@@ -40,7 +40,8 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, Warnings& war
       std::max({static_cast<double>(frozen_samples), frozen_s * rate_hz, frozen_runs * static_cast<double>(usual - 1)});
   std::size_t stretches = 0, frozen = 0, longest = 0, at = 0, first = 0;
   for (const std::size_t run : runs) {
-    if (static_cast<double>(run) >= least) {
+    const bool at_rest = at == 0 && sway[0] == 0.0;  // as simulated bodies are at their start
+    if (static_cast<double>(run) >= least && !at_rest) {
       if (stretches++ == 0) first = at;
       frozen += run;
       longest = std::max(longest, run);

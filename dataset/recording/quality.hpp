@@ -10,7 +10,8 @@ namespace decid::dataset {
 /// Adds a warning of each of these that there is; none for signals under two seconds, in which none is plain:
 /// - frozen: runs of one value for 0.1 s and at least 5 samples, and twelve times as long as the runs in which half of
 /// the
-///   samples are (those of a coarse sensor are long); a caution if they make up 2 % of the recording;
+///   samples are (those of a coarse sensor are long), but zeros at the start, where simulated bodies are at rest; a
+///   caution if they make up 2 % of the recording;
 /// - coarse_steps: values are multiples of a step of 0.02 degrees or more; a caution from 0.2 on;
 /// - spikes: single samples off the line between their neighbours, or the first one off the line through the next two,
 ///   by more than 0.05 degrees, 20 times the median of that and three steps of a coarse sensor; a caution;

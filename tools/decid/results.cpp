@@ -140,8 +140,8 @@ std::string sway_text(const Identification& id) {
   if (std::isfinite(id.explanation.following)) text += format(", follows the tilt %.2f", id.explanation.following);
   if (id.estimate.trial.tilt) {
     text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
-                   id.estimate.trial.tilt->delay_s, id.tilt_column.c_str(), id.estimate.trial.tilt->correlation,
-                   id.estimate.trial.tilt->gain);
+                   std::round(1e3 * id.estimate.trial.tilt->delay_s) / 1e3 + 0.0,  // no -0.000
+                   id.tilt_column.c_str(), id.estimate.trial.tilt->correlation, id.estimate.trial.tilt->gain);
   }
   return text + "\n";
 }

@@ -16,7 +16,7 @@ from ._results import Evaluation, Fit, Notice, Result, result_of
 
 Path = Union[str, "os.PathLike[str]"]
 
-_UNITS = {None: 0, "deg": 1, "rad": 2, "mrad": 3}
+_UNITS = {None: 0, "deg": 1, "rad": 2, "mrad": 3, "mm": 4, "cm": 5, "m": 6}
 _DETREND = {"none": 0, "offset": 1, "linear": 2}
 _SPLITS = {"all": 0, "training": 1, "validation": 2}
 
@@ -84,17 +84,25 @@ class Recording:
 
 def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, rate: Optional[float] = None,
          fill_gaps: float = 0.0, tilt_column: Optional[str] = None, tilt_unit: Optional[str] = None,
-         invert_sway: bool = False, invert_tilt: bool = False) -> Recording:
+         invert_sway: bool = False, invert_tilt: bool = False, *, skip_lines: Optional[int] = None,
+         com_height: Optional[float] = None, leg: Optional[str] = None, trunk: Optional[str] = None,
+         hip: Optional[str] = None, shoulder: Optional[str] = None, ankle: Optional[str] = None,
+         height: Optional[float] = None) -> Recording:
     """Reads a CSV or MAT-file.
 
-    column, tilt_column: by name, or number from 1; the sway is found by name unless it is given, the tilt is not read.
-    unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.
+    column, tilt_column: by name, or number from 1; both are found by name unless they are given; tilt_column "none": not
+    read. unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.
+    skip_lines: above the table of a text file; None: found.
+    In place of a column of sway: leg and trunk, columns of angles in space; hip and shoulder, of positions, with the
+    subject's height in m; or com_height, the height in m above the ankles at which column is a position. Positions count
+    from the column ankle, or their means are upright; their unit may be "mm", "cm" or "m".
     rate: Hz, instead of the column of time. fill_gaps: missing values up to so many seconds are interpolated.
     invert_sway, invert_tilt: positive against the protocol's direction."""
     recording = Recording.__new__(Recording)
     recording._handle = _decid.read_recording(
         os.fspath(path), column, _number_of(_UNITS, unit, "unit"), 0.0 if rate is None else rate, fill_gaps, tilt_column,
-        _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt)
+        _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt, -1 if skip_lines is None else skip_lines,
+        com_height or 0.0, height or 0.0, (leg, trunk, hip, shoulder, ankle))
     return recording
 
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <thread>
 
+#include "base/text.hpp"
 #include "identify/recordings.hpp"
 #include "nn/safetensors.hpp"
 #include "sim/segments.hpp"
@@ -94,6 +95,44 @@ Identifications expected(const std::filesystem::path& path, const ReadOptions& o
 }
 
 }  // namespace
+
+TEST_CASE("sway of leg and trunk, of markers and of positions is the library's") {
+  const TemporaryFolder folder;
+  std::string text = "Laboratory 3\ntime,leg_deg,trunk_deg,hip,shoulder\n";
+  for (int k = 0; k < 300; ++k)
+    text += format("%.2f,%.6f,%.6f,%.6f,%.6f\n", k / 100.0, std::sin(0.1 * k), std::cos(0.3 * k), std::sin(0.1 * k),
+                   std::cos(0.2 * k));
+  const auto path = write_text(folder / "parts.csv", text);
+  const auto check = [&](const decid_read_options& options, const dataset::RecordingOptions& same_options) {
+    const OwnedRecording made = read(path, &options);
+    const auto& rad = dataset::read_recording(path, same_options).signals.at(dataset::com_sway).rad;
+    REQUIRE(decid_recording_samples(made.get()) == rad.size());
+    CHECK(std::equal(rad.begin(), rad.end(), decid_recording_sway(made.get())));
+  };
+  decid_read_options options;
+  decid_read_defaults(&options, sizeof options);
+  options.leg_column = "leg_deg";
+  options.trunk_column = "trunk_deg";
+  check(options, {.leg_column = "leg_deg", .trunk_column = "trunk_deg"});
+  options.skip_lines = 1;
+  check(options, {.leg_column = "leg_deg", .trunk_column = "trunk_deg"});
+  decid_read_defaults(&options, sizeof options);
+  options.unit = DECID_CENTIMETRES;
+  options.hip_column = "hip";
+  options.shoulder_column = "shoulder";
+  options.ankle_column = "leg_deg";
+  options.body_height_m = 1.7;
+  check(options, {.hip_column = "hip",
+                  .shoulder_column = "shoulder",
+                  .ankle_column = "leg_deg",
+                  .body_height_m = 1.7,
+                  .metres_per_unit = 0.01});
+  decid_read_defaults(&options, sizeof options);
+  options.unit = DECID_METRES;
+  options.column = "hip";
+  options.com_height_m = 3.0;
+  check(options, {.column = "hip", .com_height_m = 3.0, .metres_per_unit = 1.0});
+}
 
 TEST_CASE("a file is identified to the bits of the library, with a body and a measured tilt or without") {
   const TemporaryFolder folder;

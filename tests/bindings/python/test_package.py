@@ -78,6 +78,21 @@ class Identification(WithFolder):
         self.assertEqual(recording.column, "com_sway_deg")
         self.assertEqual(len(recording.time), len(recording.tilt))
 
+    def test_sway_of_positions_and_of_leg_and_trunk(self):
+        path = self.folder / "parts.csv"
+        time = np.arange(400) / 100
+        leg, trunk = np.sin(time), 2 * np.cos(3 * time)
+        np.savetxt(path, np.column_stack([time, leg, trunk, 10 * leg]), delimiter=",", comments="",
+                   header="time,leg_deg,trunk_deg,hip")
+        parts = decid.read(path, leg="leg_deg", trunk="trunk_deg")
+        share = np.linalg.lstsq(np.column_stack([leg, trunk]), np.rad2deg(parts.sway), rcond=None)[0]
+        self.assertAlmostEqual(share.sum(), 1, places=9)  # of the centre of mass
+        marker = decid.read(path, column="hip", unit="mm", com_height=0.9)
+        np.testing.assert_allclose(marker.sway, np.arcsin((10 * leg - np.mean(10 * leg)) / 900), atol=1e-15)
+        with self.assertRaises(decid.Error) as refused:
+            decid.read(path, hip="hip", shoulder="hip")
+        self.assertIn("--mass and --height", refused.exception.remedy)
+
     def test_samples_have_the_bits_of_their_file(self):
         sway = np.genfromtxt(self.trial(), delimiter=",", names=True)["com_sway_deg"]
         path = self.folder / "samples.csv"

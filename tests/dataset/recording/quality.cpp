@@ -60,6 +60,9 @@ TEST_CASE("stretches that stand still are found, with their share") {
   check_only(found(values), "frozen", Severity::info, "1 stretch, the longest 0.3 s, the first from 10 s on, 0.75%");
   for (std::size_t k = 2000; k < 2100; ++k) values[k] = values[2000];
   check_only(found(values), "frozen", Severity::caution, "2 stretches, the longest 1 s, the first from 10 s on, 3.25%");
+  std::vector<double> rest = sway(0.02);
+  for (std::size_t k = 0; k < 30; ++k) rest[k] = 0.0;
+  CHECK(found(rest).empty());
   std::vector<double> held = sway(0.02);
   for (std::size_t k = 0; k < held.size(); ++k)
     held[k] = held[k - k % 2];  // a sensor of half the rate stands still by design
