@@ -105,7 +105,8 @@ TEST_CASE("sway of leg and trunk, of markers and of positions is the library's")
   const auto path = write_text(folder / "parts.csv", text);
   const auto check = [&](const decid_read_options& options, const dataset::RecordingOptions& same_options) {
     const OwnedRecording made = read(path, &options);
-    const auto& rad = dataset::read_recording(path, same_options).signals.at(dataset::com_sway).rad;
+    const dataset::Recording expected = dataset::read_recording(path, same_options);
+    const auto& rad = expected.signals.at(dataset::com_sway).rad;
     REQUIRE(decid_recording_samples(made.get()) == rad.size());
     CHECK(std::equal(rad.begin(), rad.end(), decid_recording_sway(made.get())));
   };

@@ -258,7 +258,8 @@ class Sets(WithFolder):
         self.assertEqual(mine.read_bytes(), model.read_bytes())
         self.assertEqual(decid.Model(mine).sha256, trained.sha256)
 
-        streamed = json.loads(program("train", "--stream", "--stream-trials", 40, "--validation-trials", 20, *options))
+        streamed = json.loads(program("train", "--stream", "--stream-trials", 40, "--validation-trials", 20, *options[:-1],
+                                      self.folder / "streamed.safetensors"))
         again = decid.train("default", **keywords, stream_trials=40, validation_trials=20)
         self.assertEqual(again.sha256, streamed["weights_sha256"])
 

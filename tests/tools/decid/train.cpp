@@ -263,7 +263,7 @@ TEST_CASE("train: the report is a page of all epochs, rewritten each time") {
   CHECK(shown().at("log").size() >= 1);
   check_refused(folder.train("--epochs 3 --report /nowhere/page.html", "a.npz", "o.safetensors"), {"/nowhere"});
   check_refused(folder.train("--epochs 3 --report " + folder / "a.npz", "a.npz", "o.safetensors"),
-                {"a.npz", "read or written already"});
+                {"a.npz", "would hold a page", "a.html"});
 }
 
 TEST_CASE("train: a curve of the loss beside the bar, on a terminal only") {
