@@ -81,7 +81,7 @@ Parsed parse_number(std::string_view cell) {
 bool is_missing(std::string_view cell) {
   std::string lower(cell);
   for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return one_of(lower, {"", "nan", "-nan", "na", "n/a", "null", "-"});
+  return one_of(lower, {"", "nan", "-nan", "na", "n/a", "null", "-", "--", "---", ".", "#n/a", "#nv"});
 }
 
 std::optional<std::string> unit_of_cell(std::string_view cell) {

@@ -36,11 +36,33 @@ std::optional<double> metres_of(std::string_view word) {
   return {};
 }
 
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// "V" of "sway (V)" and "sway [V]"; empty if there is none.
+std::string_view unit_behind(std::string_view name) {
+  if (name.empty() || (name.back() != ')' && name.back() != ']')) return {};
+  const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '[');
+  return open == std::string_view::npos ? std::string_view() : name.substr(open + 1, name.size() - open - 2);
+}
+
 /// What a column is by its name, if that is no angle: "a length". Columns called "m" alone are not.
 const char* other_quantity(std::string_view name) {
   const std::vector<std::string> parts = words(name);
   const std::string& last = parts.back();
   if (parts.size() > 1 && metres_of(last)) return "a length";
+  const std::string_view unit = unit_behind(name);
+  for (const auto& [quantity, units] : {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|"},
+                                        {"a force", "|n|kn|"},
+                                        {"a torque", "|nm|n*m|n.m|n m|"},
+                                        {"a velocity", "|m/s|mm/s|cm/s|"},
+                                        {"an acceleration", "|m/s^2|m/s2|g|"},
+                                        {"a mass", "|kg|"},
+                                        {"a share", "|%|"}})
+    if (!unit.empty() && std::string_view(units).find(lower('|' + std::string(unit) + '|')) != std::string_view::npos)
+      return quantity;
   for (const std::string& word : parts) {
     for (const char* quantity : {"velocity", "speed", "acceleration"})
       if (word.find(quantity) != std::string::npos)
@@ -177,10 +199,6 @@ int find_named(const Table& table, int without, std::initializer_list<const char
 }
 
 int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting) {
-  const auto lower = [](std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-  };
   // As it stands there; in other case; without its unit: "KSP" of "KSP (deg)".
   std::vector<int> exact, alike, plain;
   for (int i = 0; i < table.columns(); ++i) {
@@ -228,6 +246,7 @@ int find_tilt_column(const Table& table, int without, const std::string& where, 
 
 double time_unit_s(std::string_view name) {
   const std::string unit = words(name).back();
+  if (one_of(unit, {"min", "minutes", "minuten"})) return 60.0;
   if (one_of(unit, {"ms", "msec", "milliseconds", "millisekunden"})) return 1e-3;
   if (one_of(unit, {"us", "usec", "\xC2\xB5s", "microseconds"})) return 1e-6;
   return 1.0;

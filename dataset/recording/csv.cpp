@@ -23,12 +23,21 @@ std::string shown(std::string_view cell) {
   return "'" + std::string(cell) + "' is not a finite number";
 }
 
+/// Without lines of separators alone at its end, as spreadsheets leave them.
+std::string without_empty_end(std::string text) {
+  const std::size_t last = text.find_last_not_of(" \t\r\n;,");
+  const std::size_t end = last == std::string::npos ? 0 : text.find_first_of("\r\n", last);
+  if (end != std::string::npos) text.resize(end);
+  return text;
+}
+
 }  // namespace
 
 CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines)
-    : text_(to_utf8(std::move(text), where)), where_(std::move(where)) {
+    : text_(without_empty_end(to_utf8(std::move(text), where))), where_(std::move(where)) {
   if (skip_lines) {
     preamble_.lines = static_cast<std::size_t>(*skip_lines);
+    preamble_.rate_hz = rate_above(text_, preamble_.lines);
   } else {
     preamble_ = find_preamble(text_);
   }
@@ -56,11 +65,12 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
                                   : separator_ == '\t' ? "tabs"
                                   : separator_ == ' '  ? "blanks"
                                                        : "commas";
-      throw Error(where_,
-                  "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
-                      ", the lines before it " + std::to_string(names_.size()) + " (between " + between +
-                      ", as in its first lines)",
-                  "correct the line, or put # before lines that are not data");
+      throw Error(
+          where_,
+          "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
+              ", the lines before it " + std::to_string(names_.size()) + " (between " + between +
+              ", as in its first lines)",
+          "correct the line, put # before lines that are not data, or give --skip-lines N if the table begins below");
     }
     if (++rows_ > most_rows) {
       throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");

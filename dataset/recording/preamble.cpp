@@ -25,17 +25,23 @@ bool is_value(std::string_view cell) {
   return parse_number(cell).is_number || clock_time(cell);
 }
 
-/// The cells of a line; a separator at its end ends the last one.
 std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   split(line, separator, cells);
-  while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
   return cells;
 }
 
-/// Half of its cells at least hold values, among them one of the first two.
+/// As many cells, or one more, an empty one after a separator at the line's end.
+bool are_alike(const std::vector<std::string_view>& a, const std::vector<std::string_view>& b) {
+  return a.size() == b.size() || (a.size() == b.size() + 1 && a.back().empty()) ||
+         (b.size() == a.size() + 1 && b.back().empty());
+}
+
+/// Half of its cells at least hold values, among them one of the first two; of two, both: "Subject,12" is none.
 bool is_data(const std::vector<std::string_view>& cells) {
   const auto values = std::ranges::count_if(cells, is_value);
+  if (cells.size() == 2)
+    return std::ranges::all_of(cells, [](auto cell) { return cell.empty() || is_value(cell); }) && values > 0;
   return 2 * values >= std::ssize(cells) && (is_value(cells[0]) || (cells.size() > 1 && is_value(cells[1])));
 }
 
@@ -57,7 +63,7 @@ std::optional<double> stated_rate(std::string_view line) {
     }
     if (word.empty()) continue;
     if (const Parsed parsed = parse_number(word); parsed.is_number) numbers.push_back(parsed.value);
-    for (const char* sign : {"frequency", "frequenz", "rate", "fps"})
+    for (const char* sign : {"frequency", "frequenz", "rate", "fps", "fs"})
       if (word.find(sign) != std::string::npos) about_rate = true;
     word.clear();
   }
@@ -90,6 +96,16 @@ Preamble of_trc(const std::vector<Line>& lines) {
 
 }  // namespace
 
+std::optional<double> rate_above(std::string_view text, std::size_t lines) {
+  std::optional<double> found;
+  for_each_line(text, [&](std::string_view line, std::size_t number) {
+    if (number > lines) return false;
+    if (const auto rate = stated_rate(line)) found = rate;
+    return true;
+  });
+  return found;
+}
+
 Preamble find_preamble(std::string_view text) {
   std::vector<Line> lines;
   for_each_line(text, [&](std::string_view line, std::size_t number) {
@@ -100,29 +116,37 @@ Preamble find_preamble(std::string_view text) {
   if (lines.front().text.starts_with("PathFileType")) return of_trc(lines);
   for (std::size_t first = 0; first < lines.size(); ++first) {
     const char separator = separator_of(first > 0 ? lines[first - 1].text : "", lines[first].text);
-    const std::size_t columns = cells_of(lines[first].text, separator).size();
-    const auto fits = [&](std::size_t line) { return cells_of(lines[line].text, separator).size() == columns; };
+    const auto row = cells_of(lines[first].text, separator);
+    const auto fits = [&](std::size_t line) { return are_alike(cells_of(lines[line].text, separator), row); };
+    const auto has_time = [&](std::size_t line) {
+      const auto cells = cells_of(lines[line].text, separator);
+      return !are_units(cells) && std::ranges::any_of(cells, is_time_name);
+    };
     const std::size_t after = std::min(first + lines_of_a_table, lines.size());
     bool is_table = after - first > 1 || first == 0;
     for (std::size_t line = first; line < after; ++line)
       is_table = is_table && fits(line) && is_data(cells_of(lines[line].text, separator));
     if (!is_table) continue;
-    if (first == 0 || columns == 1 || fits(0)) return {};
+    if (first == 0 || (fits(0) && (first == 1 || has_time(0)))) return {};
+    // A damaged row below the header is no header.
+    if (fits(0) && std::ranges::any_of(cells_of(lines[first - 1].text, separator), is_value)) return {};
+    // Which line names a single column is plain only if it names an angle's unit.
+    if (row.size() == 1 && !unit_in(lines[first - 1].text)) return {};
     // The header: the lowest line above that is none of units; one with a time is a better one.
     std::size_t header = first;
     if (fits(first - 1)) header = first - 1;
     if (header > 0 && header < first && are_units(cells_of(lines[header].text, separator)) && fits(header - 1))
       --header;
     for (std::size_t line = first; line-- > 0 && fits(line);)
-      if (std::ranges::any_of(cells_of(lines[line].text, separator), is_time_name)) header = line;
+      if (has_time(line)) header = line;
     if (header == 0) return {};
     Preamble found;
     found.lines = lines[header].number - 1;
     for (std::size_t line = 0; line < header; ++line) {
       const auto cells = cells_of(lines[line].text, separator);
       if (cells.size() > 1 && std::ranges::all_of(cells, is_value)) return {};
-      if (const auto rate = stated_rate(lines[line].text)) found.rate_hz = rate;
     }
+    found.rate_hz = rate_above(text, found.lines);
     return found;
   }
   return {};

@@ -18,9 +18,13 @@ struct Preamble {
 /// The lines above a table's header. The table begins where lines of as many cells follow each other of which half are
 /// numbers or clock times; the lines just above it with as many cells are its header (and its units). Exports of motion
 /// capture say there who, when and at which rate ("Frequency: 100"). A file whose first line has as many cells as its
-/// table has none, nor has one of a single column; neither has one in which no table is found, or whose lines above it
-/// hold numbers like it: a damaged row is not to be taken for a preamble. Of TRC files (OpenSim, Cortex: PathFileType)
-/// the names are made of both lines of their header, with the unit: "C7 X (mm)".
+/// table and names a time has none, nor has one of a single column whose name has no unit of angles; neither has one in
+/// which no table is found, or whose lines above it hold numbers like it: a damaged row is not to be taken for a
+/// preamble. Of TRC files (OpenSim, Cortex: PathFileType) the names are made of both lines of their header, with the
+/// unit: "C7 X (mm)".
 Preamble find_preamble(std::string_view text);
+
+/// The sample rate that the first so many lines state: the last of them.
+std::optional<double> rate_above(std::string_view text, std::size_t lines);
 
 }  // namespace decid::dataset

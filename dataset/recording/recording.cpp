@@ -83,7 +83,8 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
 void check_size(const Signal<double>& sway, bool guessed, Recording& recording) {
   const bool in_memory = recording.file.empty();
   const std::string where = in_memory ? "recording" : recording.file;
-  const char* const other = in_memory ? "give radians" : "if the unit is another, give --unit";
+  const char* const other =
+      in_memory ? "give radians" : "if the unit is another, give --unit; if these are positions, --com-height";
   const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
   const double peak_deg = std::max(-*least, *most) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
@@ -151,7 +152,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   if (table.preamble_lines() > 0 && !options.skip_lines)
     add_info(recording.warnings, "preamble",
              "the first " + std::to_string(table.preamble_lines()) +
-                 (table.preamble_lines() == 1 ? " line" : " lines") + " are not the table's and are not read");
+                 (table.preamble_lines() == 1 ? " line is" : " lines are") + " above the table and not read");
   int time = find_time(table);
   const SwaySource source = find_sway_source(table, time, options, recording);
   const int sway = source.columns.front();
@@ -185,6 +186,8 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   } else if (options.find_tilt) {
     look_for_tilt(table, source, clock, options, recording);
   }
+  if ((options.tilt_unit || options.invert_tilt) && recording.signals.find(platform_tilt) == nullptr)
+    throw Error(recording.file, "no tilt is read, and its unit or sign is given", "name its column with --tilt-column");
   return recording;
 }
 

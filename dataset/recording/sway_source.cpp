@@ -51,9 +51,12 @@ int find_sway(const Table& table, int time, Recording& recording) {
   }
   if (candidates > 1) {
     throw Error(recording.file, "has several columns that may be the sway: " + list_of(table, time),
-                "name one with --column");
+                "name one with --column, or what the sway is made of with --leg and --trunk, or --hip and --shoulder");
   }
   const int sway = time == 0 ? 1 : 0;
+  if (find_tilt_column(table, time, recording.file, "--column") == sway)
+    throw Error(recording.file, "has a column of the platform's tilt, '" + name_of(table, sway) + "', but none of sway",
+                "add the sway, or name it with --column");
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
              "column '" + name_of(table, sway) + "' is taken as the sway: it is the only one");

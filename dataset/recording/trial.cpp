@@ -162,7 +162,7 @@ std::optional<TiltMatch> try_start(const sim::Protocol& protocol, double from_hz
     return match;
   } catch (const Error& error) {
     add_caution(recording.warnings, "tilt_not_used",
-                "a column that may be the platform's tilt is not used: " + error.problem());
+                "a column that may be the platform's tilt is not used: " + error.problem() + "; " + error.remedy());
     recording.signals.remove(platform_tilt);
     return {};
   }

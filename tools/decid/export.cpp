@@ -19,6 +19,7 @@
 #include "nn/predictor.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/recording_files.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results.hpp"
 #include "tools/firmware/controller.hpp"
@@ -189,6 +190,20 @@ sim::Parameters identified(const std::string& path, int recording, bool force) {
   return parameters;
 }
 
+/// Whose gains they are, and which recording of how many they are of; nothing from results of earlier versions.
+void tell_of(const std::string& path, int recording, bool quiet, sim::Body& body) {
+  const Json json = parse_json(read_file(path), path);
+  const Json& all = json.at("recordings");
+  if (all.size() > 1 && !quiet)
+    std::cerr << format("the controller of recording %d of %zu, ", recording, all.size())
+              << all.at(static_cast<std::size_t>(recording) - 1).value("file", "") << " (--recording)\n";
+  const auto found = json.find("body");
+  if (found == json.end() || !found->is_object()) return;
+  body.mass_kg = found->value("mass_kg", body.mass_kg);
+  body.com_height_m = found->value("com_height_m", body.com_height_m);
+  body.inertia_kgm2 = found->value("inertia_kgm2", body.inertia_kgm2);
+}
+
 void export_controller(const ControllerOptions& options) {
   check_firmware_name(options.name);
   sim::Parameters parameters = options.result.empty() ? controller_parameters().middle()
@@ -202,8 +217,10 @@ void export_controller(const ControllerOptions& options) {
   const std::string origin =
       format("The DEC posture controller, made by decid %s%s.", version,
              options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
-  write_files(options.output, options.name,
-              controller_files(parameters, dataset::load_protocol(options.protocol), options.name, origin));
+  sim::Protocol protocol = dataset::load_protocol(options.protocol);
+  if (!options.result.empty())
+    tell_of(options.result, options.recording, options.common.quiet, protocol.experiment.body);
+  write_files(options.output, options.name, controller_files(parameters, protocol, options.name, origin));
   if (!options.common.quiet)
     std::cerr << format("%s.h and %s.c written to %s\n", options.name.c_str(), options.name.c_str(),
                         options.output.c_str());
@@ -242,8 +259,9 @@ struct SwayOptions {
   std::string model, output;
 };
 
-void export_sway(const SwayOptions& options) {
+void export_sway(SwayOptions options) {
   const ReadOptions reading = options.recordings.read_options();
+  options.recordings.files = recording_files(options.recordings.files, {options.model, options.output});
   std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);

@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/text.hpp"
+#include "dataset/recording/encoding.hpp"
 
 namespace decid::tools {
 namespace {
@@ -66,8 +67,8 @@ struct Table {
 };
 
 Table read_table(const std::string& name) {
-  std::string text = read_file(name, std::size_t{1} << 26);
-  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  std::string text = dataset::to_utf8(read_file(name, std::size_t{1} << 26), name);
+  if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);  // Excel's own line
   Table table{0, 0, rows_of(text, separator_of(text))};
   const Cells& names = table.rows.front();
   const auto column = [&](const char* wanted) {

@@ -52,7 +52,7 @@ ReadOptions RecordingFlags::read_options() const {
   if (detrend == "offset") made.trial.detrend = dataset::Detrend::offset;
   if (detrend == "linear") made.trial.detrend = dataset::Detrend::linear;
   const bool names_tilt = !made.recording.tilt_column.empty();
-  if (!names_tilt && (!tilt_unit.empty() || made.recording.invert_tilt)) {
+  if (!made.recording.find_tilt && (!tilt_unit.empty() || made.recording.invert_tilt)) {
     throw Error("--tilt-unit, --invert", "no tilt is read", "name its column with --tilt-column");
   }
   if (begin && names_tilt) {
@@ -146,7 +146,8 @@ void tell_errors(const std::string& command, const std::vector<Identification>& 
   const auto failed = std::ranges::count_if(all, [](const Identification& id) { return id.error.has_value(); });
   if (failed > 0) {
     throw Error(command, std::to_string(failed) + " of " + std::to_string(all.size()) + " recordings failed",
-                "see the lines above, or \"error\" in the JSON; the others are done");
+                std::string("see the lines above, or \"error\" in the JSON") +
+                    (failed < std::ssize(all) ? "; the others are done" : ""));
   }
 }
 

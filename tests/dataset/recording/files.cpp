@@ -113,6 +113,36 @@ TEST_CASE("lines above the table are passed over, and said so") {
   check_one_two_three("note,more\ntime,sway\ns,deg\n0,1\n0.01,2\n0.02,3\n", {.skip_lines = 1});
 }
 
+TEST_CASE("a last column that is empty in the first rows takes nothing from the header") {
+  check_one_two_three("time,sway_deg,event\n0,1,\n0.01,2,\n0.02,3,\n");
+  check_one_two_three("Zeit;sway_deg;Ereignis\n0;1;\n0,01;2;\n0,02;3;los\n");
+  CHECK(read("time,sway_rad,note\n0,0.1,\n0.01,0.2,\n0.02,0.3,\n0.03,0.4,x\n").signals.at(com_sway).rad.size() == 4);
+  check_error(reading("time,ankle_angle,event\n0,1,\n0.01,2,\n0.02,3,\n"), {"'ankle_angle', 'event'", "--column"});
+  // A last row or two of separators alone, as spreadsheets leave them.
+  check_one_two_three("time;sway_deg\n0;1\n0,01;2\n0,02;3\n;\n;\n");
+  check_one_two_three("time,sway_deg\n0,1\n0.01,#N/A\n0.02,3\n", {.fill_gaps_s = 0.02});
+}
+
+TEST_CASE("lines above a table that look like it, and above one column") {
+  const std::string table = "time,sway_deg\n0,1\n0.01,2\n0.02,3\n";
+  check_one_two_three("Patient: Schmidt, Anna\nDate: 1 March\n" + table);
+  check_one_two_three("Subject,01\nTrial,2\nDay,3\nRate,50\n" + table);
+  check_one_two_three("Abtastrate: 100 Hz\nPatient: x\n\nsway_deg\n1\n2\n3\n");
+  check_one_two_three("fs=100\nx,sway_deg\n5,1\n5,2\n5,3\n", {.skip_lines = 1});
+  check_error(reading("time,sway_deg\n0,x\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2, sway_deg", "'x'"});
+  check_error(reading("a,sway_deg\none,1\n2,2\n3,3\n4,4\n", {.column = "a", .rate_hz = 100.0}), {"line 2, a", "'one'"});
+  check_error(reading("Patient: Anna\nx\n1,2\n"), {"--skip-lines"});
+}
+
+TEST_CASE("units that are no angle's are refused, a column of tilt alone too; minutes are sixty seconds") {
+  for (const char* name : {"sway (V)", "sway [N]", "Torque [Nm]", "sway (m/s)", "load (%)"})
+    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), {name, "by its name", "--unit"});
+  check_error(reading("time,sway\ns,V\n0,1\n0.01,2\n"), {"sway (V) is a voltage"});
+  CHECK(read("time,sway (AP)\n0,1\n0.01,2\n").signals.samples() == 2);  // a note is no unit
+  check_error(reading("time,tilt_deg\n0,1\n0.01,2\n"), {"the platform's tilt, 'tilt_deg', but none of sway"});
+  CHECK(near(read("time (min),sway_deg\n0,1\n0.01,2\n0.02,3\n").rate_hz, 100.0 / 60.0, 1e-12));
+}
+
 TEST_CASE("a damaged row is not taken for a line above the table") {
   check_error(reading("time,sway\n0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 3 columns", "before it 2"});
   check_error(reading("0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 2 columns", "before it 3"});
@@ -263,6 +293,10 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
     Recording named = read(text("platform_deg", gain, 0), {.tilt_column = "platform_deg"});
     CHECK_THROWS_AS(bring_to_protocol(named, protocol), Error);
   }
+  // Its sign can be turned, as that of one that is named; where there is none, that is said.
+  Recording turned = read(text("platform_deg", -1.0, 0), {.invert_tilt = true});
+  CHECK(bring_to_protocol(turned, protocol).tilt.has_value());
+  check_error(reading("time,sway_deg\n0,1\n0.01,2\n", {.invert_tilt = true}), {"no tilt is read", "--tilt-column"});
   // A start that was given counts; so does the wish to have none read.
   Recording started = read(text("platform_deg", 1.0, 30));
   CHECK_FALSE(bring_to_protocol(started, protocol, {.start_s = 0.1}).tilt);

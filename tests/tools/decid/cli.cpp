@@ -120,8 +120,8 @@ TEST_CASE("identify makes the sway of leg and trunk, and reads standard input") 
     const auto run = run_decid("identify --json " + command);
     REQUIRE(run.code == 0);
     std::vector<double> found;
-    for (const Json& parameter : Json::parse(run.out)["recordings"][0]["parameters"])
-      found.push_back(parameter["value"].get<double>());
+    const Json json = Json::parse(run.out);
+    for (const Json& parameter : json["recordings"][0]["parameters"]) found.push_back(parameter["value"].get<double>());
     return found;
   };
   const auto whole = values(folder / "d.csv"), parts = values("--leg leg_deg --trunk trunk_deg " + folder / "d.csv");
