@@ -125,7 +125,7 @@ TEST_CASE("identify makes the sway of leg and trunk, and reads standard input") 
     return found;
   };
   const auto whole = values(folder / "d.csv"), parts = values("--leg leg_deg --trunk trunk_deg " + folder / "d.csv");
-  REQUIRE(whole.size() == decid::sim::Parameters{}.size());
+  REQUIRE(whole.size() == decid::sim::single_pendulum().parameters.size());
   for (std::size_t p = 0; p < whole.size(); ++p) CHECK(decid::test::near(parts[p], whole[p], 1e-4));
   // The platform's tilt tells when the trial starts; so does the first sample.
   CHECK(values("--tilt-column none " + folder / "d.csv") == whole);
