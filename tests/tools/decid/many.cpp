@@ -42,7 +42,7 @@ void check_table(const std::string& table, const Json& json) {
   for (std::size_t i = 0; i < json["recordings"].size(); ++i) {
     const Json& recording = json["recordings"][i];
     REQUIRE(rows[i + 1].size() == 24);
-    CHECK(rows[i + 1][0] == recording["file"]);
+    CHECK(rows[i + 1][0] == recording["file"].get<std::string>());
     CHECK(rows[i + 1][1] == recording.value("trust", ""));
     CHECK(rows[i + 1][23].empty() != recording.contains("error"));
     for (std::size_t p = 0; p < 7; ++p) {
@@ -51,7 +51,7 @@ void check_table(const std::string& table, const Json& json) {
         continue;
       }
       const Json& parameter = recording["parameters"][p];
-      CHECK(rows[0][2 + 3 * p] == parameter["name"]);
+      CHECK(rows[0][2 + 3 * p] == parameter["name"].get<std::string>());
       CHECK(std::stod(rows[i + 1][2 + 3 * p]) == parameter["value"]);
       CHECK(std::stod(rows[i + 1][3 + 3 * p]) == parameter["interval90"][0]);
       CHECK(std::stod(rows[i + 1][4 + 3 * p]) == parameter["interval90"][1]);
