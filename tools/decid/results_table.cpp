@@ -3,6 +3,7 @@
 
 #include "base/json_object.hpp"
 #include "base/text.hpp"
+#include "tools/decid/command.hpp"
 
 namespace decid::tools {
 namespace {
