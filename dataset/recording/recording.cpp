@@ -187,7 +187,8 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
     look_for_tilt(table, source, clock, options, recording);
   }
   if ((options.tilt_unit || options.invert_tilt) && recording.signals.find(platform_tilt) == nullptr)
-    throw Error(recording.file, "no tilt is read for --tilt-unit or --invert tilt", "name its column with --tilt-column");
+    throw Error(recording.file, "no tilt is read for --tilt-unit or --invert tilt",
+                "name its column with --tilt-column");
   return recording;
 }
 

@@ -101,7 +101,8 @@ TEST_CASE("SIGTERM, as batch systems send it, leaves a training's checkpoint and
   REQUIRE(process.reaches([&] { return std::filesystem::exists(model + ".checkpoint"); }));
   process.send(SIGTERM);
   CHECK(process.signal_of_end() == SIGTERM);
-  CHECK(read_text(folder / "err").find("stopped; the same command, with --resume or without, goes on") != std::string::npos);
+  CHECK(read_text(folder / "err").find("stopped; the same command, with --resume or without, goes on") !=
+        std::string::npos);
   CHECK(std::filesystem::exists(model + ".checkpoint"));
   CHECK_FALSE(std::filesystem::exists(model));
 }
