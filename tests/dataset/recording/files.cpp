@@ -8,6 +8,7 @@
 #include "dataset/recording/preamble.hpp"
 #include "dataset/recording/trial.hpp"
 #include "sim/double_pendulum.hpp"
+#include "tests/dataset/recording/reading.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 
@@ -17,29 +18,10 @@ using namespace decid::test;
 
 namespace {
 
-Recording read(const std::string& text, const RecordingOptions& options = {}) {
-  const TemporaryFolder folder;
-  return read_recording(write_text(folder / "r.csv", text), options);
-}
-
-auto reading(const std::string& text, const RecordingOptions& options = {}) {
-  return [text, options] { read(text, options); };
-}
-
 const Warning* warning(const Warnings& warnings, const std::string& code) {
   for (const Warning& warning : warnings)
     if (warning.code == code) return &warning;
   return nullptr;
-}
-
-/// 1, 2, 3 degrees at 100 Hz, by the column called `name`.
-void check_one_two_three(const std::string& text, const RecordingOptions& options = {}) {
-  INFO(text);
-  const Recording recording = read(text, options);
-  CHECK(recording.rate_hz == 100.0);
-  REQUIRE(recording.signals.at(com_sway).rad.size() == 3);
-  for (std::size_t k = 0; k < 3; ++k)
-    CHECK(recording.signals.at(com_sway).rad[k] == static_cast<double>(k + 1) * sim::rad_per_deg);
 }
 
 /// ASCII in UTF-16, little or big endian, without a mark.

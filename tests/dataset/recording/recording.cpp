@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "dataset/recording/trial.hpp"
+#include "tests/dataset/recording/reading.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 
@@ -13,26 +14,6 @@ using namespace decid::dataset;
 using namespace decid::test;
 
 namespace {
-
-Recording read(const std::string& text, const RecordingOptions& options = {}) {
-  const TemporaryFolder folder;
-  return read_recording(write_text(folder / "r.csv", text), options);
-}
-
-auto reading(const std::string& text, const RecordingOptions& options = {}) {
-  return [text, options] { read(text, options); };
-}
-
-/// The recording is 1, 2, 3 degrees at 100 Hz.
-void check_one_two_three(const std::string& text, const RecordingOptions& options = {}) {
-  INFO(text);
-  const Recording recording = read(text, options);
-  CHECK(recording.rate_hz == 100.0);
-  REQUIRE(recording.signals.at(com_sway).rad.size() == 3);
-  for (std::size_t k = 0; k < 3; ++k) {
-    CHECK(recording.signals.at(com_sway).rad[k] == static_cast<double>(k + 1) * sim::rad_per_deg);
-  }
-}
 
 bool warns(const Recording& recording, const std::string& part) {
   for (const Warning& warning : recording.warnings) {
