@@ -4,11 +4,14 @@
 #include <cstdlib>
 
 #include "base/error.hpp"
+#if defined(__wasm__)
+#include "base/relaxed.hpp"
+#endif
 
 namespace decid {
 namespace {
 
-constexpr Isa all_isas[] = {Isa::reference, Isa::baseline, Isa::avx2, Isa::avx512, Isa::neon};
+constexpr Isa all_isas[] = {Isa::reference, Isa::baseline, Isa::avx2, Isa::avx512, Isa::neon, Isa::wasm, Isa::relaxed};
 
 bool runs_here(Isa isa) {
   switch (isa) {
@@ -24,6 +27,11 @@ bool runs_here(Isa isa) {
 #elif defined(__aarch64__)
     case Isa::neon:
       return true;
+#elif defined(__wasm__)
+    case Isa::wasm:
+      return true;
+    case Isa::relaxed:
+      return relaxed_fuses();
 #endif
     default:
       return false;
@@ -33,7 +41,7 @@ bool runs_here(Isa isa) {
 }  // namespace
 
 const char* name(Isa isa) noexcept {
-  constexpr const char* names[] = {"reference", "baseline", "avx2", "avx512", "neon"};
+  constexpr const char* names[] = {"reference", "baseline", "avx2", "avx512", "neon", "wasm", "relaxed"};
   return names[static_cast<int>(isa)];
 }
 

@@ -8,7 +8,9 @@
 namespace decid {
 
 /// reference: plain definitions, to hold the others to. baseline: what every x86-64 processor has (SSE2).
-enum class Isa { reference, baseline, avx2, avx512, neon };
+/// wasm: WebAssembly's vectors, which have no fused multiply-add: it is computed exactly. relaxed: WebAssembly with
+/// relaxed vectors, whose multiply-add is one rounding here.
+enum class Isa { reference, baseline, avx2, avx512, neon, wasm, relaxed };
 const char* name(Isa isa) noexcept;
 
 /// What can run here, slowest first.

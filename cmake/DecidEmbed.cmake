@@ -24,6 +24,23 @@ std::string_view @symbol@();
 // Generated: the content of @path@.
 #include "embedded/@symbol@.hpp"
 
+#if defined(__wasm__)
+
+// clang 19 embeds as C23 does; its assembler for WebAssembly has no such sections.
+alignas(64) static const char content[] = {
+#embed "@path@"
+    , 0};
+
+namespace decid::embedded {
+
+std::string_view @symbol@() {
+  return {content, sizeof content - 1};
+}
+
+}  // namespace decid::embedded
+
+#else
+
 asm(R"(
 .pushsection .rodata
 .balign 64
@@ -51,9 +68,12 @@ std::string_view @symbol@() {
 }
 
 }  // namespace decid::embedded
+
+#endif
 ]])
   # In one object with others it would lose that dependency, and keep the old content.
-  set_source_files_properties(${folder}/${symbol}.cpp PROPERTIES OBJECT_DEPENDS ${path} SKIP_UNITY_BUILD_INCLUSION ON)
+  set_source_files_properties(${folder}/${symbol}.cpp PROPERTIES OBJECT_DEPENDS ${path} SKIP_UNITY_BUILD_INCLUSION ON
+    COMPILE_OPTIONS "$<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},wasm32>:-Wno-c23-extensions>")
   target_sources(${target} PRIVATE ${folder}/${symbol}.cpp)
   target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
 endfunction()

@@ -11,6 +11,20 @@ function(decid_compile_options target)
   target_compile_options(${target} PRIVATE -ffp-contract=off -fno-math-errno -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                                            $<$<CXX_COMPILER_ID:GNU>:-fno-tree-vectorize;-Wno-restrict>
                                            $<$<BOOL:${DECID_WARNINGS_AS_ERRORS}>:-Werror>)
+  # Sanitizers see more, and WebAssembly has its own guards.
+  if(DECID_HARDEN AND NOT DECID_SANITIZE AND NOT CMAKE_SYSTEM_PROCESSOR STREQUAL "wasm32")
+    # _FORTIFY_SOURCE needs an optimiser.
+    target_compile_options(${target} PRIVATE -fstack-protector-strong -D_GLIBCXX_ASSERTIONS
+                                             $<$<CONFIG:Release>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>)
+    if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
+      target_compile_options(${target} PRIVATE -fcf-protection)
+    endif()
+    get_target_property(type ${target} TYPE)
+    target_link_options(${target} PRIVATE -Wl,-z,relro,-z,now)
+    if(type STREQUAL "EXECUTABLE")
+      target_link_options(${target} PRIVATE -pie)
+    endif()
+  endif()
   if(DECID_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${DECID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${DECID_SANITIZE})
@@ -70,22 +84,30 @@ function(decid_library name)
   list(TRANSFORM DECID_NEEDS_${name} PREPEND decid:: OUTPUT_VARIABLE needs)
   target_link_libraries(decid_${name} PUBLIC ${needs})
   decid_compile_options(decid_${name})
+  if(DECID_FUZZ)
+    target_compile_options(decid_${name} PRIVATE -fsanitize=fuzzer-no-link)
+  endif()
   set_property(TARGET decid_${name} PROPERTY DECID_FINDS "${arg_FINDS}")
 endfunction()
 
 # decid_glue(target): code that reads options, writes pages and JSON or tests takes half as long to compile with -O1,
-# and nobody waits for what it does; with sanitizers, -O0.
+# and nobody waits for what it does; with sanitizers, -O0; in a page it has to be small.
 function(decid_glue target)
   if(DECID_SANITIZE)
     target_compile_options(${target} PRIVATE -O0)
   else()
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    set(level -O1)
+    if(CMAKE_SYSTEM_PROCESSOR STREQUAL wasm32)
+      set(level -Oz)
+    endif()
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${level}>)
   endif()
 endfunction()
 
-# decid_computes(target): loops over samples and weights are worth -O3, in the presets' Release too, which is -O2.
+# decid_computes(target): loops over samples and weights are worth -O3, in the presets' Release too, which is -O2. Their
+# spans are not checked (DECID_HARDEN): that took 3 % of an inference's instructions, 5 % of a simulation's.
 function(decid_computes target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3;-U_GLIBCXX_ASSERTIONS>)
 endfunction()
 
 # decid_kernels(library): adds kernels/kernels_<instruction set>.cpp of the current folder to decid_<library>, one
@@ -98,6 +120,10 @@ function(decid_kernels library)
   if(DECID_SANITIZE)
     set(level -O1)
   endif()
+  if(DECID_FUZZ)
+    # Arithmetic reads no file: its edges need no counting, which would slow its tests.
+    list(APPEND level -fno-sanitize-coverage=inline-8bit-counters,indirect-calls,trace-cmp,pc-table)
+  endif()
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
     set(flags_baseline "")
     set(flags_avx2 -mavx2 -mfma)
@@ -107,8 +133,12 @@ function(decid_kernels library)
   elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64)$")
     set(flags_neon "")
     set(isas neon)
+  elseif(CMAKE_SYSTEM_PROCESSOR STREQUAL wasm32)
+    set(flags_wasm "")
+    set(flags_relaxed -mrelaxed-simd)
+    set(isas wasm relaxed)
   else()
-    message(FATAL_ERROR "No kernels for ${CMAKE_SYSTEM_PROCESSOR}: decid runs on x86-64 and AArch64")
+    message(FATAL_ERROR "No kernels for ${CMAKE_SYSTEM_PROCESSOR}: decid runs on x86-64, AArch64 and WebAssembly")
   endif()
   foreach(isa ${isas})
     target_sources(decid_${library} PRIVATE kernels/kernels_${isa}.cpp)

@@ -1,0 +1,328 @@
+#!/usr/bin/env python3
+"""decid.html in headless Chromium, from a file, without a network: what it finds is the program's, byte for byte.
+
+    test_page.py CHROMIUM DECID PAGE.html
+"""
+import base64
+import http.server
+import json
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+import zlib
+
+from chromium import Chromium
+
+HERE = pathlib.Path(__file__).resolve().parent
+browser_program, decid, page = sys.argv[1:4]
+page = pathlib.Path(page).resolve()
+
+
+def run_decid(folder, *arguments):
+    return subprocess.run([decid, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def matrix(name, values, compress=False):
+    """A column of doubles as an element of a MAT-file of version 5."""
+    def element(kind, data):
+        return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+    body = (element(6, struct.pack("<II", 6, 0)) + element(5, struct.pack("<ii", len(values), 1)) +
+            element(1, name.encode()) + element(9, struct.pack(f"<{len(values)}d", *values)))
+    whole = struct.pack("<II", 14, len(body)) + body
+    if not compress:
+        return whole
+    packed = zlib.compress(whole)
+    return struct.pack("<II", 15, len(packed)) + packed
+
+
+def mat5(columns, compress=False):
+    header = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x100) + b"IM"
+    return header + b"".join(matrix(name, values, compress) for name, values in columns.items())
+
+
+def mat4(columns):
+    return b"".join(struct.pack("<5i", 0, len(values), 1, 0, len(name) + 1) + name.encode() + b"\0" +
+                    struct.pack(f"<{len(values)}d", *values) for name, values in columns.items())
+
+
+class Page(unittest.TestCase):
+    flags, fragment, kernels = (), "", "relaxed"
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.scratch.name)
+        for seed in (3, 4):
+            run_decid(cls.folder, "simulate", "--quiet", "--seed", str(seed), "-o", f"trial{seed}.csv")
+        rows = [line.split(",") for line in (cls.folder / "trial3.csv").read_text().splitlines()[1:]]
+        columns = {name: [float(row[i]) for row in rows] for i, name in enumerate(("time", "COM_x", "tilt_deg"))}
+        (cls.folder / "v4.mat").write_bytes(mat4(columns))
+        (cls.folder / "v5.mat").write_bytes(mat5(columns))
+        (cls.folder / "v7.mat").write_bytes(mat5(columns, compress=True))
+        (cls.folder / "bad.csv").write_text("time,sway\n0,1\n1,x\n")
+        cls.chromium = Chromium(browser_program, cls.flags)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.chromium.close()
+        cls.scratch.cleanup()
+
+    def setUp(self):
+        self.open()
+
+    def open(self, width=1200):
+        self.chromium.call("Emulation.setDeviceMetricsOverride", width=width, height=812, deviceScaleFactor=1, mobile=False)
+        self.chromium.call("Page.navigate", url="about:blank")
+        self.chromium.events.clear()
+        self.chromium.call("Page.navigate", url=page.as_uri() + self.fragment)
+        self.chromium.wait("document.body?.dataset.ready === 'yes'")
+        self.assertEqual(self.chromium.evaluate("document.body.dataset.kernels"), self.kernels)
+
+    def tearDown(self):
+        self.assertEqual(self.chromium.complaints(), [])
+        self.assertIsNone(self.chromium.evaluate("document.body.dataset.error ?? null"))
+
+    def drop(self, files, done="identify"):
+        """Drops (name, content) pairs as a person does; returns once they are answered."""
+        given = json.dumps([[name, base64.b64encode(content).decode()] for name, content in files])
+        self.chromium.evaluate("delete document.body.dataset.done")
+        self.chromium.evaluate("""{
+          const transfer = new DataTransfer();
+          for (const [name, content] of %s)
+            transfer.items.add(new File([Uint8Array.from(atob(content), c => c.charCodeAt(0))], name));
+          at("drop").dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+        }""" % given)
+        self.wait_for(done)
+
+    def wait_for(self, command):
+        self.chromium.wait(f"document.body.dataset.done?.startsWith('{command} ')", 800)
+
+    def read(self, *names):
+        return [(name, (self.folder / name).read_bytes()) for name in names]
+
+    def result(self, kind):
+        return base64.b64decode(self.chromium.evaluate(
+            f"btoa(Array.from(results.get(outputs.{kind}), c => String.fromCharCode(c)).join(''))"))
+
+    def program_results(self, command, *arguments):
+        outputs = [self.folder / f"program.{kind}" for kind in ("json", "html", "csv")]
+        for output in outputs:
+            output.unlink(missing_ok=True)
+        run_decid(self.folder, command, *arguments, "-o", outputs[0], "--report", outputs[1], "--table", outputs[2])
+        return [output.read_bytes() for output in outputs]
+
+    def check_same(self, command, *arguments):
+        for kind, expected in zip(("json", "html", "csv"), self.program_results(command, *arguments)):
+            self.assertEqual(self.result(kind), expected, kind)
+
+
+class Answers(Page):
+    def test_a_dropped_recording_is_answered_as_by_the_program(self):
+        self.drop(self.read("trial3.csv"))
+        self.check_same("identify", "trial3.csv")
+
+    def test_the_report_is_drawn(self):
+        self.drop(self.read("trial3.csv"))
+        self.chromium.wait("document.body.dataset.report !== undefined")
+        drawn, charts = self.chromium.evaluate("document.body.dataset.report").split("/")
+        self.assertEqual(drawn, charts)
+        self.assertGreater(int(charts), 3)
+
+    def test_options_reach_the_program(self):
+        self.chromium.evaluate("at('mass').value = '70'; at('height').value = '1.75'; at('detrend').value = 'offset';")
+        self.drop(self.read("trial4.csv"))
+        self.check_same("identify", "trial4.csv", "--mass", "70", "--height", "1.75", "--detrend", "offset")
+
+
+class Uses(Page):
+    def test_mat_files(self):
+        for name in ("v4.mat", "v5.mat", "v7.mat"):
+            with self.subTest(name):
+                self.drop(self.read(name))
+                self.check_same("identify", name)
+
+    def test_bad_files_are_refused_and_cost_the_others_nothing(self):
+        self.drop(self.read("trial3.csv", "bad.csv", "trial4.csv"))
+        self.check_same("identify", "trial3.csv", "bad.csv", "trial4.csv")
+        self.assertIn("bad.csv", self.chromium.evaluate("at('problems').textContent"))
+        self.drop(self.read("bad.csv"))
+        self.assertIn("bad.csv: line 3", self.chromium.evaluate("at('problems').textContent"))
+        hdf5 = (b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM").ljust(512, b"\0") + b"\x89HDF\r\n\x1a\n"
+        self.drop([("new.mat", hdf5)])
+        self.assertIn("-v7", self.chromium.evaluate("at('problems').textContent"))
+        self.drop([("set.npz", b"PK\x03\x04 and so on")])
+        self.assertIn("data set, not a recording", self.chromium.evaluate("at('problems').textContent"))
+
+    def test_a_hundred_at_once(self):
+        content = (self.folder / "trial3.csv").read_bytes()
+        self.drop([("trial.csv", content)] * 100)
+        recordings = json.loads(self.result("json"))["recordings"]
+        self.assertEqual(len(recordings), 100)
+        self.assertEqual(len({recording["file"] for recording in recordings}), 100)
+        self.assertEqual(len({json.dumps(recording["parameters"]) for recording in recordings}), 1)
+
+    def test_a_file_of_the_system_dropped(self):
+        data = {"items": [], "files": [str(self.folder / "trial3.csv")], "dragOperationsMask": 1}
+        for kind in ("dragEnter", "dragOver", "drop"):
+            self.chromium.call("Input.dispatchDragEvent", type=kind, x=600, y=250, data=data)
+        self.wait_for("identify")
+        self.check_same("identify", "trial3.csv")
+
+    def test_hostile_names(self):
+        content = (self.folder / "trial3.csv").read_bytes()
+        names = ["<img src=x onerror=parent.document.title='bad'>.csv", "</script><script>document.title='bad'</script>.csv",
+                 "--report=x.csv", "-", "*.csv", "a b;c'd\"e.csv"]
+        self.drop([(name, content) for name in names])
+        found = [recording["file"] for recording in json.loads(self.result("json"))["recordings"]]
+        self.assertEqual(found, [name if not name.startswith("-") else "./" + name for name in names])
+        self.assertNotIn("bad", self.chromium.evaluate("document.title"))
+        self.assertEqual(self.chromium.evaluate("document.querySelectorAll('img').length"), 0)
+        self.drop([(names[0], content)])
+        self.assertEqual(self.chromium.evaluate("at('bar-title').textContent"), names[0])
+
+    def test_pasted_and_simulated(self):
+        text = (self.folder / "trial3.csv").read_text()
+        self.chromium.evaluate(f"at('pasted').value = {json.dumps(text)}; at('identify-pasted').click()")
+        self.wait_for("identify")
+        self.assertEqual(json.loads(self.result("json"))["recordings"][0]["file"], "pasted.csv")
+        self.chromium.evaluate("delete document.body.dataset.done; at('again').click(); at('example').click()")
+        self.wait_for("identify")
+        self.assertEqual(json.loads(self.result("json"))["recordings"][0]["file"], "simulated.csv")
+
+    def test_a_fit_shows_how_far_it_is_and_can_be_cancelled(self):
+        self.drop(self.read("trial3.csv"))
+        self.chromium.evaluate("at('fit').click()")
+        self.chromium.wait("at('progress').hasAttribute('value')", 120)
+        self.assertIn("fit: ", self.chromium.evaluate("at('status').textContent"))
+        self.chromium.evaluate("at('cancel').click()")
+        self.chromium.wait("at('work').hidden", 5)
+        self.drop(self.read("trial4.csv"))
+        self.check_same("identify", "trial4.csv")
+
+    def test_keys_alone(self):
+        def press(key, code, text=""):
+            for kind in ("keyDown", "keyUp"):
+                self.chromium.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code, text=text)
+        reached = []
+        for _ in range(6):
+            press("Tab", 9)
+            reached.append(self.chromium.evaluate("document.activeElement.id || document.activeElement.tagName"))
+        self.assertEqual(reached, ["files", "mass", "height", "SUMMARY", "SUMMARY", "example"])
+        press("Enter", 13, "\r")
+        self.wait_for("identify")
+        self.assertEqual(self.chromium.evaluate("document.activeElement.id"), "bar-title")
+        press("Tab", 9)
+        self.assertEqual(self.chromium.evaluate("document.activeElement.id"), "again")
+
+    def test_widths_names_and_contrast(self):
+        checks = (HERE.parent / "tools/report/layout_checks.js").read_text()
+        for width in (375, 1200):
+            for scheme in ("light", "dark"):
+                with self.subTest(width=width, scheme=scheme):
+                    self.chromium.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+                    self.open(width)
+                    for answered in (False, True):
+                        if answered:
+                            self.drop(self.read("trial3.csv"))
+                        found = self.chromium.evaluate(
+                            "new Promise(resolve => { addEventListener('message', event => resolve(event.data), { once: true }); "
+                            + checks.replace('addEventListener("load", () => setTimeout(', "(").replace(", 1000));", ")();") + " })")
+                        self.assertEqual(found, "none")
+        self.chromium.call("Emulation.setEmulatedMedia", features=[])
+
+
+class Nothing_leaves(Page):
+    """A server that must never be asked, and a page that is made to try."""
+
+    def test_nothing_can_be_sent(self):
+        asked = []
+
+        class Listener(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                asked.append(self.path)
+                self.send_response(200)
+                self.end_headers()
+
+            do_POST = do_GET
+
+            def log_message(self, *_):
+                pass
+
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Listener)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        at = f"http://127.0.0.1:{server.server_port}/"
+        self.drop(self.read("trial3.csv"))
+        attempts = {
+            "fetch": f"fetch('{at}fetch').then(() => 'sent', () => 'refused')",
+            "beacon": f"navigator.sendBeacon('{at}beacon', 'x') ? 'queued' : 'refused'",
+            "socket": f"new Promise(resolve => {{ try {{ const s = new WebSocket('ws://127.0.0.1:{server.server_port}/s'); "
+                      "s.onopen = () => resolve('sent'); s.onerror = () => resolve('refused'); } catch { resolve('refused'); } })",
+            "events": f"new Promise(resolve => {{ const s = new EventSource('{at}events'); s.onopen = () => resolve('sent'); s.onerror = () => resolve('refused'); }})",
+            "image": f"new Promise(resolve => {{ const i = new Image(); i.onload = () => resolve('sent'); i.onerror = () => resolve('refused'); i.src = '{at}image'; }})",
+            "script": f"new Promise(resolve => {{ const s = document.createElement('script'); s.onload = () => resolve('sent'); s.onerror = () => resolve('refused'); s.src = '{at}script'; document.head.append(s); }})",
+            "style": f"new Promise(resolve => {{ const s = document.createElement('link'); s.rel = 'stylesheet'; s.onload = () => resolve('sent'); s.onerror = () => resolve('refused'); s.href = '{at}style'; document.head.append(s); }})",
+            "form": f"{{ const f = document.createElement('form'); f.action = '{at}form'; f.method = 'post'; document.body.append(f); f.submit(); f.remove(); 'refused' }}",
+            "frame": f"{{ const f = document.createElement('iframe'); f.src = '{at}frame'; document.body.append(f); setTimeout(() => f.remove(), 1000); 'refused' }}",
+            "report's frame": f"{{ at('report').src = '{at}report'; 'refused' }}",
+            "navigation": f"{{ location.href = '{at}navigation'; 'refused' }}",
+        }
+        for name, attempt in attempts.items():
+            with self.subTest(name):
+                self.assertIn(self.chromium.evaluate(attempt), ("refused", "queued"))
+        # The worker, too.
+        self.assertEqual(self.chromium.evaluate(
+            f"new Promise(resolve => {{ const w = new Worker(URL.createObjectURL(new Blob([`fetch('{at}worker')"
+            ".then(() => postMessage('sent'), () => postMessage('refused'))`]))); w.onmessage = e => resolve(e.data); })"), "refused")
+        # The report's own frame, which may not leave either.
+        self.chromium.evaluate("new Promise(resolve => setTimeout(resolve, 1500))")
+        server.shutdown()
+        self.assertEqual(asked, [])
+        self.assertTrue(self.chromium.evaluate("location.protocol === 'file:' && at('setup') !== null"))
+        self.chromium.events.clear()  # it has complained, as it should
+
+
+class Without_relaxed_vectors(Answers):
+    """The programs whose multiply-add is computed exactly, where the browser has relaxed vectors or not."""
+    fragment, kernels = "#plain", "wasm"
+
+
+class Same_bits(Page):
+    def test_trainings_have_the_pinned_bits_in_the_browser_too(self):
+        tests = base64.b64encode((page.parent / "tests/web/test_web").read_bytes()).decode()
+        self.chromium.evaluate("""(async () => {
+          const module = await WebAssembly.compile(Uint8Array.from(atob("%s"), c => c.charCodeAt(0)));
+          const said = [];
+          for (const isa of ["relaxed", "wasm", "reference"]) {
+            const own = new Worker(workerAddress);
+            own.postMessage({ module, model: new Uint8Array(), environment: ["DECID_ISA=" + isa] });
+            own.postMessage({ args: ["--test-case=training: pinned bits*"], files: [] });
+            const { code, out } = await new Promise(resolve => { own.onmessage = ({ data }) => resolve(data); });
+            said.push([code, /1 passed.*0 failed/.test(out)]);
+            own.terminate();
+          }
+          document.body.dataset.trained = JSON.stringify(said);
+        })(), 0""" % tests)
+        self.chromium.wait("document.body.dataset.trained !== undefined")
+        self.assertEqual(json.loads(self.chromium.evaluate("document.body.dataset.trained")), [[0, True]] * 3)
+
+
+class Fits(Page):
+    def test_a_fit_is_the_program_s(self):
+        self.drop(self.read("trial3.csv"))
+        self.chromium.evaluate("delete document.body.dataset.done; at('fit').click()")
+        self.wait_for("fit")
+        self.check_same("fit", "trial3.csv")
+
+
+def load_tests(loader, _, __):
+    """Page itself has no tests."""
+    kinds = [globals()[name] for name in sys.argv[4:]] or [Answers, Uses, Nothing_leaves, Without_relaxed_vectors, Same_bits, Fits]
+    return unittest.TestSuite(loader.loadTestsFromTestCase(kind) for kind in kinds)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,36 @@
+// doctest believes that where WASI is there are no exceptions; it is not told that WASI is here. What it includes itself,
+// which has to know, comes first.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <cfloat>
+#include <climits>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <exception>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <sys/time.h>
+#include <unistd.h>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#pragma push_macro("__wasi__")
+#undef __wasi__
+#include_next <doctest/doctest.h>
+#pragma pop_macro("__wasi__")

@@ -1,0 +1,38 @@
+#!/usr/bin/env python3
+"""Writes decid.html: one file that holds the programs, the model, the styles and the scripts.
+
+    pack.py OUTPUT VERSION PLAIN RELAXED PROBE MODEL REPORT_CSS
+"""
+import base64
+import gzip
+import pathlib
+import sys
+
+here = pathlib.Path(__file__).parent
+output, version, plain, relaxed, probe, model, report_css = sys.argv[1:]
+
+
+def packed(file):
+    """Compressed, without a date, so that the same input gives the same page; base 85 with , for <, which could begin markup."""
+    return base64.b85encode(gzip.compress(pathlib.Path(file).read_bytes(), 9, mtime=0)).decode().replace("<", ",")
+
+
+def text(*files):
+    joined = "".join(pathlib.Path(file).read_text() for file in files)
+    assert "</script" not in joined and "<!--" not in joined, files
+    return joined
+
+
+parts = {
+    "css": text(report_css, here / "page.css"),
+    "about": f"decid {version}, with the built-in model.",
+    "model": packed(model), "plain": packed(plain), "relaxed": packed(relaxed), "probe": packed(probe),
+    "worker": text(here / "wasi.js", here / "worker.js"),
+    "script": text(here / "page.js"),
+}
+html = (here / "page.html").read_text()
+for name, content in parts.items():
+    before, mark, after = html.partition("{{" + name + "}}")
+    assert mark, name
+    html = before + content + after
+pathlib.Path(output).write_text(html)

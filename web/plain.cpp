@@ -1,0 +1,35 @@
+// What stands for the kernels of relaxed vectors in a program that has to run where there are none: nothing there may
+// name one of their instructions.
+#include "base/exact_fma.hpp"
+#include "base/kernels/kernels.hpp"
+#include "base/relaxed.hpp"
+#include "dataset/image/kernels/image.hpp"
+#include "identify/posterior/kernels/kernels.hpp"
+#include "nn/kernels/isa.hpp"
+#include "sim/kernels/kernels.hpp"
+
+namespace decid {
+
+bool relaxed_fuses() {
+  return false;
+}
+double relaxed_fma(double a, double b, double c) {
+  return slow_fma(a, b, c);
+}
+const RandomKernels& RandomTables::relaxed() {
+  return wasm();
+}
+const sim::SimulatorKernels& sim::SimulatorTables::relaxed() {
+  return wasm();
+}
+const dataset::ImageKernels& dataset::ImageTables::relaxed() {
+  return wasm();
+}
+const nn::Kernels<float>& nn::FloatTables::relaxed() {
+  return wasm();
+}
+const posterior::Kernels& posterior::Tables::relaxed() {
+  return wasm();
+}
+
+}  // namespace decid
