@@ -15,6 +15,7 @@ class Words {
  public:
   explicit Words(const std::string& line) : line_(line) {
     std::istringstream stream(line);
+    stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
     for (std::string word; stream >> word;) words_.push_back(word);
   }
 

@@ -74,7 +74,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
       });
       sums_.keep(sums, src.valid_lanes(block), block, c);
     });
-    set_gradients(sums_.total(src.blocks()), values_a_channel(src));
+    set_gradients(sums_.total(src.blocks(), this->reducer()), values_a_channel(src));
     if (diff_src == nullptr) return;
     each_plane(src, [&](int block, int c) {
       const Factors& f = factors_[static_cast<std::size_t>(c)];
@@ -153,7 +153,8 @@ class BatchNormTraining final : public TrainingLayer<T> {
     return static_cast<T>(mean_[static_cast<std::size_t>(channel)]);
   }
   double values_a_channel(const TensorView<const T>& src) const {
-    return static_cast<double>(src.batch()) * norm_.shape.rows * norm_.shape.columns;
+    const int batch = this->reducer() != nullptr ? this->reducer()->batch() : src.batch();
+    return static_cast<double>(batch) * norm_.shape.rows * norm_.shape.columns;
   }
 
   /// The batch's mean and variance, by which it is normalised; the running ones move towards them.
@@ -164,7 +165,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
         sums_.add_rows(src.plane(block, c), c, sums);
         sums_.keep(sums, src.valid_lanes(block), block, c);
       });
-    const double* const total = sums_.total(src.blocks());
+    const double* const total = sums_.total(src.blocks(), this->reducer());
     const double count = values_a_channel(src);
     std::vector<T>&running_mean = this->statistic(0), &running_variance = this->statistic(1);
     const auto move = [](T& running, double measured) {

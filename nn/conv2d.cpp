@@ -56,8 +56,8 @@ class Conv2dTraining final : public TrainingLayer<T> {
                                           weight_parts_.data() + part * weight().size(),
                                           bias_parts_.data() + part * bias().size(), first, last);
     });
-    sum_gradient(weight_parts_, src.blocks(), this->gradient(0));
-    sum_gradient(bias_parts_, src.blocks(), this->gradient(1));
+    sum_gradients<T>({{weight_parts_.data(), this->gradient(0)}, {bias_parts_.data(), this->gradient(1)}}, src.blocks(),
+                     this->reducer());
     if (diff_src == nullptr) return;
     for_each_group(src.blocks(), shape_.src_channels, conv_group, [&](int block, int first, int last) {
       kernels<T>().conv2d_backward_src(shape_, diff_dst.block(block), weight().data(), diff_src->block(block), first,

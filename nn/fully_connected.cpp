@@ -28,8 +28,8 @@ class FullyConnectedTraining final : public TrainingLayer<T> {
           fc_.input, src.block(block), diff_dst.row(block, 0, 0), src.valid_lanes(block),
           weight_parts_.data() + part * weight().size(), bias_parts_.data() + part * bias().size(), first, last);
     });
-    sum_gradient(weight_parts_, src.blocks(), this->gradient(0));
-    sum_gradient(bias_parts_, src.blocks(), this->gradient(1));
+    sum_gradients<T>({{weight_parts_.data(), this->gradient(0)}, {bias_parts_.data(), this->gradient(1)}}, src.blocks(),
+                     this->reducer());
     if (diff_src == nullptr) return;
     for_each_group(src.blocks(), fc_.input.channels, plane_group, [&](int block, int first, int last) {
       kernels<T>().fully_connected_backward_src(fc_.input, fc_.outputs, diff_dst.row(block, 0, 0), weight().data(),

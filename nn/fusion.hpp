@@ -3,9 +3,11 @@
 // inference.)
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include "nn/layer.hpp"
+#include "nn/reducer.hpp"
 
 namespace decid::nn {
 
@@ -17,7 +19,7 @@ class BatchSums {
   /// `running_mean`: the forward sums are taken around it, and it must outlive this.
   BatchSums(const Statistic<T>& running_mean, int largest_batch)
       : running_mean_(running_mean), channels_(running_mean.value.size()) {
-    parts_.reserve(TensorView<T>::blocks_of(largest_batch) * channels_ * 2);
+    parts_.reserve(std::max<std::size_t>(TensorView<T>::blocks_of(largest_batch), 1) * channels_ * 2);
   }
 
   /// Forward: adds rows of a channel to its sums of each lane, `sums` (2 x lanes); calls in order of rows.
@@ -31,9 +33,13 @@ class BatchSums {
     part[0] = lane_sum(sums, valid);
     part[1] = lane_sum(sums + lanes, valid);
   }
-  /// When all planes of `blocks` blocks are kept: both sums of channel 0, of channel 1, ...
-  const double* total(int blocks) {
-    tree_sum(parts_.data(), blocks, channels_ * 2, channels_ * 2);
+  /// When all planes of `blocks` blocks are kept: both sums of channel 0, of channel 1, ...; with a reducer, over those
+  /// of all processes.
+  const double* total(int blocks, Reducer<T>* reducer) {
+    if (reducer != nullptr)
+      reducer->sum(parts_.data(), channels_ * 2);
+    else
+      tree_sum(parts_.data(), blocks, channels_ * 2, channels_ * 2);
     return parts_.data();
   }
 

@@ -139,8 +139,9 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
   if (length > largest_header) fail("is no safetensors file");
   if (length > bytes.size() - sizeof length)
     fail("is truncated, or no safetensors file: its header should have " + std::to_string(length) + " bytes");
-  const Json header = parse_header(bytes.substr(sizeof length, length), fail);
-  const std::string_view data = bytes.substr(sizeof length + length);
+  const auto header_bytes = static_cast<std::size_t>(length);
+  const Json header = parse_header(bytes.substr(sizeof length, header_bytes), fail);
+  const std::string_view data = bytes.substr(sizeof length + header_bytes);
 
   TensorFile file;
   std::vector<std::pair<std::size_t, std::size_t>> ranges;

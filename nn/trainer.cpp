@@ -11,16 +11,27 @@
 namespace decid::nn {
 
 template <class T>
-Trainer<T>::Trainer(Network<T>& network, int largest_batch)
-    : network_(network), largest_batch_(largest_batch), parameters_(network.parameters()) {
+Trainer<T>::Trainer(Network<T>& network, int largest_batch, Communicator* ranks)
+    : network_(network),
+      largest_batch_(largest_batch),
+      ranks_(ranks),
+      own_batch_(largest_batch),
+      parameters_(network.parameters()) {
   if (largest_batch < 1 || largest_batch > 65536)
     throw Error("batch", "of " + std::to_string(largest_batch) + " samples", "give 1 to 65536");
+  if (ranks != nullptr) {
+    reducer_ = std::make_unique<Reducer<T>>(*ranks);
+    const auto blocks = static_cast<int>(TensorView<T>::blocks_of(largest_batch));
+    own_batch_ = std::min(largest_batch, most_blocks(blocks, ranks->size()) * lanes);
+  }
   for (Layer<T>& layer : network.layers()) {
-    layers_.push_back(make_training_layer(layer, largest_batch, layers_.empty() ? nullptr : layers_.back().get()));
+    layers_.push_back(make_training_layer(layer, own_batch_, layers_.empty() ? nullptr : layers_.back().get()));
+    if (reducer_) layers_.back()->share_batch(*reducer_);
     for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.push_back(&layers_.back()->gradient(k));
   }
   for (const Parameter<T>* p : parameters_) velocities_.emplace_back(p->value.size(), T(0));
   plan();
+  set_batch(largest_batch);
 }
 
 template <class T>
@@ -79,18 +90,18 @@ void Trainer<T>::plan() {
     }
     place.turn = i > 0 ? 1 - places[i - 1].turn : 0;
     place.activation = kept;
-    kept += TensorView<T>::required(place.shape, largest_batch_, place.activation_halo);
+    kept += TensorView<T>::required(place.shape, own_batch_, place.activation_halo);
     if (i > 0 && !difference_replaces_activation(i))
       pair[place.turn] =
-          std::max(pair[place.turn], TensorView<T>::required(place.shape, largest_batch_, place.difference_halo));
+          std::max(pair[place.turn], TensorView<T>::required(place.shape, own_batch_, place.difference_halo));
   }
   memory_.reserve(kept + pair[0] + pair[1]);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Place& place = places[i];
     T* const own = memory_.data() + place.activation;
     T* const shared = memory_.data() + kept + (place.turn == 0 ? 0 : pair[0]);
-    activations_.emplace_back(own, place.shape, largest_batch_, place.activation_halo);
-    differences_.emplace_back(difference_replaces_activation(i) ? own : shared, place.shape, largest_batch_,
+    activations_.emplace_back(own, place.shape, own_batch_, place.activation_halo);
+    differences_.emplace_back(difference_replaces_activation(i) ? own : shared, place.shape, own_batch_,
                               place.difference_halo);
   }
 }
@@ -101,8 +112,26 @@ void Trainer<T>::set_batch(int batch) {
     throw Error("batch",
                 "of " + std::to_string(batch) + " samples where the largest is " + std::to_string(largest_batch_),
                 "make the trainer for the largest batch");
+  if (reducer_) {
+    reducer_->set_batch(batch);
+    batch = static_cast<int>(own_samples(batch).size());
+  }
   for (TensorView<T>& t : activations_) t.set_batch(batch);
   for (TensorView<T>& t : differences_) t.set_batch(batch);
+}
+
+template <class T>
+std::vector<int> Trainer<T>::own_samples(int batch) const {
+  std::vector<int> samples;
+  const auto add = [&](int first, int last) {
+    for (int i = first; i < std::min(last, batch); ++i) samples.push_back(i);
+  };
+  if (ranks_ == nullptr) add(0, batch);
+  if (ranks_ != nullptr)
+    for (const int block :
+         share_of(static_cast<int>(TensorView<T>::blocks_of(batch)), ranks_->rank(), ranks_->size()).blocks)
+      add(block * lanes, (block + 1) * lanes);
+  return samples;
 }
 
 template <class T>
@@ -117,7 +146,9 @@ void Trainer<T>::backward() {
     const TensorView<T>* const diff_src = i > 0 ? &differences_[i] : nullptr;
     if (diff_src != nullptr && !layers_[i]->in_place()) diff_src->clear_halo();
     layers_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
+    if (reducer_) reducer_->progress();
   }
+  if (reducer_) reducer_->finish();
 }
 
 template <class T>

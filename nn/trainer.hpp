@@ -6,7 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "base/communicator.hpp"
 #include "nn/network.hpp"
+#include "nn/reducer.hpp"
 #include "nn/sgd.hpp"
 #include "nn/tensor.hpp"
 
@@ -22,7 +24,10 @@ class Trainer {
  public:
   /// For steps of up to `largest_batch` samples, 1 .. 65536. The network must outlive the trainer and stay in its
   /// place; forward() moves its running statistics, step() its parameters. Velocities begin at 0.
-  Trainer(Network<T>& network, int largest_batch);
+  /// ranks, unless null: the processes that share each batch, all of which make the same calls. A rank has the samples
+  /// of some blocks of 16 (own_samples()); weights, statistics and gradients are those of the whole batch, the same at
+  /// every rank and the same bits as those of one process alone.
+  Trainer(Network<T>& network, int largest_batch, Communicator* ranks = nullptr);
   Trainer(Trainer&&) noexcept;
   ~Trainer();
 
@@ -30,10 +35,13 @@ class Trainer {
   int largest_batch() const { return largest_batch_; }
   /// Of activations and their derivatives.
   std::size_t memory_bytes() const { return memory_.size() * sizeof(T); }
-  /// Samples of the next step, 1 .. largest_batch().
+  /// Samples of the next step, 1 .. largest_batch(), of all ranks together.
   void set_batch(int batch);
+  /// Which of a batch's samples this rank loads, ascending, 16 of a block together: all if it is alone. It may have
+  /// none.
+  std::vector<int> own_samples(int batch) const;
 
-  /// Where to load the samples.
+  /// Where to load the samples, own_samples() of them; so for outputs.
   TensorView<T> input() { return activations_.front(); }
   TensorView<T> output() { return activations_.back(); }
   TensorView<const T> output() const { return activations_.back(); }
@@ -63,6 +71,9 @@ class Trainer {
 
   Network<T>& network_;
   int largest_batch_;
+  Communicator* ranks_;
+  int own_batch_;                        // the largest of this rank
+  std::unique_ptr<Reducer<T>> reducer_;  // with other ranks
   std::vector<Parameter<T>*> parameters_;
   std::vector<std::unique_ptr<TrainingLayer<T>>> layers_;
   std::vector<std::vector<T>*> gradients_;  // the layers'

@@ -7,6 +7,7 @@
 
 #include "nn/fusion.hpp"
 #include "nn/layer.hpp"
+#include "nn/reducer.hpp"
 #include "nn/tensor.hpp"
 
 namespace decid::nn {
@@ -22,6 +23,9 @@ class TrainingLayer {
   const Layer<T>& layer() const { return layer_; }
   /// Of the parameter with that index in layer().parameters().
   std::vector<T>& gradient(std::size_t parameter) { return gradients_[parameter]; }
+  /// From now on the batch is shared with other processes, and the gradients that backward leaves are there after
+  /// reducer.finish(). It must outlive the layer's work.
+  void share_batch(Reducer<T>& reducer) { reducer_ = &reducer; }
 
   /// dst is src's memory, and backward turns diff_dst into diff_src where it stands.
   virtual bool in_place() const { return false; }
@@ -48,10 +52,13 @@ class TrainingLayer {
   std::vector<T>& value(std::size_t parameter) { return layer_.parameters()[parameter].value; }
   const std::vector<T>& value(std::size_t parameter) const { return layer_.parameters()[parameter].value; }
   std::vector<T>& statistic(std::size_t index) { return layer_.statistics()[index].value; }
+  /// Null: this process has the whole batch.
+  Reducer<T>* reducer() const { return reducer_; }
 
  private:
   Layer<T>& layer_;
   std::vector<std::vector<T>> gradients_;
+  Reducer<T>* reducer_ = nullptr;
 };
 
 /// `layer` in training, with the memory for up to `largest_batch` samples; no later call allocates. If it is a

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <initializer_list>
 
 #include "nn/sharing.hpp"
 #include "nn/training_layer.hpp"
@@ -24,14 +25,17 @@ std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Pool& poo
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const StatisticsPool& pool);
 
-/// A parameter's gradient from the blocks' parts of it, which it uses up.
+/// A layer's gradients from the blocks' parts of them, which are used up; with a reducer, begins to sum them.
 template <class T>
-void sum_gradient(AlignedBuffer<T>& parts, int blocks, std::vector<T>& gradient) {
-  const std::size_t size = gradient.size();
-  for_each_group(1, static_cast<int>(size), value_group, [&](int, int first, int last) {
-    tree_sum(parts.data() + first, blocks, size, static_cast<std::size_t>(last - first));
-    std::copy_n(parts.data() + first, last - first, gradient.data() + first);
-  });
+void sum_gradients(std::initializer_list<typename Reducer<T>::Gradient> gradients, int blocks, Reducer<T>* reducer) {
+  if (reducer != nullptr) return reducer->start({gradients.begin(), gradients.size()});
+  for (const auto& of : gradients) {
+    const std::size_t size = of.gradient.size();
+    for_each_group(1, static_cast<int>(size), value_group, [&](int, int first, int last) {
+      tree_sum(of.parts + first, blocks, size, static_cast<std::size_t>(last - first));
+      std::copy_n(of.parts + first, last - first, of.gradient.data() + first);
+    });
+  }
 }
 
 }  // namespace decid::nn

@@ -218,7 +218,7 @@ TEST_CASE("optimiser's step of any length") {
   }
 }
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) || defined(__wasm__)
 TEST_CASE("emulated fused multiply-add of the baseline") {
   Dice dice(1100);
   const auto any = [&] { return std::bit_cast<float>(static_cast<std::uint32_t>(dice.bits())); };

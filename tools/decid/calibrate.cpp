@@ -20,9 +20,11 @@
 #include "sim/noise.hpp"
 #include "sim/protocol_json.hpp"
 #include "sim/simulate.hpp"
+#include "tools/decid/calibrated_trials.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/decid/ranks.hpp"
 #include "tools/report/calibration_figure.hpp"
 #include "tools/report/parameters_json.hpp"
 
@@ -55,80 +57,13 @@ Json settings_json(const CalibrateOptions& options, const sim::Protocol& protoco
           {"most_draws", options.settings.most_draws}};
 }
 
-Json values_json(const sim::Parameters& values) {
-  return std::vector<double>(values.begin(), values.end());
-}
-
-sim::Parameters values_from(const Json& json) {
-  sim::Parameters values(json.size());
-  for (std::size_t p = 0; p < values.size(); ++p) values[p] = json.at(p).get<double>();
-  return values;
-}
-
-Json trial_json(const CalibratedTrial& trial) {
-  return {{"attempt", trial.attempt},
-          {"truth", values_json(trial.truth)},
-          {"mean", values_json(trial.mean)},
-          {"sd", values_json(trial.deviation)},
-          {"below", trial.below},
-          {"network", trial.network ? values_json(*trial.network) : Json(nullptr)},
-          {"log_score", number_or_null(trial.log_score)},
-          {"network_log_score", number_or_null(trial.network_log_score)},
-          {"rhat", number_or_null(trial.rhat)},
-          {"effective_draws", trial.effective_draws},
-          {"agreed", trial.agreed},
-          {"seconds", trial.seconds}};
-}
-
-CalibratedTrial trial_from(const Json& json) {
-  CalibratedTrial trial;
-  trial.attempt = json.at("attempt").get<std::uint64_t>();
-  trial.truth = values_from(json.at("truth"));
-  trial.mean = values_from(json.at("mean"));
-  trial.deviation = values_from(json.at("sd"));
-  trial.below = json.at("below").get<std::vector<double>>();
-  if (json.contains("network") && !json.at("network").is_null()) trial.network = values_from(json.at("network"));
-  const auto score = [&](const char* key) {
-    const auto found = json.find(key);
-    return found == json.end() || found->is_null() ? CalibratedTrial::unknown_score : found->get<double>();
-  };
-  trial.log_score = score("log_score");
-  trial.network_log_score = score("network_log_score");
-  trial.rhat = json.at("rhat").is_null() ? 1e300 : json.at("rhat").get<double>();
-  trial.effective_draws = json.at("effective_draws").get<double>();
-  trial.agreed = json.at("agreed").get<bool>();
-  trial.seconds = json.at("seconds").get<double>();
-  return trial;
-}
-
-/// The settings in a file, as they are written today: the protocol says the noise's period.
-Json settings_of(const Json& calibration, const std::string& file) {
-  Json settings = calibration.at("settings");
-  Json& protocol = settings.at("protocol");
-  protocol = parse_json(sim::to_json(sim::protocol_from_json(protocol.dump(), file)), file);
-  return settings;
-}
-
-/// The trials of an earlier call with the same settings; without the answers of another network.
-std::vector<CalibratedTrial> earlier_trials(const CalibrateOptions& options, const Json& settings,
-                                            const Json& network) {
-  std::vector<CalibratedTrial> trials;
-  if (!options.resume || !std::filesystem::exists(options.output)) return trials;
-  const Json json = parse_json(read_file(options.output), options.output);
-  try {
-    if (settings_of(json, options.output) != settings)
-      throw Error(options.output, "is of other settings", "give those of the call that wrote it, or another name");
-    const bool same_network = json.value("network", Json(nullptr)) == network;
-    for (const Json& trial : json.at("trials")) {
-      trials.push_back(trial_from(trial));
-      if (same_network) continue;
-      trials.back().network.reset();
-      trials.back().network_log_score = CalibratedTrial::unknown_score;
-    }
-  } catch (const Json::exception&) {
-    throw Error(options.output, "is not a calibration", "give the file that decid calibrate -o wrote");
-  }
-  return trials;
+/// Gives rank 0's to all: others need their numbers.
+void share_trials(Communicator& group, std::size_t parameters, std::vector<CalibratedTrial>& trials) {
+  Json all = Json::array();
+  for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
+  const std::string text = broadcast_text(group, all.dump());
+  trials.clear();
+  for (const Json& trial : Json::parse(text)) trials.push_back(trial_from(trial, parameters));
 }
 
 Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
@@ -296,13 +231,17 @@ void run_calibrate(const CalibrateOptions& options) {
   inputs.push_back(options.output);
   refuse_same_file(options.figure, inputs);
   for (const std::string& path : {options.output, options.figure})
-    if (!path.empty()) PendingFile probe(path);
+    if (!path.empty() && is_root()) PendingFile probe(path);
   if (options.resume && options.output.empty())
     throw Error("--resume", "needs --output", "name the file to go on with");
   const Json settings = settings_json(options, protocol);
   Network network(options.model, protocol);
   const Json hash = network.hash();
-  std::vector<CalibratedTrial> trials = earlier_trials(options, settings, hash);
+  const std::size_t parameters = protocol.parameters().size();
+  std::vector<CalibratedTrial> trials;
+  if (is_root() && options.resume && std::filesystem::exists(options.output))
+    trials = earlier_trials(options.output, settings, hash, parameters);
+  if (ranks() != nullptr) share_trials(*ranks(), parameters, trials);
   const posterior::Density density(protocol, options.priors);
   Trials source(protocol, options.priors, options.seed, 0);
   for (CalibratedTrial& trial : trials) {
@@ -331,23 +270,36 @@ void run_calibrate(const CalibrateOptions& options) {
   {
     ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
     bar.go_on_from(static_cast<long long>(trials.size()));
-    while (static_cast<int>(trials.size()) < options.trials && !interrupted()) {
+    const int processes = ranks() != nullptr ? ranks()->size() : 1;
+    bool going = true;
+    while (static_cast<int>(trials.size()) < options.trials && going) {
       // Several trials a thread, as some take far longer; what comes out does not depend on how many.
       std::vector<Trials::Trial> batch;
-      for (int i = 0; i < 4 * thread_count() && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
+      const int most = 4 * thread_count() * processes;
+      for (int i = 0; i < most && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
         batch.push_back(source.next());
       std::vector<CalibratedTrial> done(batch.size());
-      parallel_for(static_cast<int>(batch.size()), [&](int i) {
-        done[static_cast<std::size_t>(i)] =
-            calibrate_trial(density, batch[static_cast<std::size_t>(i)], table, options.settings);
-      });
-      if (interrupted()) break;
-      for (std::size_t i = 0; i < batch.size(); ++i) network.answer(batch[i].sway_rad, done[i]);
+      const auto calibrate_some = [&](std::size_t first, std::size_t last) {
+        std::vector<std::string> texts(last - first);
+        parallel_for(static_cast<int>(last - first), [&](int i) {
+          const auto place = static_cast<std::size_t>(i);
+          texts[place] = trial_json(calibrate_trial(density, batch[first + place], table, options.settings)).dump();
+        });
+        return interrupted() ? std::vector<std::string>() : texts;
+      };
+      going = share_out(
+          batch.size(), static_cast<std::size_t>(processes > 1 ? thread_count() : most), calibrate_some,
+          [&](std::size_t i, const std::string& text) { done[i] = trial_from(Json::parse(text), parameters); },
+          interrupted);
+      if (!going) break;
+      if (is_root())
+        for (std::size_t i = 0; i < batch.size(); ++i) network.answer(batch[i].sway_rad, done[i]);
       trials.insert(trials.end(), done.begin(), done.end());
-      if (!options.output.empty()) write_file(options.output, document());
+      if (!options.output.empty() && is_root()) write_file(options.output, document());
       bar.update(static_cast<long long>(trials.size()));
     }
   }
+  if (!is_root()) return;
   if (trials.empty()) throw std::runtime_error("stopped before a trial was done");
   const Calibration found = calibration_of(trials, deviation);
   if (options.common.json) {

@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "dataset/recording/protocol_file.hpp"
 #include "sim/protocol_json.hpp"
+#include "tools/decid/ranks.hpp"
 
 namespace decid::tools {
 namespace {
@@ -78,8 +79,10 @@ void add_common_options(const Command& command, CommonOptions& options, bool pri
   if (prints_figures) command.add_flag("--json", options.json, "Print one JSON object on standard output");
 }
 
-void apply(const CommonOptions& options) {
+void apply(CommonOptions& options) {
+  share_processors();
   if (options.threads > 0) omp_set_num_threads(options.threads);
+  options.quiet = options.quiet || !is_root();
 }
 
 void add_protocol_options(const Command& command, ProtocolOptions& options) {

@@ -19,8 +19,8 @@ struct CommonOptions {
 
 /// Adds --threads, --quiet and, for commands that print figures, --json.
 void add_common_options(const Command& command, CommonOptions& options, bool prints_figures);
-/// Applies --threads.
-void apply(const CommonOptions& options);
+/// Applies --threads. Of several ranks only rank 0 says anything.
+void apply(CommonOptions& options);
 
 /// --protocol and --sensor-noise of the commands that simulate many trials.
 struct ProtocolOptions {
@@ -64,6 +64,7 @@ void add_compare(const Command& program);
 void add_study(const Command& program);
 void add_image(const Command& program);
 void add_info(const Command& program);
+void add_selftest(const Command& program);
 void add_export(const Command& program);
 
 }  // namespace decid::tools

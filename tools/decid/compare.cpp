@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <iostream>
 #include <memory>
+#include <span>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -19,6 +21,7 @@
 #include "tools/decid/command.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/decid/ranks.hpp"
 #include "tools/report/comparison_page.hpp"
 
 namespace decid::tools {
@@ -37,6 +40,18 @@ struct CompareOptions {
   long long simulations = iterative::Settings{}.simulations;
   posterior::Settings posterior;
 };
+
+/// Numbers from one rank to another.
+std::string packed(std::span<const double> numbers) {
+  std::string bytes(numbers.size_bytes(), '\0');
+  std::memcpy(bytes.data(), numbers.data(), bytes.size());
+  return bytes;
+}
+std::vector<double> unpacked(const std::string& bytes) {
+  std::vector<double> numbers(bytes.size() / sizeof(double));
+  std::memcpy(numbers.data(), bytes.data(), bytes.size());
+  return numbers;
+}
 
 /// The trials: the first of a data set, or fresh ones of the model's experiment.
 dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
@@ -104,8 +119,9 @@ ComparisonFigures compare(const CompareOptions& options) {
 
   catch_interrupt();
   ProgressBar bar("compare", "fits", 3LL * trials, options.common.quiet);
-  const auto stop_if_asked = [&](int trial) {
-    if (interrupted()) throw std::runtime_error(format("stopped at trial %d of %d", trial, trials));
+  int at = 0;  // the trial
+  const auto stop_unless = [&](bool goes_on) {
+    if (!goes_on) throw std::runtime_error(format("stopped at trial %d of %d", at, trials));
   };
   const auto squared_ratio = [&](int trial, const sim::Parameters& estimate, const sim::Parameters& error) {
     double sum = 0;
@@ -127,30 +143,39 @@ ComparisonFigures compare(const CompareOptions& options) {
     std::vector<sim::Parameters> means(static_cast<std::size_t>(trials), sim::Parameters(parameters)),
         deviations = means;
     std::vector<double> leaps(means.size());
-    for (int first = 0; first < trials; first += thread_count()) {
-      stop_if_asked(first);
-      const int count = std::min(thread_count(), trials - first);
-      parallel_for(count, [&](int place) {
-        const int i = first + place;
-        const auto at = static_cast<std::size_t>(i);
+    const auto sample_some = [&](std::size_t first, std::size_t last) {
+      std::vector<std::string> results(last - first);
+      parallel_for(static_cast<int>(last - first), [&](int place) {
+        const int i = static_cast<int>(first) + place;
         const posterior::Posterior found =
             posterior::sample(density, density.observe(data.trial(i)), options.posterior, {},
                               [](const posterior::Progress&) { return !interrupted(); });
         if (found.draws() == 0) return;
+        std::vector<double> numbers{static_cast<double>(found.leaps())};
         for (std::size_t p = 0; p < parameters; ++p) {
-          means[at][p] = found.mean(static_cast<int>(p));
-          deviations[at][p] = found.deviation(static_cast<int>(p));
+          numbers.push_back(found.mean(static_cast<int>(p)));
+          numbers.push_back(found.deviation(static_cast<int>(p)));
         }
-        leaps[at] = static_cast<double>(found.leaps());
+        results[static_cast<std::size_t>(place)] = packed(numbers);
       });
-      stop_if_asked(first);
-      bar.update(first + count);
-    }
+      return interrupted() ? std::vector<std::string>() : results;
+    };
+    const auto take = [&](std::size_t i, const std::string& bytes) {
+      bar.update(++at);
+      if (bytes.empty()) return;
+      const std::vector<double> numbers = unpacked(bytes);
+      leaps[i] = numbers.front();
+      for (std::size_t p = 0; p < parameters; ++p) {
+        means[i][p] = numbers[2 * p + 1];
+        deviations[i][p] = numbers[2 * p + 2];
+      }
+    };
+    stop_unless(share_out(means.size(), static_cast<std::size_t>(thread_count()), sample_some, take, interrupted));
     double gradients = 0, ratio2 = 0;
     for (int i = 0; i < trials; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      ratio2 += squared_ratio(i, means[at], deviations[at]);
-      gradients += leaps[at];
+      const auto place = static_cast<std::size_t>(i);
+      ratio2 += squared_ratio(i, means[place], deviations[place]);
+      gradients += leaps[place];
     }
     add("posterior", "Mean of draws from the posterior (decid fit); simulations are its gradients", means, gradients,
         time.seconds());
@@ -173,18 +198,34 @@ ComparisonFigures compare(const CompareOptions& options) {
       return starts;
     };
     const Stopwatch time;
-    std::vector<sim::Parameters> means, likeliest;
+    const std::size_t parameters = table.size();
+    std::vector<sim::Parameters> means(static_cast<std::size_t>(trials), sim::Parameters(parameters)),
+        likeliest = means;
+    std::vector<double> ratios(means.size());
     double simulations = 0, ratio2 = 0;
-    for (int i = 0; i < trials; ++i) {
-      stop_if_asked(i);
+    at = 0;
+    const auto fit_one = [&](std::size_t first, std::size_t) {
+      const int i = static_cast<int>(first);
       const iterative::Result result =
           iterative::fit(simulator, data.trial(i), starts_of(i), {options.simulations, options.seed});
-      means.push_back(result.parameters);
-      likeliest.push_back(result.likeliest);
-      ratio2 += squared_ratio(i, result.parameters, result.standard_error);
-      simulations += static_cast<double>(result.simulations);
-      bar.update((from_network ? 2 : 1) * trials + i + 1);
-    }
+      std::vector<double> numbers{static_cast<double>(result.simulations),
+                                  squared_ratio(i, result.parameters, result.standard_error)};
+      for (const sim::Parameters& values : {result.parameters, result.likeliest})
+        numbers.insert(numbers.end(), values.begin(), values.end());
+      return interrupted() ? std::vector<std::string>() : std::vector<std::string>{packed(numbers)};
+    };
+    const auto take = [&](std::size_t i, const std::string& bytes) {
+      const std::vector<double> numbers = unpacked(bytes);
+      simulations += numbers[0];
+      ratios[i] = numbers[1];
+      for (std::size_t p = 0; p < parameters; ++p) {
+        means[i][p] = numbers[2 + p];
+        likeliest[i][p] = numbers[2 + parameters + p];
+      }
+      bar.update((from_network ? 2 : 1) * trials + ++at);
+    };
+    stop_unless(share_out(means.size(), 1, fit_one, take, interrupted));
+    for (const double ratio : ratios) ratio2 += ratio;
     const double seconds = time.seconds();
     add(likeliest_name, likeliest_text, likeliest, simulations, seconds);
     add(mean_name, mean_text, means, simulations, seconds);
@@ -201,8 +242,9 @@ void run_compare(const CompareOptions& options) {
   refuse_same_file(options.output, {options.model, options.data});
   refuse_same_file(options.report, {options.model, options.data, options.output});
   for (const std::string& path : {options.output, options.report})
-    if (!path.empty()) PendingFile probe(path);
+    if (!path.empty() && is_root()) PendingFile probe(path);
   const ComparisonFigures figures = compare(options);
+  if (!is_root()) return;
   const Json comparison = comparison_json(figures);
   const std::string json = comparison.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!options.output.empty()) write_file(options.output, json);

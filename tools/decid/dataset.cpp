@@ -13,6 +13,7 @@
 #include "tools/decid/command.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/decid/ranks.hpp"
 #include "tools/report/dataset_page.hpp"
 
 namespace decid::tools {
@@ -96,7 +97,7 @@ void make_dataset(const DatasetOptions& options) {
   for (const std::string& path : {options.output, partial.file.string(), partial.journal.string()})
     refuse_same_file(path, files);
   std::unique_ptr<PendingFile> probe;  // reports an unwritable place before the work, not after
-  if (!options.report.empty()) probe = std::make_unique<PendingFile>(options.report);
+  if (!options.report.empty() && is_root()) probe = std::make_unique<PendingFile>(options.report);
   probe.reset();
   warn_of_little_space(options, dataset::npz_bytes(options.count, figures.request.protocol), partial);
 
@@ -114,7 +115,8 @@ void make_dataset(const DatasetOptions& options) {
         [&](int trials) {
           bar.line(format("resuming at trial %d of %d (%s)", trials, options.count, partial.file.c_str()));
           bar.go_on_from(trials);
-        });
+        },
+        ranks());
   } catch (const Error&) {
     if (!interrupted()) throw;
     throw std::runtime_error(format("stopped at trial %d of %d; the same command goes on from there (%s)", done,
@@ -122,7 +124,7 @@ void make_dataset(const DatasetOptions& options) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   figures.bytes = std::filesystem::file_size(options.output);
-  if (!options.report.empty()) write_file(options.report, dataset_html(figures));
+  if (!options.report.empty() && is_root()) write_file(options.report, dataset_html(figures));
   if (!options.common.quiet) std::cerr << summary(figures, seconds);
   if (options.common.json) std::cout << dataset_json(figures).dump(2) << '\n';
 }

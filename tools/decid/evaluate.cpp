@@ -12,6 +12,7 @@
 #include "identify/prediction.hpp"
 #include "identify/training/training.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/ranks.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/report/parameters_json.hpp"
 
@@ -35,7 +36,7 @@ struct Evaluated {
 
 /// The outputs of the model's network, or of the one in 8-bit integers that a firmware would have.
 std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& sways) {
-  if (!int8) return predict(model, trials, 64, sways);
+  if (!int8) return predict(model, trials, 64, sways, ranks());
   FirmwarePlan plan = plan_firmware(model, {.int8 = true});
   quantise(plan, model);
   return predict_planned(plan, model, trials, sways);

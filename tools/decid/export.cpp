@@ -19,6 +19,7 @@
 #include "nn/predictor.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/identified.hpp"
 #include "tools/decid/recording_files.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results.hpp"
@@ -143,11 +144,6 @@ void add_export_c(const Command& parent) {
   });
 }
 
-/// Of the controller that is exported.
-const sim::ParameterTable& controller_parameters() {
-  return sim::single_pendulum().parameters;
-}
-
 struct ControllerOptions {
   CommonOptions common;
   std::string result, output, name = "decid_controller", protocol = "default";
@@ -156,58 +152,12 @@ struct ControllerOptions {
   std::vector<std::optional<double>> parameters = std::vector<std::optional<double>>(controller_parameters().size());
 };
 
-/// The parameters of one recording in the JSON that decid identify wrote. Throws Error if they are not usable, unless
-/// `force`.
-sim::Parameters identified(const std::string& path, int recording, bool force) {
-  const std::string remedy = "give a file written by decid identify -o";
-  const Json json = Json::parse(read_file(path), nullptr, false);
-  if (!json.is_object() || !json.contains("recordings") || !json["recordings"].is_array())
-    throw Error(path, "is not a result of decid identify", remedy);
-  const Json& all = json["recordings"];
-  if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
-    throw Error(path, format("has %s, and none of number %d", counted(std::ssize(all), "recording").c_str(), recording),
-                "choose one: --recording");
-  const Json& chosen = all.at(static_cast<std::size_t>(recording) - 1);
-  if (const auto trust = chosen.find("trust"); trust != chosen.end() && *trust != name(Trust::usable)) {
-    const Json why = chosen.value(Json::json_pointer("/warnings/0/text"), Json("no reason is given"));
-    const std::string text = why.is_string() ? why.get<std::string>() : why.dump();
-    if (*trust == name(Trust::not_usable) && !force)
-      throw Error(path, format("is not usable for recording %d: ", recording) + text,
-                  "mend the recording, or take its values all the same with --force");
-    std::cerr << path << ": " << text << '\n';
-  }
-  const sim::ParameterTable& table = controller_parameters();
-  sim::Parameters parameters(table.size());
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    try {
-      const Json& found = all.at(static_cast<std::size_t>(recording) - 1).at("parameters").at(i);
-      if (found.at("name") != table[i].name) throw Error(path, "has its parameters in another order", remedy);
-      parameters[i] = found.at("value").get<double>();
-    } catch (const Json::exception&) {
-      throw Error(path, format("has no %s of recording %d", table[i].name.c_str(), recording), remedy);
-    }
-  }
-  return parameters;
-}
-
-/// Whose gains they are, and which recording of how many they are of; nothing from results of earlier versions.
-void tell_of(const std::string& path, int recording, bool quiet, sim::Body& body) {
-  const Json json = parse_json(read_file(path), path);
-  const Json& all = json.at("recordings");
-  if (all.size() > 1 && !quiet)
-    std::cerr << format("the controller of recording %d of %zu, ", recording, all.size())
-              << all.at(static_cast<std::size_t>(recording) - 1).value("file", "") << " (--recording)\n";
-  const auto found = json.find("body");
-  if (found == json.end() || !found->is_object()) return;
-  body.mass_kg = found->value("mass_kg", body.mass_kg);
-  body.com_height_m = found->value("com_height_m", body.com_height_m);
-  body.inertia_kgm2 = found->value("inertia_kgm2", body.inertia_kgm2);
-}
-
 void export_controller(const ControllerOptions& options) {
   check_firmware_name(options.name);
-  sim::Parameters parameters = options.result.empty() ? controller_parameters().middle()
-                                                      : identified(options.result, options.recording, options.force);
+  const Identified chosen = options.result.empty() ? Identified{controller_parameters().middle(), {}, {}, {}}
+                                                   : identified(options.result, options.recording, options.force);
+  if (!chosen.caution.empty()) std::cerr << options.result << ": " << chosen.caution << '\n';
+  sim::Parameters parameters = chosen.parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (!options.parameters[i] && parameters[i] < 0.0)  // a network may answer a little less
       std::cerr << format("%s = %.4g is below 0: the controller has 0\n", controller_parameters()[i].name.c_str(),
@@ -218,12 +168,12 @@ void export_controller(const ControllerOptions& options) {
       format("The DEC posture controller, made by decid %s%s.", version,
              options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
   sim::Protocol protocol = dataset::load_protocol(options.protocol);
-  if (!options.result.empty())
-    tell_of(options.result, options.recording, options.common.quiet, protocol.experiment.body);
+  if (chosen.body) protocol.experiment.body = *chosen.body;
+  protocol.validate();
   write_files(options.output, options.name, controller_files(parameters, protocol, options.name, origin));
   if (!options.common.quiet)
-    std::cerr << format("%s.h and %s.c written to %s\n", options.name.c_str(), options.name.c_str(),
-                        options.output.c_str());
+    std::cerr << format("%s.h and %s.c written to %s%s\n", options.name.c_str(), options.name.c_str(),
+                        options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str());
 }
 
 void add_export_controller(const Command& parent) {

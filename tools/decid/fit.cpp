@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/json_object.hpp"
+#include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "dataset/recording/protocol_file.hpp"
@@ -22,6 +23,7 @@
 #include "tools/decid/group_results.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/decid/ranks.hpp"
 #include "tools/decid/recording_files.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results.hpp"
@@ -73,7 +75,7 @@ void check_outputs(const FitOptions& options, std::vector<std::string> inputs) {
     inputs.push_back(path);
   }
   for (const std::string& path : outputs_of(options))
-    if (!path.empty()) PendingFile probe(path);  // reports an unwritable place before the work
+    if (!path.empty() && is_root()) PendingFile probe(path);  // reports an unwritable place before the work
 }
 
 /// The protocol that was asked for, with the subject's body if one was described.
@@ -90,6 +92,7 @@ sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
 }
 
 void run_table(const FitOptions& options) {
+  if (!is_root()) return;  // one answer, on one rank
   std::vector<std::string> inputs{options.frf};
   const sim::Protocol named = dataset::load_protocol(options.protocol.empty() ? "default" : options.protocol, &inputs);
   check_outputs(options, inputs);
@@ -132,21 +135,89 @@ Json kept(Json result, const FitOptions& options) {
   return result;
 }
 
-Fits fit_files(const FitOptions& options, const Model& model, const sim::Protocol& protocol, const ReadOptions& reading,
-               FitJournal* journal) {
+/// Of the files, those that no journal has; what it has is in fits.
+std::vector<std::size_t> files_left(const FitOptions& options, FitJournal* journal, std::vector<std::string>& keys,
+                                    Fits& fits) {
   const std::vector<std::string>& files = options.recordings.files;
-  Fits fits;
   fits.results.resize(files.size());
-  std::vector<std::string> keys(files.size());
-  std::vector<std::size_t> left;  // to be done
+  keys.resize(files.size());
+  std::vector<std::size_t> left;
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (journal != nullptr) keys[i] = FitJournal::key(files[i]);
     const Json* const done = journal != nullptr ? journal->find(keys[i]) : nullptr;
     if (done != nullptr) fits.results[i] = kept(*done, options);
     if (done == nullptr) left.push_back(i);
   }
-  std::vector<Identification> begun(files.size());
-  for (std::size_t i = 0; i < files.size(); ++i) begun[i].file = files[i];
+  return left;
+}
+
+/// Names of the files whose work was begun, with their errors.
+std::vector<Identification> begun_of(const Fits& fits, std::vector<Identification> all) {
+  std::vector<Identification> begun;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!fits.results[i].is_null()) begun.push_back(std::move(all[i]));
+  return begun;
+}
+
+std::vector<Identification> named(const std::vector<std::string>& files) {
+  std::vector<Identification> all(files.size());
+  for (std::size_t i = 0; i < files.size(); ++i) all[i].file = files[i];
+  return all;
+}
+
+/// Some recordings at a time to each rank; what the outputs hold of them comes back.
+Fits fit_together(const FitOptions& options, const Model& model, const sim::Protocol& protocol,
+                  const ReadOptions& reading, FitJournal* journal) {
+  const std::vector<std::string>& files = options.recordings.files;
+  require_same("the list of recordings", listed(files), "give all hosts the same files");
+  Fits fits;
+  std::vector<std::string> keys;
+  std::vector<std::size_t> left = files_left(options, journal, keys, fits);  // what rank 0 finds counts
+  left = parse_json(broadcast_text(*ranks(), Json(left).dump()), "fit").get<std::vector<std::size_t>>();
+  std::vector<Identification> begun = named(files);
+  const auto fit_some = [&](std::size_t first, std::size_t last) {
+    std::vector<std::filesystem::path> paths;
+    for (std::size_t i = first; i < last; ++i) paths.emplace_back(files[left[i]]);
+    std::vector<std::string> results(paths.size());
+    fit_recordings(
+        &model, protocol, paths, reading, options.request,
+        [](std::size_t, const posterior::Progress&) { return !interrupted(); },
+        [&](FittedRecordings& all, std::size_t i) {
+          Json result{{"result", fit_result(all, i)}};
+          if (const auto& error = all.identified.recordings[i].error)
+            result["error"] = {error->where(), error->problem(), error->remedy()};
+          Json::to_cbor(result, results[i]);
+          all.fits[i] = {};
+        });
+    return interrupted() ? std::vector<std::string>() : results;
+  };
+  ProgressBar bar("fit", "recordings", static_cast<long long>(files.size()), options.common.quiet);
+  auto done = static_cast<long long>(files.size() - left.size());
+  bar.go_on_from(done);
+  share_out(
+      left.size(), static_cast<std::size_t>(thread_count()), fit_some,
+      [&](std::size_t number, const std::string& bytes) {
+        const std::size_t i = left[number];
+        Json whole = Json::from_cbor(bytes);
+        if (whole.contains("error")) begun[i].error = Error(whole["error"][0], whole["error"][1], whole["error"][2]);
+        if (journal != nullptr && !begun[i].error) journal->append(keys[i], whole["result"]);
+        fits.results[i] = kept(std::move(whole["result"]), options);
+        bar.update(++done);
+      },
+      interrupted);
+  fits.common = std::move(
+      fit_recordings(&model, protocol, std::vector<std::filesystem::path>(), reading, options.request).identified);
+  fits.common.recordings = begun_of(fits, std::move(begun));
+  return fits;
+}
+
+Fits fit_alone(const FitOptions& options, const Model& model, const sim::Protocol& protocol, const ReadOptions& reading,
+               FitJournal* journal) {
+  const std::vector<std::string>& files = options.recordings.files;
+  Fits fits;
+  std::vector<std::string> keys;
+  const std::vector<std::size_t> left = files_left(options, journal, keys, fits);
+  std::vector<Identification> begun = named(files);
   std::vector<std::filesystem::path> paths;
   for (const std::size_t i : left) paths.emplace_back(files[i]);
 
@@ -175,9 +246,7 @@ Fits fit_files(const FitOptions& options, const Model& model, const sim::Protoco
         done[recording] = 1.0;
       });
   fits.common = std::move(fitted.identified);
-  fits.common.recordings.clear();
-  for (std::size_t i = 0; i < files.size(); ++i)
-    if (!fits.results[i].is_null()) fits.common.recordings.push_back(std::move(begun[i]));
+  fits.common.recordings = begun_of(fits, std::move(begun));
   return fits;
 }
 
@@ -232,9 +301,11 @@ void run_fit(FitOptions options, const Command& command) {
                       {"protocol", parse_json(sim::to_json(protocol), "protocol")},
                       {"model", nn::weights_sha256(model.network)},
                       {"options", command.given(beside_answers)}};
-  std::optional<FitJournal> journal = journal_of(options, settings);
+  std::optional<FitJournal> journal = is_root() ? journal_of(options, settings) : std::nullopt;
   catch_interrupt();
+  const auto fit_files = ranks() == nullptr ? fit_alone : fit_together;
   const Fits fits = fit_files(options, model, protocol, reading, journal ? &*journal : nullptr);
+  if (!is_root()) return;
   refuse_alone(fits.common.recordings);
   write_results(options, {model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers)},
                 fits, groups);

@@ -31,13 +31,17 @@ void FitJournal::read(const Json& settings) {
   for (std::size_t begin = 0; begin < content.size();) {
     const std::size_t end = content.find('\n', begin);
     if (end == std::string::npos) return;
-    const Json line = Json::parse(content.begin() + static_cast<std::ptrdiff_t>(begin),
-                                  content.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
-    if (line.is_discarded()) return;
+    Json line;
+    try {
+      line = parse_json(content.substr(begin, end - begin), file_.path().string());
+    } catch (const Error&) {
+      return;
+    }
     if (begin == 0 && content.substr(0, end + 1) != text_of(settings))
       throw Error(file_.path().string(), "is of other settings",
                   "give the options of the call that wrote it, or leave out --resume to begin anew");
-    if (begin > 0 && (!line.contains("recording") || !line.contains("result"))) return;
+    if (begin > 0 && (!line.contains("recording") || !line["recording"].is_string() || !line.contains("result")))
+      return;
     if (begin > 0) results_.insert_or_assign(line["recording"].get<std::string>(), line["result"]);
     begin = end + 1;
     end_ = begin;

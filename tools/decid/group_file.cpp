@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/text.hpp"
+#include "dataset/recording/cells.hpp"
 #include "dataset/recording/encoding.hpp"
 
 namespace decid::tools {
@@ -39,8 +40,7 @@ std::vector<Cells> rows_of(const std::string& text, char separator) {
 }
 
 std::string trimmed(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  return first == std::string::npos ? std::string() : text.substr(first, text.find_last_not_of(" \t") - first + 1);
+  return std::string(dataset::trim(text));
 }
 
 std::string lower_case(std::string text) {

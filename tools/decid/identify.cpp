@@ -11,6 +11,7 @@
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/group_results.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/decid/ranks.hpp"
 #include "tools/decid/recording_files.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results.hpp"
@@ -26,6 +27,89 @@ struct IdentifyOptions {
   std::string model, output, report, table, group;
 };
 
+/// What the outputs hold of recordings, and what these have in common.
+struct Answers {
+  Identifications common;  ///< of each recording its name and error alone
+  Json list = Json::array();
+  std::string text;
+  std::vector<Json> pages;
+};
+
+void add_answer(Answers& answers, Json recording, const std::string& text, Json page) {
+  answers.list.push_back(std::move(recording));
+  answers.text += text;
+  if (!page.is_null()) answers.pages.push_back(std::move(page));
+}
+
+Identification named(const std::string& file, const std::optional<Error>& error) {
+  Identification id;
+  id.file = file;
+  id.error = error;
+  return id;
+}
+
+/// The page's part of a recording, if there is to be a page.
+Json page_of(const IdentifyOptions& options, const Identification& id, const Identifications& all) {
+  return options.report.empty() || id.error ? Json(nullptr) : report_recording(id, all);
+}
+
+Answers identify_alone(const IdentifyOptions& options, const Model& model, const ReadOptions& reading) {
+  ProgressBar bar("identify", "recordings", static_cast<long long>(options.recordings.files.size()),
+                  options.common.quiet);
+  Answers answers;
+  answers.common = identify_files(model, model_name(options.model), options.recordings.paths(), reading,
+                                  [&](std::size_t done) { bar.update(static_cast<long long>(done)); });
+  const Identifications& all = answers.common;
+  for (const Identification& id : all.recordings)
+    add_answer(answers, recording_json(id, all.protocol), identification_text(id, all.protocol),
+               page_of(options, id, all));
+  return answers;
+}
+
+/// Some recordings at a time to each rank; what the outputs hold of them comes back.
+Answers identify_together(const IdentifyOptions& options, const Model& model, const ReadOptions& reading) {
+  const std::vector<std::filesystem::path> paths = options.recordings.paths();
+  const std::string name = model_name(options.model);
+  require_same("the list of recordings", listed(options.recordings.files), "give all hosts the same files");
+  const auto identify_some = [&](std::size_t first, std::size_t last) {
+    const std::vector<std::filesystem::path> some(paths.begin() + static_cast<std::ptrdiff_t>(first),
+                                                  paths.begin() + static_cast<std::ptrdiff_t>(last));
+    const Identifications all = identify_files(model, name, some, reading);
+    std::vector<std::string> results;
+    for (const Identification& id : all.recordings) {
+      Json result{{"recording", recording_json(id, all.protocol)},
+                  {"text", identification_text(id, all.protocol)},
+                  {"page", page_of(options, id, all)}};
+      if (id.error) result["error"] = {id.error->where(), id.error->problem(), id.error->remedy()};
+      std::string bytes;
+      Json::to_cbor(result, bytes);
+      results.push_back(std::move(bytes));
+    }
+    return results;
+  };
+  ProgressBar bar("identify", "recordings", static_cast<long long>(paths.size()), options.common.quiet);
+  long long done = 0;
+  std::vector<Json> results(paths.size());
+  share_out(
+      paths.size(), 4, identify_some,
+      [&](std::size_t i, const std::string& bytes) {
+        results[i] = Json::from_cbor(bytes);
+        bar.update(++done);
+      },
+      [] { return false; });
+  Answers answers;
+  if (!is_root()) return answers;
+  answers.common = identify_files(model, name, {}, reading);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Json& result = results[i];
+    std::optional<Error> error;
+    if (result.contains("error")) error = Error(result["error"][0], result["error"][1], result["error"][2]);
+    answers.common.recordings.push_back(named(options.recordings.files[i], error));
+    add_answer(answers, std::move(result["recording"]), result["text"], std::move(result["page"]));
+  }
+  return answers;
+}
+
 void run_identify(IdentifyOptions options, const Command& command) {
   ReadOptions reading = options.recordings.read_options();
   RecordingFlags& recordings = options.recordings;
@@ -39,31 +123,32 @@ void run_identify(IdentifyOptions options, const Command& command) {
   }
   // Reports unwritable places before the work, not after.
   for (const std::string& path : {options.output, options.report, options.table})
-    if (!path.empty()) PendingFile probe(path);
+    if (!path.empty() && is_root()) PendingFile probe(path);
   const std::vector<std::string> groups =
       options.group.empty() ? std::vector<std::string>() : groups_of(options.group, recordings.files);
 
   const Model model = model_or_built_in(options.model);
   reading.truth = recordings.known(model.parameters());
   reading.body = recordings.body();
-  Identifications all;
-  {
-    ProgressBar bar("identify", "recordings", static_cast<long long>(recordings.files.size()), options.common.quiet);
-    all = identify_files(model, model_name(options.model), recordings.paths(), reading,
-                         [&](std::size_t done) { bar.update(static_cast<long long>(done)); });
-  }
+  Answers answers =
+      ranks() == nullptr ? identify_alone(options, model, reading) : identify_together(options, model, reading);
+  if (!is_root()) return;
+  const Identifications& all = answers.common;
   refuse_alone(all.recordings);
-  Json list = identifications_list(all);
+  Json& list = answers.list;
   const Json compared = groups.empty() ? Json(nullptr) : groups_json(list, groups, model.parameters());
   const MadeWith with{model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers)};
   const std::string json = recordings_json(with, all, list, compared);
+  std::vector<std::string> failed;
+  for (const Identification& id : all.recordings)
+    if (id.error) failed.emplace_back(id.error->what());
   if (!options.report.empty())
     write_file(options.report,
                report_html({with.model, with.weights_sha256, version, with.options, model.recalibration.known()}, all,
-                           page_groups(compared, list)));
+                           std::move(answers.pages), failed, page_groups(compared, list)));
   if (!options.table.empty()) write_file(options.table, results_table(list, model.parameters()));
   if (!options.output.empty()) write_file(options.output, json);
-  std::cout << (options.common.json ? json : identifications_text(all) + groups_text(compared));
+  std::cout << (options.common.json ? json : answers.text + body_text(all) + groups_text(compared));
   tell_errors("identify", all.recordings);
 }
 

@@ -1,4 +1,4 @@
-// Ctrl-C and SIGTERM: see interrupt.hpp.
+// Ctrl-C, SIGTERM and SIGHUP: see interrupt.hpp.
 #include "tools/decid/interrupt.hpp"
 
 #include <atomic>
@@ -22,6 +22,7 @@ extern "C" void on_interrupt(int signal) {
 
 void handle(void (*handler)(int)) {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, handler);
+  if (std::signal(SIGHUP, handler) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // as nohup wants it
 }
 
 }  // namespace
@@ -29,8 +30,9 @@ void handle(void (*handler)(int)) {
 void end_at_interrupt() {
   handle(SIG_DFL);
 }
-void catch_interrupt() {
+void catch_interrupt(bool usr1) {
   handle(on_interrupt);
+  if (usr1) std::signal(SIGUSR1, on_interrupt);
 }
 bool interrupted() {
   return caught_signal.load() != 0;

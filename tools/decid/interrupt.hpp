@@ -9,7 +9,8 @@ namespace decid::tools {
 void end_at_interrupt();
 /// From now on the first signal only sets the flag that interrupted() reads; the second one ends the program. To be
 /// called when the work that reads the flag begins: what comes before it need not wait.
-void catch_interrupt();
+/// usr1: SIGUSR1 likewise.
+void catch_interrupt(bool usr1 = false);
 bool interrupted();
 /// To be called last: ends the program by the signal that was caught, if one was.
 void end_if_interrupted();

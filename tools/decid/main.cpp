@@ -1,8 +1,13 @@
 // The command line program. Exit codes: 0 done, 2 wrong usage or bad input (one line on stderr), 1 anything else; it
 // ends by Ctrl-C and SIGTERM (130 and 143 in a shell).
+#include <unistd.h>
+
 #include <csignal>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <new>
+#include <string_view>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -10,11 +15,28 @@
 #include "nn/kernels/kernels.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/interrupt.hpp"
+#include "tools/decid/ranks.hpp"
 
 namespace {
 
-void complain(const std::string& text) {
+void say(const std::string& text) {
   std::cerr << "decid: " << decid::one_line(text) << '\n';
+}
+
+constexpr std::string_view no_memory =
+    "not enough memory; ask for fewer trials, a smaller batch or a shorter recording";
+
+/// Where an exception may not pass: destructors of JSON allocate. Nothing here does.
+[[noreturn]] void end_at_once() {
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    for (const std::string_view part : {std::string_view("decid: "), no_memory, std::string_view("\n")})
+      if (::write(STDERR_FILENO, part.data(), part.size()) < 0) break;
+    std::_Exit(1);
+  } catch (...) {
+    std::abort();
+  }
 }
 
 /// Refuses empty arguments: a shell makes them of variables that are not set, and no option means anything by them.
@@ -34,7 +56,15 @@ void require_written_output() {
   if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
 }
 
-int run(int argc, char** argv) {
+/// How the work ended.
+struct Ending {
+  int code;
+  std::string text;
+};
+
+Ending run(int argc, char** argv, const decid::tools::Session& session) {
+  session.require_alike();
+  if (!session.takes_part()) return {0, {}};
   refuse_empty(argc, argv);
   const decid::tools::Program program(
       "decid", "decid identifies the posture controller behind a recording of body sway on a tilting platform",
@@ -44,55 +74,64 @@ int run(int argc, char** argv) {
   top.footer("Example: decid identify recording.csv --report report.html");
   decid::tools::add_identify(top);
   decid::tools::add_fit(top);
-  decid::tools::add_calibrate(top);
-  decid::tools::add_compare(top);
   decid::tools::add_simulate(top);
   decid::tools::add_stimulus(top);
+  decid::tools::add_info(top);
+#if !defined(__wasm__)  // a page (web/) has no data sets
+  decid::tools::add_calibrate(top);
+  decid::tools::add_compare(top);
   decid::tools::add_dataset(top);
   decid::tools::add_train(top);
   decid::tools::add_evaluate(top);
   decid::tools::add_study(top);
   decid::tools::add_image(top);
-  decid::tools::add_info(top);
   decid::tools::add_export(top);
+  decid::tools::add_selftest(top);
+#endif
   try {
     program.parse(argc, argv);
   } catch (const decid::tools::UsageError& error) {
     if (error.command.empty() && argc > 1 && argv[1][0] != '-')
       throw decid::Error(argv[1], "is not a command", "decid --help lists the commands");
     const std::string help = error.command.empty() ? std::string() : " " + error.command;
-    complain(error.message + "; see decid" + help + " --help");
-    return 2;
+    return {2, error.message + "; see decid" + help + " --help"};
   }
   require_written_output();
-  return 0;
+  return {0, {}};
 }
 
-/// The exit code.
-int run_and_complain(int argc, char** argv) {
+Ending run_to_its_end(int argc, char** argv, const decid::tools::Session& session) {
   try {
-    return run(argc, argv);
+    return run(argc, argv, session);
   } catch (const decid::Error& error) {
-    complain(error.what());
-    return 2;
+    return {2, error.what()};
   } catch (const std::bad_alloc&) {
-    complain("not enough memory; ask for fewer trials, a smaller batch or a shorter recording");
-    return 1;
+    return {1, std::string(no_memory)};
   } catch (const std::exception& error) {
-    complain(error.what());
-    return 1;
+    return {1, error.what()};
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::set_terminate(end_at_once);
   decid::tools::end_at_interrupt();
 #if defined(SIGXFSZ)
   std::signal(SIGXFSZ,
               SIG_IGN);  // a file beyond the shell's limit is an error of its write, with a line and a clean-up
 #endif
-  const int code = run_and_complain(argc, argv);
-  decid::tools::end_if_interrupted();
+  int code = 0;
+  bool alone = true;
+  try {
+    decid::tools::Session session(argc, argv);
+    alone = decid::tools::ranks() == nullptr;
+    const Ending ending = run_to_its_end(argc, argv, session);
+    code = session.end(ending.code, ending.text, say);
+  } catch (const decid::Error& error) {  // of MPI itself
+    say(error.what());
+    return 2;
+  }
+  if (alone) decid::tools::end_if_interrupted();  // mpirun would take the signal of one for a crash
   return code;
 }

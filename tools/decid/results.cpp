@@ -146,17 +146,15 @@ std::string sway_text(const Identification& id) {
   return text + "\n";
 }
 
+std::string identification_text(const Identification& id, const sim::Protocol& protocol) {
+  if (id.error) return id.file + ": not identified\n";
+  return headline(id) + (id.estimate.distribution ? distribution_table(id, protocol) : point_table(id, protocol)) +
+         sway_text(id) + warnings_text(id.warnings());
+}
+
 std::string identifications_text(const Identifications& all) {
   std::string text;
-  for (const Identification& id : all.recordings) {
-    if (id.error) {
-      text += id.file + ": not identified\n";
-      continue;
-    }
-    text += headline(id);
-    text += id.estimate.distribution ? distribution_table(id, all.protocol) : point_table(id, all.protocol);
-    text += sway_text(id) + warnings_text(id.warnings());
-  }
+  for (const Identification& id : all.recordings) text += identification_text(id, all.protocol);
   return text + body_text(all);
 }
 

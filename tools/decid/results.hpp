@@ -26,6 +26,8 @@ inline const std::vector<std::string> beside_answers{"recordings", "--output", "
 Json identifications_list(const Identifications& all);
 /// What people read: a table for each recording.
 std::string identifications_text(const Identifications& all);
+/// The part of one.
+std::string identification_text(const Identification& id, const sim::Protocol& protocol);
 
 /// A recording's object.
 Json recording_json(const Identification& id, const sim::Protocol& protocol);

@@ -1,14 +1,13 @@
 // decid train: a model from a data set, or from trials simulated on the fly.
 #include <sys/resource.h>
 
-#include <array>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <utility>
 
-#include "base/disk_file.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/json_object.hpp"
@@ -17,9 +16,13 @@
 #include "identify/training/checkpoint.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "nn/schedule.hpp"
+#include "sim/body_model.hpp"
+#include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
+#include "tools/decid/ranks.hpp"
+#include "tools/decid/train_files.hpp"
 #include "tools/report/training_page.hpp"
 
 namespace decid::tools {
@@ -29,7 +32,7 @@ struct TrainOptions {
   CommonOptions common;
   std::string data, preset = "best", architecture_file, image_file, from, report, output;
   ProtocolOptions protocol;
-  bool stream = false, resume = false;
+  bool stream = false, resume = false, usr1 = false;
   int stream_trials = 25600, validation_trials = 1000, patience = 0;
   std::uint64_t seed = 1;
   // Unset: the preset's.
@@ -53,7 +56,9 @@ TrainingSettings settings_from(const TrainOptions& options) {
   preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
   preset.schedule = options.schedule.value_or(preset.schedule);
   nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
-  preset.head = options.head.value_or(preset.head);
+  if (options.head && !options.architecture_file.empty()) preset.head = *options.head;
+  if (options.head && options.architecture_file.empty())
+    preset = with_head(preset, *options.head, sim::single_pendulum().parameters.size(), "--head");
   settings.head = &head_named(preset.head, "--head");
   settings.seed = options.seed;
   settings.patience = options.patience;
@@ -67,71 +72,34 @@ double matlab_factor(const Model& model) {
 }
 
 double peak_memory_mb() {
+#if defined(__wasm__)
+  return static_cast<double>(__builtin_wasm_memory_size(0)) / 16.0;  // pages of 64 KiB
+#else
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
+#endif
 }
 
-/// The files of a training: the model and what lies beside it.
-struct TrainFiles {
-  explicit TrainFiles(const std::string& output)
-      : model(output),
-        checkpoint(output + ".checkpoint"),
-        log(output + ".log.csv"),
-        best(output + ".best"),
-        lock(output + ".lock") {}
-  std::string model, checkpoint, log;
-  std::string best;  ///< with patience: the model of the best epoch so far
-  std::string lock;
-
-  std::array<std::string, 5> all() const { return {model, checkpoint, log, best, lock}; }
-};
-
-/// Held while a training of that output runs: another one would write the same files.
-class OutputLock {
- public:
-  explicit OutputLock(const TrainFiles& files) : file_(files.lock, DiskFile::Access::write) {
-    if (!file_.try_lock() || !file_.is_still_at_its_path())
-      throw Error(files.model, "is being trained by another decid", "wait for it, or choose another output (-o)");
-  }
-  ~OutputLock() {
-    std::error_code ignored;
-    std::filesystem::remove(file_.path(), ignored);
-  }
-  OutputLock(const OutputLock&) = delete;
-  OutputLock& operator=(const OutputLock&) = delete;
-
- private:
-  DiskFile file_;
-};
-
-/// What files held before the work, to be put back if that turns out to be worth nothing.
-class Before {
- public:
-  explicit Before(const std::vector<std::string>& paths) {
-    for (const std::string& path : paths)
-      if (!path.empty())
-        files_.emplace_back(path, std::filesystem::exists(path) ? std::optional(read_file(path)) : std::nullopt);
-  }
-  void put_back() const {
-    for (const auto& [path, bytes] : files_) {
-      if (bytes)
-        write_file(path, *bytes);
-      else
-        std::filesystem::remove(path);
-    }
-  }
-
- private:
-  std::vector<std::pair<std::string, std::optional<std::string>>> files_;
-};
+/// " and 640 trials", of the epoch that was stopped in its middle.
+std::string part_text(const TrainingState& state) {
+  return state.part.trials > 0 ? format(" and %d trials", state.part.trials) : std::string();
+}
 
 /// What is there already of the training, from a checkpoint or a finished model; nothing if it is to begin. Throws
 /// Error if it would overwrite those of another one.
 std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest request) {
   const bool finished = std::filesystem::exists(files.model);
-  if (std::filesystem::exists(files.checkpoint) || (request.more_epochs && !finished)) {
-    FinishedTraining unfinished{load_checkpoint(files.checkpoint, request), false};
+  const bool has_epoch = std::filesystem::exists(files.checkpoint), has_part = std::filesystem::exists(files.stopped);
+  if (has_epoch || has_part || (request.more_epochs && !finished)) {
+    FinishedTraining unfinished{load_checkpoint(!has_epoch && has_part ? files.stopped : files.checkpoint, request),
+                                false};
+    TrainingState& state = unfinished.state;
+    if (has_epoch && has_part) {
+      TrainingState later = state_from_bytes(read_file(files.stopped), files.stopped);
+      // Of the epoch after it, and not one that more epochs have given another schedule.
+      if (later.model.origin == state.model.origin && later.log == state.log) state = std::move(later);
+    }
     request.more_epochs = true;  // the model is one for fewer epochs then, from which this training goes on
     if (finished) static_cast<void>(load_finished(files.model, request));
     return unfinished;
@@ -183,15 +151,18 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
                   TrainingState& state, ProgressBar& bar) {
   const TrainFiles files(options.output);
   const int trials = source.trials(dataset::Part::training);
-  const Before before({files.checkpoint, files.log, files.best, options.report});
-  if (settings.patience > 0 && !state.log.empty() && !std::filesystem::exists(files.best))
+  const Before before(is_root() ? std::vector{files.checkpoint, files.log, files.best, options.report}
+                                : std::vector<std::string>());
+  if (is_root() && settings.patience > 0 && !state.log.empty() && state.part.trials == 0 &&
+      !std::filesystem::exists(files.best))
     write_file(files.best, to_bytes(state.model));  // what goes on from a finished model goes on from its best
   long long done_before = 0;
+  int part = state.part.trials;    // done before, of the first epoch
   std::vector<double> validation;  // of the epochs done, for the curve
   for (const EpochLog& e : state.log) validation.push_back(e.validation_mse);
   auto epoch_start = std::chrono::steady_clock::now();
   const auto after_epoch = [&] {
-    done_before += trials;
+    done_before += trials - std::exchange(part, 0);
     const EpochLog& last = state.log.back();
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - epoch_start).count();
     bar.line(
@@ -199,21 +170,23 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
                "peak memory %.0f MB",
                last.epoch, settings.preset.epochs, last.training_mse, last.validation_mse,
                matlab_factor(state.model) * last.validation_mse, trials / seconds, peak_memory_mb()));
+    validation.push_back(last.validation_mse);
+    epoch_start = std::chrono::steady_clock::now();
+    if (!is_root()) return;
     // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
     // same bits.
     if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(files.best, to_bytes(state.model));
     write_file(files.checkpoint, checkpoint_bytes(state));
+    std::filesystem::remove(files.stopped);
     write_file(files.log, log_csv(state.log, state.model.parameters().size()));
     write_report(options, state.model, state.log, false);
-    validation.push_back(last.validation_mse);
-    epoch_start = std::chrono::steady_clock::now();
   };
   try {
     return run_training(
         source, settings, state,
         [&](int done, int) {
           const bool drawn = bar.terminal() && !validation.empty();
-          bar.update(done_before + done,
+          bar.update(done_before + done - part,
                      drawn ? format("validation MSE %.3f ", validation.back()) + curve(validation) : std::string());
           return !interrupted();
         },
@@ -224,13 +197,20 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
   }
 }
 
+/// That of the best epoch, at all ranks.
+Model best_of(const TrainFiles& files) {
+  if (ranks() == nullptr) return load_model(files.best);
+  const std::string bytes = broadcast_text(*ranks(), is_root() ? read_file(files.best) : std::string());
+  return model_from_bytes(bytes, files.best);
+}
+
 /// The finished model: that of the last epoch or, with patience, of the best one.
 Model finished_model(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
                      TrainingState& state) {
   const TrainFiles files(options.output);
   Model model = std::move(state.model);
   if (settings.patience > 0) {
-    Model best = load_model(files.best);
+    Model best = best_of(files);
     best.origin.epochs = model.origin.epochs;  // it may be of a training that went on to more of them
     best.origin.extensions = model.origin.extensions;
     if (best.origin != model.origin)
@@ -239,8 +219,8 @@ Model finished_model(const TrainOptions& options, const TrainingSettings& settin
     model = std::move(best);
   }
   model.log = std::move(state.log);
-  model.familiarity = learn_familiarity(model, source, settings.preset.epochs);
-  model.recalibration = learn_recalibration(model, source, settings.preset.epochs);
+  model.familiarity = learn_familiarity(model, source, settings.preset.epochs, ranks());
+  model.recalibration = learn_recalibration(model, source, settings.preset.epochs, ranks());
   return model;
 }
 
@@ -258,20 +238,48 @@ void say_finished(const TrainOptions& options, const dataset::TrialSource& sourc
     bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
 }
 
+/// Where a training begins, as rank 0 finds it.
+struct Beginning {
+  std::optional<TrainingState> state;  ///< of other ranks, and of a training that is done: none
+  bool resumed = false;
+};
+
+Beginning beginning(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
+                    const Origin& origin, const std::optional<Model>& from) {
+  std::optional<FinishedTraining> there =
+      begun(TrainFiles(options.output), {origin, settings.preset.image, source.protocol(), options.resume});
+  if (there && there->done) {
+    there->state.model.log = there->state.log;
+    say_done(options, there->state.model);
+    return {{}, true};
+  }
+  if (there) return {std::move(there->state), true};
+  Beginning fresh{from ? start_training(source, settings, *from, options.from) : start_training(source, settings)};
+  fresh.state->model.origin = origin;
+  return fresh;
+}
+
+/// Refuses files that would be lost, and places that cannot be written: before the work, not after.
+void check_files(const TrainOptions& options, std::vector<std::string> read) {
+  const TrainFiles files(options.output);
+  for (const std::string& path : files.all()) refuse_same_file(path, read);
+  for (const std::string& path : files.all()) read.push_back(path);
+  refuse_same_file(options.report, read);
+  for (const std::string& path : {files.model, files.checkpoint, files.log, options.report})
+    if (!path.empty()) PendingFile probe(path);
+}
+
 void train(const TrainOptions& options) {
   if (options.data.empty() != options.stream)
     throw Error("train", "needs trials", "give either --data data.npz or --stream");
   const TrainFiles files(options.output);
   std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
   const sim::Protocol protocol = options.stream ? options.protocol.load(&read) : sim::default_protocol();
-  for (const std::string& path : files.all()) refuse_same_file(path, read);
-  for (const std::string& path : files.all()) read.push_back(path);
-  refuse_same_file(options.report, read);
-  // Reports unwritable places before the work, not after.
-  for (const std::string& path : {files.model, files.checkpoint, files.log, options.report})
-    if (!path.empty()) PendingFile probe(path);
+  if (is_root()) check_files(options, read);
   TrainingSettings settings = settings_from(options);
-  const OutputLock lock(files);
+  settings.ranks = ranks();
+  std::optional<OutputLock> lock;
+  if (is_root()) lock.emplace(files);
   const std::unique_ptr<dataset::TrialSource> source =
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
@@ -280,44 +288,48 @@ void train(const TrainOptions& options) {
   std::optional<Origin::Start> start;
   if (from) start = start_from(from->origin, nn::weights_sha256(from->network));
   const Origin origin = origin_of(settings, *source, std::string("decid ") + version, start);
-  std::optional<FinishedTraining> there =
-      begun(files, {origin, settings.preset.image, source->protocol(), options.resume});
-  if (there && there->done) {
-    there->state.model.log = there->state.log;
-    say_done(options, there->state.model);
+  require_same("the training", to_json(origin) + sim::to_json(source->protocol()), "give all hosts the same files");
+  Beginning begin = is_root() ? beginning(options, settings, *source, origin, from) : Beginning{};
+  if (ranks() != nullptr) {
+    const std::string how = broadcast_text(*ranks(), !begin.state ? "done" : begin.resumed ? "resumed" : "fresh");
+    if (how == "done") return;
+    begin.resumed = how == "resumed";
+    share_state(*ranks(), begin.state);
+  } else if (!begin.state) {
     return;
   }
-  TrainingState state = there  ? std::move(there->state)
-                        : from ? start_training(*source, settings, *from, options.from)
-                               : start_training(*source, settings);
-  if (!there) state.model.origin = origin;
+  TrainingState state = std::move(*begin.state);
 
   const Preset& preset = settings.preset;
   const int trials = source->trials(dataset::Part::training);
-  const long long total = static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size()));
+  const long long total =
+      static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size())) - state.part.trials;
   ProgressBar bar("train", "samples", total, options.common.quiet);
   bar.line(format("%s: %zu parameters, %.1f MFLOP a sample; %d training and %d validation trials; kernels %s",
                   preset.name.c_str(), state.model.network.parameter_count(),
                   static_cast<double>(state.model.network.flops()) * 1e-6, trials,
                   source->trials(dataset::Part::validation), nn::kernels<float>().name));
-  if (there) bar.line(format("resuming after epoch %zu of %d", state.log.size(), preset.epochs));
-  catch_interrupt();
+  if (begin.resumed)
+    bar.line(format("resuming after epoch %zu of %d%s", state.log.size(), preset.epochs, part_text(state).c_str()));
+  catch_interrupt(options.usr1);
   const bool finished = train_epochs(options, settings, *source, state, bar);
-  const std::size_t epochs = state.log.size();
+  const std::string where = format("after epoch %zu", state.log.size()) + part_text(state);
+  const std::string& kept = state.part.trials > 0 ? files.stopped : files.checkpoint;
+  if (!finished && is_root()) write_file(kept, checkpoint_bytes(state));
   const auto stop_if = [&](bool stopped) {
-    if (!stopped) return;
-    throw std::runtime_error(
-        std::filesystem::exists(files.checkpoint)
-            ? format("stopped; the same command, with --resume or without, goes on after epoch %zu (%s)", epochs,
-                     files.checkpoint.c_str())
-            : "stopped before the first epoch was done; nothing was written");
+    if (stopped)
+      throw std::runtime_error("stopped; the same command, with --resume or without, goes on " + where + " (" + kept +
+                               ")");
   };
   stop_if(!finished);
   const Model model = finished_model(options, settings, *source, state);
+  if (!is_root()) return;
   stop_if(interrupted());
+  if (begin.resumed)
+    write_file(files.log, log_csv(model.log, model.parameters().size()));  // the last one may have failed
   write_file(options.output, to_bytes(model));
   write_report(options, model, model.log, true);
-  for (const std::string& path : {files.checkpoint, files.best}) std::filesystem::remove(path);
+  for (const std::string& path : {files.checkpoint, files.stopped, files.best}) std::filesystem::remove(path);
   say_finished(options, *source, model, bar);
   if (options.common.json) print_summary(options, model);
 }
@@ -367,6 +379,10 @@ void add_train(const Command& program) {
   command.add_flag(
       "--resume", options->resume,
       "Go on from where a stopped training was, or a finished one to more --epochs; fails if there is none");
+  command.add_flag(
+      "--stop-at-usr1", options->usr1,
+      "SIGUSR1, too, stops it with a checkpoint, as SIGTERM and Ctrl-C do: a cluster may send it before time "
+      "is up");
   add_output_option(command, "--report", options->report, Written::html,
                     "Page to write anew after each epoch: training and validation error over the epochs (.html)");
   add_output_option(command, "-o,--output", options->output, Written::safetensors,

@@ -1,0 +1,94 @@
+// Calibrated trials as JSON: see calibrated_trials.hpp.
+#include "tools/decid/calibrated_trials.hpp"
+
+#include <limits>
+#include <optional>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/json_object.hpp"
+#include "sim/protocol_json.hpp"
+#include "tools/report/parameters_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+Json values_json(const sim::Parameters& values) {
+  return std::vector<double>(values.begin(), values.end());
+}
+
+/// `count` of them; anything else is an exception of the JSON library's, as a missing key is.
+sim::Parameters values_from(const Json& json, std::size_t count) {
+  sim::Parameters values(count);
+  for (std::size_t p = 0; p < count; ++p) values[p] = json.at(p).get<double>();
+  return values;
+}
+
+/// The settings in a file, as they are written today: the protocol says the noise's period.
+Json settings_of(const Json& calibration, const std::string& file) {
+  Json settings = calibration.at("settings");
+  Json& protocol = settings.at("protocol");
+  protocol = parse_json(sim::to_json(sim::protocol_from_json(protocol.dump(), file)), file);
+  return settings;
+}
+
+}  // namespace
+
+Json trial_json(const CalibratedTrial& trial) {
+  return {{"attempt", trial.attempt},
+          {"truth", values_json(trial.truth)},
+          {"mean", values_json(trial.mean)},
+          {"sd", values_json(trial.deviation)},
+          {"below", trial.below},
+          {"network", trial.network ? values_json(*trial.network) : Json(nullptr)},
+          {"log_score", number_or_null(trial.log_score)},
+          {"network_log_score", number_or_null(trial.network_log_score)},
+          {"rhat", number_or_null(trial.rhat)},
+          {"effective_draws", trial.effective_draws},
+          {"agreed", trial.agreed},
+          {"seconds", trial.seconds}};
+}
+
+CalibratedTrial trial_from(const Json& json, std::size_t parameters) {
+  CalibratedTrial trial;
+  trial.attempt = json.at("attempt").get<std::uint64_t>();
+  trial.truth = values_from(json.at("truth"), parameters);
+  trial.mean = values_from(json.at("mean"), parameters);
+  trial.deviation = values_from(json.at("sd"), parameters);
+  for (std::size_t p = 0; p < parameters; ++p) trial.below.push_back(json.at("below").at(p).get<double>());
+  if (json.contains("network") && !json.at("network").is_null())
+    trial.network = values_from(json.at("network"), parameters);
+  const auto score = [&](const char* key) {
+    const auto found = json.find(key);
+    return found == json.end() || found->is_null() ? CalibratedTrial::unknown_score : found->get<double>();
+  };
+  trial.log_score = score("log_score");
+  trial.network_log_score = score("network_log_score");
+  trial.rhat = json.at("rhat").is_null() ? std::numeric_limits<double>::infinity() : json.at("rhat").get<double>();
+  trial.effective_draws = json.at("effective_draws").get<double>();
+  trial.agreed = json.at("agreed").get<bool>();
+  trial.seconds = json.at("seconds").get<double>();
+  return trial;
+}
+
+std::vector<CalibratedTrial> earlier_trials(const std::string& file, const Json& settings, const Json& network,
+                                            std::size_t parameters) {
+  std::vector<CalibratedTrial> trials;
+  const Json json = parse_json(read_file(file), file);
+  try {
+    if (settings_of(json, file) != settings)
+      throw Error(file, "is of other settings", "give those of the call that wrote it, or another name");
+    const bool same_network = json.value("network", Json(nullptr)) == network;
+    for (const Json& trial : json.at("trials")) {
+      trials.push_back(trial_from(trial, parameters));
+      if (same_network) continue;
+      trials.back().network.reset();
+      trials.back().network_log_score = CalibratedTrial::unknown_score;
+    }
+  } catch (const Json::exception&) {
+    throw Error(file, "is not a calibration", "give the file that decid calibrate -o wrote");
+  }
+  return trials;
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,74 @@
+// The files of a training: the model and what lies beside it while it is made, who may write them, and what they held
+// before.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/disk_file.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+
+namespace decid::tools {
+
+/// The files of a training: the model and what lies beside it.
+struct TrainFiles {
+  explicit TrainFiles(const std::string& output)
+      : model(output),
+        checkpoint(output + ".checkpoint"),
+        log(output + ".log.csv"),
+        best(output + ".best"),
+        stopped(output + ".stopped"),
+        lock(output + ".lock") {}
+  std::string model, checkpoint, log;
+  std::string best;     ///< with patience: the model of the best epoch so far
+  std::string stopped;  ///< a checkpoint in the middle of an epoch
+  std::string lock;
+
+  std::array<std::string, 6> all() const { return {model, checkpoint, log, best, stopped, lock}; }
+};
+
+/// Held while a training of that output runs: another one would write the same files.
+class OutputLock {
+ public:
+  explicit OutputLock(const TrainFiles& files) : file_(files.lock, DiskFile::Access::write) {
+    if (!file_.try_lock() || !file_.is_still_at_its_path())
+      throw Error(files.model, "is being trained by another decid", "wait for it, or choose another output (-o)");
+  }
+  ~OutputLock() {
+    std::error_code ignored;
+    std::filesystem::remove(file_.path(), ignored);
+  }
+  OutputLock(const OutputLock&) = delete;
+  OutputLock& operator=(const OutputLock&) = delete;
+
+ private:
+  DiskFile file_;
+};
+
+/// What files held before the work, to be put back if that turns out to be worth nothing.
+class Before {
+ public:
+  explicit Before(const std::vector<std::string>& paths) {
+    for (const std::string& path : paths)
+      if (!path.empty())
+        files_.emplace_back(path, std::filesystem::exists(path) ? std::optional(read_file(path)) : std::nullopt);
+  }
+  void put_back() const {
+    for (const auto& [path, bytes] : files_) {
+      if (bytes)
+        write_file(path, *bytes);
+      else
+        std::filesystem::remove(path);
+    }
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::optional<std::string>>> files_;
+};
+
+}  // namespace decid::tools
