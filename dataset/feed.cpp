@@ -24,7 +24,8 @@ std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
   std::vector<int> order(static_cast<std::size_t>(count));
   std::iota(order.begin(), order.end(), 0);
   const Random random(seed, Stream::shuffle, static_cast<std::uint64_t>(epoch));
-  for (std::size_t i = order.size(); i-- > 1;) std::swap(order[i], order[random.below(i, i + 1)]);
+  for (std::size_t i = order.size(); i-- > 1;)
+    std::swap(order[i], order[static_cast<std::size_t>(random.below(i, i + 1))]);
   return order;
 }
 
@@ -148,25 +149,28 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
 namespace {
 
 /// The trials of a block: whole batches, as many as the source gives at once and memory allows.
-int block_trials(const TrialSource& source, const ImageMaker& images, int batch) {
+int block_trials(const TrialSource& source, const ImageMaker& images, int batch, int processes) {
   if (batch < 1) throw Error("feed", "batches of " + std::to_string(batch) + " trials", "ask for 1 or more");
   const std::size_t image_bytes = static_cast<std::size_t>(images.shape().size()) * sizeof(float);
   const auto fitting = static_cast<int>(std::min<std::size_t>(most_block_bytes / image_bytes, 1 << 20));
-  return std::max(std::min(source.trials_at_once(), fitting) / batch, 1) * batch;
+  const long long trials = static_cast<long long>(std::min(source.trials_at_once(), fitting)) * processes;
+  return static_cast<int>(std::max<long long>(std::min<long long>(trials, 1 << 20) / batch, 1)) * batch;
 }
 
 }  // namespace
 
 Feed::Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
-           int first_epoch, int last_epoch)
+           int first_epoch, int last_epoch, BatchSharing sharing, int first_trial)
     : source_(source),
       encoding_(encoding),
       targets_(targets),
       batch_(batch),
-      block_trials_(block_trials(source, encoding.images, batch)),
+      block_trials_(block_trials(source, encoding.images, batch, sharing.processes)),
       seed_(seed),
+      sharing_(std::move(sharing)),
       epoch_(first_epoch),
-      last_epoch_(last_epoch) {
+      last_epoch_(last_epoch),
+      first_(first_trial) {
   start();
 }
 
@@ -181,21 +185,34 @@ Feed::Batch Feed::next() {
     making_ = {};
     std::swap(current_, coming_);
     taken_ = 0;
+    own_taken_ = 0;
     start();
   }
   const int trials = std::min(batch_, current_.trials - taken_);
-  const auto first = static_cast<std::size_t>(taken_), count = static_cast<std::size_t>(trials);
+  const std::size_t first = own_taken_, count = own_of(trials).size();
   const auto values = static_cast<std::size_t>(encoding_.images.shape().size());
   taken_ += trials;
-  return {trials, std::span(current_.images).subspan(first * values, count * values),
+  own_taken_ += count;
+  return {trials, static_cast<int>(count), std::span(current_.images).subspan(first * values, count * values),
           std::span(current_.targets).subspan(first * targets_.mean.size(), count * targets_.mean.size())};
+}
+
+std::vector<int> Feed::own_of(int trials) const {
+  if (sharing_.own) return sharing_.own(trials);
+  std::vector<int> all(static_cast<std::size_t>(trials));
+  std::iota(all.begin(), all.end(), 0);
+  return all;
 }
 
 void Feed::start() {
   if (epoch_ >= last_epoch_) return;
-  if (first_ == 0) order_ = shuffled(source_.trials(Part::training), seed_, epoch_);
+  if (first_ == 0 || order_.empty()) order_ = shuffled(source_.trials(Part::training), seed_, epoch_);
   const int count = std::min(block_trials_, static_cast<int>(order_.size()) - first_);
-  std::vector<int> indices(order_.begin() + first_, order_.begin() + first_ + count);
+  coming_.trials = count;
+  std::vector<int> indices;
+  for (int batch = 0; batch < count; batch += batch_)
+    for (const int place : own_of(std::min(batch_, count - batch)))
+      indices.push_back(order_[static_cast<std::size_t>(first_ + batch + place)]);
   // A new thread has an OpenMP team of its own: it gets as many threads as the caller's.
   making_ = std::async(std::launch::async,
                        [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
@@ -211,7 +228,6 @@ void Feed::start() {
 
 void Feed::fill(Block& block, int epoch, std::vector<int> indices) const {
   const auto values = static_cast<std::size_t>(encoding_.images.shape().size());
-  block.trials = static_cast<int>(indices.size());
   block.images.resize(indices.size() * values);
   block.targets.resize(indices.size() * targets_.mean.size());
   encode_all(

@@ -43,22 +43,30 @@ struct Scaling {
 /// From the first `trials` training trials of epoch 0, or all if there are fewer. Throws Error if trials < 1.
 Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int trials);
 
+/// Where several processes share every batch: which of a batch's places are this one's, ascending.
+struct BatchSharing {
+  int processes = 1;
+  std::function<std::vector<int>(int trials)> own = {};  ///< empty: all
+};
+
 class Feed {
  public:
   /// Batches of `batch` trials from epoch `first_epoch` up to `last_epoch`, each in the order that `seed` shuffles it
-  /// to; an epoch's last batch is smaller if they do not divide. Source and encoding must outlive the feed. Throws
-  /// Error if batch < 1.
+  /// to; an epoch's last batch is smaller if they do not divide. The first epoch begins with its trial
+  /// first_trial, where a batch begins. Of shared batches only this process's trials are made.
+  /// Source and encoding must outlive the feed. Throws Error if batch < 1.
   Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
-       int first_epoch, int last_epoch);
+       int first_epoch, int last_epoch, BatchSharing sharing = {}, int first_trial = 0);
   /// Waits for what is being made.
   ~Feed();
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
 
   struct Batch {
-    int trials;                      ///< fewer than asked for at the end of an epoch
-    std::span<const float> images;   ///< trials x images.shape().size(), row scaling applied
-    std::span<const float> targets;  ///< trials x parameters, z-scored
+    int trials;                      ///< of all processes together; fewer than asked for at the end of an epoch
+    int own;                         ///< of this process: what follows is of these, in their order
+    std::span<const float> images;   ///< own x images.shape().size(), row scaling applied
+    std::span<const float> targets;  ///< own x parameters, z-scored
   };
   /// The next batch; valid until the call after it. Throws what the source throws, and Error after the last epoch.
   Batch next();
@@ -71,16 +79,19 @@ class Feed {
   /// Starts the block that begins with trial `first_` of epoch `epoch_`, and moves on.
   void start();
   void fill(Block& block, int epoch, std::vector<int> indices) const;
+  std::vector<int> own_of(int trials) const;
 
   const TrialSource& source_;
   Encoding encoding_;
   TargetScaling targets_;
   int batch_, block_trials_;
   std::uint64_t seed_;
+  BatchSharing sharing_;
   int epoch_, last_epoch_, first_ = 0;  // of the block to be started next
   std::vector<int> order_;
   Block current_, coming_;
-  int taken_ = 0;  // trials of the current block
+  int taken_ = 0;              // trials of the current block
+  std::size_t own_taken_ = 0;  // this process's among them
   std::shared_future<void> making_;
 };
 

@@ -40,6 +40,7 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   int code = 0;
   Archive archive(zip_open(path.c_str(), flags, &code));
   if (archive) return archive;
+  if (code == ZIP_ER_MEMORY) throw std::bad_alloc();
   zip_error_t error;
   zip_error_init_with_code(&error, code);
   const std::string problem = zip_error_strerror(&error);
@@ -124,6 +125,7 @@ class Reader {
     crc32_ = stat.crc;
     stored_ = stat.valid & ZIP_STAT_COMP_METHOD && stat.comp_method == ZIP_CM_STORE;
     member_.reset(zip_fopen(archive, member.c_str(), 0));
+    if (!member_ && zip_error_code_zip(zip_get_error(archive)) == ZIP_ER_MEMORY) throw std::bad_alloc();
     if (!member_) throw Error(where_, std::string("cannot be read: ") + zip_strerror(archive), regenerate);
     read_header();
   }
@@ -168,7 +170,7 @@ class Reader {
     if (!header_.type.starts_with("|S") || !header_.shape.empty()) {
       refuse("of type " + header_.type + ", " + text_of(header_.shape), "a single value of bytes (type |S)");
     }
-    std::string content(size_ - header_.bytes, '\0');
+    std::string content(static_cast<std::size_t>(size_ - header_.bytes), '\0');
     read_rest(content.data(), content.size());
     content.erase(content.find_last_not_of('\0') + 1);
     return content;
@@ -177,12 +179,12 @@ class Reader {
  private:
   void read_header() {
     // A header of format 2.0 can be longer than 64 KiB, but only arrays of records need that: refused as cut off.
-    std::string front(std::min<std::uint64_t>(size_, 10), '\0');
+    std::string front(static_cast<std::size_t>(std::min<std::uint64_t>(size_, 10)), '\0');
     read_bytes(front.data(), front.size());
     if (front.size() == 10 && front.starts_with("\x93NUMPY")) {
       const auto byte = [&](std::size_t index) { return std::size_t{static_cast<unsigned char>(front[index])}; };
       const std::size_t rest = (byte(8) | byte(9) << 8) + (byte(6) == 1 ? 0 : 2);
-      std::string more(std::min<std::uint64_t>(size_ - 10, rest), '\0');
+      std::string more(static_cast<std::size_t>(std::min<std::uint64_t>(size_ - 10, rest)), '\0');
       read_bytes(more.data(), more.size());
       front += more;
     }
@@ -211,6 +213,7 @@ class Reader {
   }
 
   [[noreturn]] void damaged() const {
+    if (zip_error_code_zip(zip_file_get_error(member_.get())) == ZIP_ER_MEMORY) throw std::bad_alloc();
     const std::string detail = zip_file_strerror(member_.get());
     throw Error(where_, "is damaged: " + detail, regenerate);
   }

@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 
+#include "base/communicator.hpp"
 #include "dataset/sets/dataset.hpp"
 
 namespace decid::dataset {
@@ -29,11 +30,13 @@ void write_npz(const std::filesystem::path& path, const Dataset& data);
 /// The file is made as npz_partial(path) and renamed when it is whole. If that is interrupted - progress returns false
 /// (Error), the disk is full (Error), a kill, a power failure - the next call with the same request and program goes on
 /// after the last sound chunk of trials, and the finished file has the same bytes. `resumed` is then called once, with
-/// the number of trials that are there. `program` names what makes the bits ("decid 0.1.0"). Throws Error
-/// for what generate() refuses, for the unfinished file of another request, if another process is at it, and if `path`
-/// cannot be written or is no regular file.
+/// the number of trials that are there. ranks, unless null: processes that share the trials, each writing its own into
+/// the one file, which lies on a disk that all share; all make this call, and any may stop it. `program` names what
+/// makes the bits ("decid 0.1.0"). Throws Error for what generate() refuses, for the unfinished file of another
+/// request, if another process is at it, and if `path` cannot be written or is no regular file.
 DatasetReport generate_npz(const std::filesystem::path& path, const DatasetRequest& request, const std::string& program,
-                           const Progress& progress = {}, const std::function<void(int trials)>& resumed = {});
+                           const Progress& progress = {}, const std::function<void(int trials)>& resumed = {},
+                           Communicator* ranks = nullptr);
 
 /// What generate_npz writes beside its output until that is whole: the file's beginning, and a journal of it.
 struct NpzPartial {

@@ -1,6 +1,7 @@
 // A data set made straight into its file: see npz.hpp, and journal.hpp for how an interrupted one is resumed.
 // The unfinished file is the finished one's beginning, so resuming means passing over what is there and sound.
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <future>
@@ -65,6 +66,18 @@ class Partial {
   /// parameters: of a trial.
   Partial(const NpzPartial& paths, std::size_t parameters)
       : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths, parameters)) {}
+  /// Another process's, which has opened it: `identity` is what its identity() says.
+  Partial(const NpzPartial& paths, std::size_t parameters, const std::string& identity)
+      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(paths.journal, parameters) {
+    if (this->identity() != identity)
+      throw Error(paths.file.string(), "is not the file that rank 0 writes", "name a folder that all hosts share");
+  }
+  /// Of the file, wherever it is mounted.
+  std::string identity() const {
+    struct stat status {};
+    if (::stat(paths_.file.c_str(), &status) != 0) return {};
+    return std::to_string(status.st_ino) + " " + std::to_string(status.st_size);
+  }
 
   DiskFile& file() { return file_; }
   Journal& journal() { return journal_; }
@@ -147,10 +160,11 @@ std::optional<std::uint32_t> crc32_of(const DiskFile& file, std::uint64_t positi
 
 class Run {
  public:
-  Run(Partial& partial, Generator& generator, const Progress& progress)
+  Run(Partial& partial, Generator& generator, const Progress& progress, Communicator* ranks)
       : partial_(partial),
         generator_(generator),
         progress_(progress),
+        ranks_(ranks),
         zip_(partial.file()),
         trial_bytes_(static_cast<std::size_t>(generator.samples()) * sizeof(float)) {
     begin_array<float>(
@@ -158,34 +172,45 @@ class Run {
         {static_cast<std::size_t>(generator.request().count), static_cast<std::size_t>(generator.samples())});
   }
 
-  /// Passes over what is there, up to the first chunk that is not as the journal says.
-  void take_up() {
+  /// Passes over what is there, up to the first chunk that is not as the journal says; trials: or up to so many, which
+  /// another process has found to be so.
+  void take_up(std::optional<int> trials_there = {}) {
     Journal& journal = partial_.journal();
-    while (const std::optional<JournalEntry> entry = journal.read(generator_.trials())) {
+    while (generator_.trials() != trials_there) {
+      const std::optional<JournalEntry> entry = journal.read(generator_.trials());
+      if (!entry) break;
       const std::size_t trials = entry->chunk.trials.size();
       if (trials > static_cast<std::size_t>(generator_.request().count - generator_.trials())) break;
-      if (crc32_of(partial_.file(), zip_.position(), trials, trial_bytes_) != entry->sway_crc32) break;
+      if (!trials_there && crc32_of(partial_.file(), zip_.position(), trials, trial_bytes_) != entry->sway_crc32) break;
       zip_.skip(trials * trial_bytes_, entry->sway_crc32);
       generator_.restore(entry->chunk);
       journal.pass(*entry);
-      if (!go_on()) throw stopped();
+      if (ranks_ == nullptr && !go_on()) throw stopped();
     }
   }
 
   /// A chunk is written while the next one is simulated.
   void make_the_rest() {
-    std::future<void> writing;
-    while (!generator_.done()) {
-      const int before = generator_.trials();
+    std::future<std::vector<std::uint32_t>> writing;
+    const Chunk* written = nullptr;
+    bool stop = false;
+    int before = 0;  // trials before it
+    const auto finish_writing = [&] {
+      if (writing.valid()) stop = note(*written, before, writing.get(), stop);
+    };
+    while (!generator_.done() && !stop) {
+      const int trials = generator_.trials();
       const Chunk& chunk = next_chunk();
-      if (writing.valid()) writing.get();
-      writing = std::async(std::launch::async, [this, &chunk, before] { write(chunk, before); });
-      if (!go_on()) {
-        writing.get();
-        throw stopped();
-      }
+      finish_writing();
+      written = &chunk;
+      before = trials;
+      writing = std::async(std::launch::async, [this, &chunk] { return write(chunk); });
+      const bool asked = !go_on();
+      if (ranks_ == nullptr) stop = asked;
+      asked_ = asked_ || asked;
     }
-    if (writing.valid()) writing.get();
+    finish_writing();
+    if (stop) throw stopped();
     zip_.end();
   }
 
@@ -218,15 +243,52 @@ class Run {
     try {
       return generator_.next();
     } catch (const Error&) {
-      partial_.remove();
+      if (is_writer()) partial_.remove();
       throw;
     }
   }
 
-  void write(const Chunk& chunk, int trials_before) {
-    const std::uint32_t sum = zip_.write(bytes_of(chunk.sway));
-    partial_.journal().append({{chunk.trials, {}, chunk.base_attempts, chunk.child_attempts}, sum}, trials_before);
+  /// Writes this process's trials where they belong; the CRC-32 of each.
+  std::vector<std::uint32_t> write(const Chunk& chunk) {
+    std::uint64_t place = zip_.position();
+    for (int rank = 0; ranks_ != nullptr && rank < ranks_->rank(); ++rank)
+      place += chunk.trials_of[static_cast<std::size_t>(rank)] * trial_bytes_;
+    const std::vector<std::span<const std::byte>> pieces = bytes_of(chunk.sway);
+    std::vector<std::uint32_t> sums(pieces.size());
+    parallel_for(static_cast<int>(pieces.size()),
+                 [&](int i) { sums[static_cast<std::size_t>(i)] = crc32(pieces[static_cast<std::size_t>(i)]); });
+    partial_.file().write(place, pieces);
+    partial_.file().start_writeback(place, pieces.size() * trial_bytes_);
+    return sums;
   }
+
+  /// Once all processes have written, the journal says so. True: one of them is to stop.
+  bool note(const Chunk& chunk, int trials_before, std::vector<std::uint32_t> sums, bool stop) {
+    if (ranks_ != nullptr) {
+      sums.push_back(asked_ ? 1 : 0);
+      std::vector<std::size_t> sizes;
+      for (const std::size_t trials : chunk.trials_of) sizes.push_back((trials + 1) * sizeof(std::uint32_t));
+      const std::vector<std::uint32_t> own = std::move(sums);
+      sums.assign(chunk.trials.size() + sizes.size(), 0);
+      ranks_->all_gather(std::as_bytes(std::span(own)), sizes, std::as_writable_bytes(std::span(sums)));
+      std::size_t place = 0;
+      for (const std::size_t trials : chunk.trials_of) {
+        place += trials;
+        stop = stop || sums[place] != 0;
+        sums.erase(sums.begin() + static_cast<std::ptrdiff_t>(place));
+      }
+    }
+    std::uint32_t sum = 0;
+    for (const std::uint32_t each : sums) sum = crc32_joined(sum, each, trial_bytes_);
+    zip_.skip(sums.size() * trial_bytes_, sum);
+    if (is_writer())
+      partial_.journal().append({{chunk.trials, {}, chunk.base_attempts, chunk.child_attempts, {}}, sum},
+                                trials_before);
+    return stop;
+  }
+
+  /// Of everything but its trials' sway.
+  bool is_writer() const { return ranks_ == nullptr || ranks_->is_root(); }
 
   bool go_on() const { return !progress_ || progress_(generator_.trials(), generator_.request().count); }
 
@@ -240,7 +302,9 @@ class Run {
   Partial& partial_;
   Generator& generator_;
   const Progress& progress_;
+  Communicator* ranks_;
   ZipWriter zip_;
+  bool asked_ = false;  // this process, to stop
   std::size_t trial_bytes_;
 };
 
@@ -255,16 +319,38 @@ NpzPartial npz_partial(const fs::path& path) {
 }
 
 DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, const std::string& program,
-                           const Progress& progress, const std::function<void(int trials)>& resumed) {
-  Generator generator(request);
-  Partial partial(npz_partial(path), request.protocol.parameters().size());
-  partial.take(request_text(request, program));
-  Run run(partial, generator, progress);
-  run.take_up();
+                           const Progress& progress, const std::function<void(int trials)>& resumed,
+                           Communicator* ranks) {
+  Generator generator(request, ranks);
+  const std::size_t parameters = request.protocol.parameters().size();
+  const bool is_writer = ranks == nullptr || ranks->is_root();
+  std::optional<Partial> partial;
+  if (is_writer) {
+    partial.emplace(npz_partial(path), parameters);
+    partial->take(request_text(request, program));
+  }
+  if (ranks != nullptr) {
+    const std::string identity = broadcast_text(*ranks, is_writer ? partial->identity() : std::string());
+    if (!is_writer) {
+      partial.emplace(npz_partial(path), parameters, identity);
+      static_cast<void>(partial->journal().request());
+    }
+    static_cast<void>(gather_texts(*ranks, {}));  // nothing is written before all have looked
+  }
+  Run run(*partial, generator, progress, ranks);
+  if (is_writer) run.take_up();
+  if (ranks != nullptr) {
+    const int there = std::stoi(broadcast_text(*ranks, std::to_string(generator.trials())));
+    if (!is_writer) run.take_up(there);
+    static_cast<void>(gather_texts(*ranks, {}));  // the journal has been read
+  }
   if (resumed && generator.trials() > 0) resumed(generator.trials());
   run.make_the_rest();
-  run.finish();
-  partial.commit(target_of(path));
+  if (is_writer) {
+    run.finish();
+    partial->commit(target_of(path));
+  }
+  if (ranks != nullptr) static_cast<void>(broadcast_text(*ranks, {}));  // the file is there
   return generator.report();
 }
 

@@ -62,7 +62,7 @@ std::uint32_t crc32(std::span<const std::byte> bytes) {
 }
 
 std::uint32_t crc32_joined(std::uint32_t a, std::uint32_t b, std::uint64_t b_bytes) {
-  static_assert(sizeof(z_off_t) == 8, "lengths beyond 2 GiB");
+  static_assert(sizeof(z_off_t) == 8 || sizeof(void*) == 4, "lengths beyond 2 GiB");
   return static_cast<std::uint32_t>(::crc32_combine(a, b, static_cast<z_off_t>(b_bytes)));
 }
 
@@ -81,7 +81,7 @@ std::string zip_local_header(const ZipMember& member) {
   // Type, length, alignment, then zeros up to the content.
   const std::uint64_t unpadded = member.offset + 30 + member.name.size() + extra.size() + 6;
   const std::uint64_t zeros = (alignment - unpadded % alignment) % alignment;
-  extra.u16(0xd935).u16(2 + zeros).u16(alignment).text(std::string(zeros, '\0'));
+  extra.u16(0xd935).u16(2 + zeros).u16(alignment).text(std::string(static_cast<std::size_t>(zeros), '\0'));
   Fields header;
   common(header.u32(0x04034b50), member, is_large(member.bytes)).u16(member.name.size()).u16(extra.size());
   return header.text(member.name).text(extra.str()).str();

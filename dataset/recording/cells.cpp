@@ -38,16 +38,30 @@ std::string outside_quotes(std::string_view line) {
   return outside;
 }
 
+/// Each separator ends a cell.
+bool is_plain(std::string_view line, char separator) {
+  return separator != ' ' && line.find('"') == line.npos;
+}
+
 }  // namespace
 
 std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+  const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
 }
 
 void split(std::string_view line, char separator, std::vector<std::string_view>& cells) {
   cells.clear();
+  if (is_plain(line, separator)) {
+    for (std::size_t end = line.find(separator); end != line.npos; end = line.find(separator)) {
+      cells.push_back(trim(line.substr(0, end)));
+      line.remove_prefix(end + 1);
+    }
+    cells.push_back(trim(line));
+    return;
+  }
   if (separator == ' ') line = trim(line);
   bool quoted = false;
   std::size_t begin = 0;
@@ -60,6 +74,16 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
     if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = trim(cell.substr(1, cell.size() - 2));
     cells.push_back(cell);
   }
+}
+
+std::string_view cell_at(std::string_view line, char separator, std::size_t column) {
+  if (!is_plain(line, separator)) {
+    std::vector<std::string_view> cells;
+    split(line, separator, cells);
+    return cells[column];
+  }
+  for (; column > 0; --column) line.remove_prefix(line.find(separator) + 1);
+  return trim(line.substr(0, line.find(separator)));
 }
 
 Parsed parse_number(std::string_view cell) {

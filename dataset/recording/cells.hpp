@@ -23,8 +23,8 @@ void for_each_line(std::string_view text, const Visit& visit) {
     const std::string_view line = text.substr(begin, end - begin);
     begin = end + (text.substr(end, 2) == "\r\n" ? 2 : 1);
     ++line_number;
-    const std::string_view content = trim(line);
-    if (content.empty() || content.front() == '#' || content.front() == '%') continue;
+    const std::size_t first = line.find_first_not_of(" \t");
+    if (first == line.npos || line[first] == '#' || line[first] == '%') continue;
     if (!visit(line, line_number)) return;
   }
 }
@@ -32,6 +32,9 @@ void for_each_line(std::string_view text, const Visit& visit) {
 /// The cells of a line, without blanks and quotes around them. A separator between quotes separates nothing; a run of
 /// blanks separates once.
 void split(std::string_view line, char separator, std::vector<std::string_view>& cells);
+
+/// The cell that split() puts at `column`, which the line must have.
+std::string_view cell_at(std::string_view line, char separator, std::size_t column);
 
 struct Parsed {
   bool is_number;  ///< also if it is not finite, or too large for a double

@@ -137,6 +137,20 @@ std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, 
   return unit_in(name);
 }
 
+Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const std::string& setting,
+                Recording& recording) {
+  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const std::optional<Unit> named = unit_in(name);
+  const char* const quantity = other_quantity(name);
+  if (given && (quantity != nullptr || (named && *named != *given)))
+    add_caution(recording.warnings, "unit_differs",
+                name + " has another unit by its name than the one given as " + setting + ", which is used");
+  if (const std::optional<Unit> unit = unit_of(name, given, recording.file, setting)) return *unit;
+  if (const std::optional<Unit> unit = table.unit()) return *unit;
+  add_info(recording.warnings, "unit_assumed", "no unit in the name of " + name + ": degrees are assumed");
+  return Unit::degree;
+}
+
 std::optional<double> metres_in_unit_of(std::string_view name) {
   const std::vector<std::string> parts = words(name);
   return parts.size() > 1 ? metres_of(parts.back()) : std::nullopt;

@@ -36,6 +36,10 @@ std::optional<Unit> unit_in(std::string_view name);
 /// none ("COM_x (mm)", "sway_deg_s", "tilt speed"); `where` names the file, `setting` how units are given: "--unit".
 std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
                             const std::string& setting);
+/// That of a table's column, which is the file's own if the column's name has none, and degrees, which is noted, if
+/// neither has; that a given unit is not the name's is warned of. Throws Error as unit_of.
+Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const std::string& setting,
+                Recording& recording);
 /// Metres in the unit of length that a name ends in, if it does.
 std::optional<double> metres_in_unit_of(std::string_view name);
 /// One of it in radians.

@@ -36,14 +36,12 @@ std::string without_empty_end(std::string text) {
 CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines)
     : text_(without_empty_end(to_utf8(std::move(text), where))), where_(std::move(where)) {
   if (skip_lines) {
-    preamble_.lines = static_cast<std::size_t>(*skip_lines);
-    preamble_.rate_hz = rate_above(text_, preamble_.lines);
+    preamble_ = preamble_of(text_, static_cast<std::size_t>(*skip_lines));
   } else {
     preamble_ = find_preamble(text_);
   }
   names_ = preamble_.names;
   has_header_ = !names_.empty();
-  header_lines_ = 0;
   separator_ = find_separator();
   std::vector<std::string_view> cells;
   visit_lines([&](std::string_view line, std::size_t line_number) {
@@ -145,14 +143,12 @@ double CsvTable::number(std::string_view cell, int column, std::size_t line, Mis
 /// Calls take(cell, line) for the cells of a column.
 template <class Take>
 void CsvTable::visit_cells(int column, const Take& take) const {
-  std::vector<std::string_view> cells;
   int skipped = header_lines_;
   visit_lines([&](std::string_view line, std::size_t line_number) {
     if (skipped > 0) {
       --skipped;
     } else {
-      split(line, separator_, cells);
-      take(cells[static_cast<std::size_t>(column)], line_number);
+      take(cell_at(line, separator_, static_cast<std::size_t>(column)), line_number);
     }
     return true;
   });

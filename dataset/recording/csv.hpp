@@ -34,6 +34,7 @@ class CsvTable final : public Table {
   /// The line of the file, from 1.
   std::string place_of(std::size_t row) const override;
   std::optional<double> rate_hz() const override { return preamble_.rate_hz; }
+  std::optional<Unit> unit() const override { return preamble_.unit; }
   std::size_t preamble_lines() const override { return preamble_.lines; }
 
  private:

@@ -114,7 +114,8 @@ std::string to_utf8(std::string bytes, const std::string& where) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
   if (bytes.find('\0') != std::string::npos)
     throw Error(where, "is no text file", "save it as CSV, in UTF-8, UTF-16 or Windows-1252");
-  return is_utf8(bytes) ? bytes : from_windows_1252(bytes);
+  if (is_utf8(bytes)) return bytes;
+  return from_windows_1252(bytes);
 }
 
 }  // namespace decid::dataset

@@ -1,96 +1,40 @@
-// MAT-files: see mat.hpp. matio opens all versions; what it returns is checked before it is used, since a file's header
-// may claim anything.
+// MAT-files: see mat.hpp. What their variables are called as columns.
 #include "dataset/recording/mat.hpp"
 
-#include <matio.h>
-#include <zlib.h>
-
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <map>
+#include <optional>
 
 #include "base/error.hpp"
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/mat_5.hpp"
+#include "dataset/recording/mat_73.hpp"
 
 namespace decid::dataset {
 
 namespace {
 
-constexpr std::size_t most_values = 100'000'000;
-constexpr int deepest = 4;
-
-struct Close {
-  void operator()(mat_t* file) const { Mat_Close(file); }
-};
-struct Free {
-  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
-};
-
-template <class T>
-void convert(const void* data, std::size_t count, std::vector<double>& values) {
-  const T* from = static_cast<const T*>(data);
-  values.assign(from, from + count);
-}
-
-/// False if the variable is not a real array of numbers.
-bool numbers_of(const matvar_t& variable, std::size_t count, std::vector<double>& values) {
-  if (variable.isComplex != 0 || variable.data == nullptr || variable.data_size <= 0) return false;
-  if (variable.nbytes / static_cast<std::size_t>(variable.data_size) < count) return false;
-  switch (variable.class_type) {
-    case MAT_C_DOUBLE:
-      convert<double>(variable.data, count, values);
-      return true;
-    case MAT_C_SINGLE:
-      convert<float>(variable.data, count, values);
-      return true;
-    case MAT_C_INT8:
-      convert<std::int8_t>(variable.data, count, values);
-      return true;
-    case MAT_C_UINT8:
-      convert<std::uint8_t>(variable.data, count, values);
-      return true;
-    case MAT_C_INT16:
-      convert<std::int16_t>(variable.data, count, values);
-      return true;
-    case MAT_C_UINT16:
-      convert<std::uint16_t>(variable.data, count, values);
-      return true;
-    case MAT_C_INT32:
-      convert<std::int32_t>(variable.data, count, values);
-      return true;
-    case MAT_C_UINT32:
-      convert<std::uint32_t>(variable.data, count, values);
-      return true;
-    case MAT_C_INT64:
-      convert<std::int64_t>(variable.data, count, values);
-      return true;
-    case MAT_C_UINT64:
-      convert<std::uint64_t>(variable.data, count, values);
-      return true;
-    default:
-      return false;
-  }
-}
-
-const char* kind_of(const matvar_t& variable) {
-  switch (variable.class_type) {
-    case MAT_C_CELL:
-      return "cell";
-    case MAT_C_STRUCT:
-      return "struct";
-    case MAT_C_CHAR:
+const char* text_of(MatVariable::Kind kind) {
+  using Kind = MatVariable::Kind;
+  switch (kind) {
+    case Kind::numbers:
+      return "numbers";
+    case Kind::complex:
+      return "complex";
+    case Kind::text:
       return "text";
-    case MAT_C_SPARSE:
+    case Kind::cell:
+      return "cell";
+    case Kind::structure:
+      return "struct";
+    case Kind::sparse:
       return "sparse";
-    case MAT_C_OBJECT:
-    case MAT_C_OPAQUE:
-      return "object";
-    case MAT_C_FUNCTION:
+    case Kind::function:
       return "function";
-    default:
-      return variable.isComplex != 0 ? "complex" : "numbers";
+    case Kind::object:
+      break;
   }
+  return "object";
 }
 
 bool is_rate(const std::string& name) {
@@ -108,27 +52,18 @@ struct Columns {
   std::string held;  ///< all variables, for an Error
 };
 
-void collect(const matvar_t& variable, const std::string& outer, int depth, Columns& columns) {
-  if (variable.rank != 2 || variable.dims == nullptr) return;
-  const std::string name = variable.name != nullptr ? variable.name : "";
+void collect(MatVariable&& variable, const std::string& outer, Columns& columns) {
+  if (!variable.is_matrix) return;
+  const std::string& name = variable.name;
   const std::string path = outer.empty() ? name : outer + "." + name;
-  const std::size_t height = variable.dims[0], width = variable.dims[1];
+  const std::size_t height = variable.height, width = variable.width;
   if (columns.held.size() < 200) {
     columns.held += (columns.held.empty() ? "" : ", ") + path + " (" + std::to_string(height) + " x " +
-                    std::to_string(width) + " " + kind_of(variable) + ")";
+                    std::to_string(width) + " " + text_of(variable.kind) + ")";
   }
-  if (variable.class_type == MAT_C_STRUCT) {
-    if (height != 1 || width != 1 || depth >= deepest || variable.data == nullptr) return;
-    const auto* const* fields = static_cast<matvar_t* const*>(variable.data);
-    const unsigned count = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&variable));
-    for (unsigned i = 0; i < count && i * sizeof(void*) < variable.nbytes; ++i) {
-      if (fields[i] != nullptr) collect(*fields[i], path, depth + 1, columns);
-    }
-    return;
-  }
-  std::vector<double> all;
-  if (height == 0 || width == 0 || height > most_values / width) return;
-  if (!numbers_of(variable, height * width, all)) return;
+  for (MatVariable& field : variable.fields) collect(std::move(field), path, columns);
+  std::vector<double>& all = variable.values;
+  if (all.empty()) return;
   if (all.size() == 1) {
     if (is_rate(name) && std::isfinite(all[0]) && all[0] > 0.0) columns.rate_hz = all[0];
     return;
@@ -151,94 +86,17 @@ void collect(const matvar_t& variable, const std::string& outer, int depth, Colu
   }
 }
 
-constexpr std::size_t header_bytes = 128, tag_bytes = 8;
-constexpr std::uint32_t compressed = 15;
-constexpr unsigned long long inflated_limit = 1ULL << 32;
-
-std::uint32_t word(std::string_view bytes, std::size_t at, bool little_endian) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto byte = static_cast<unsigned char>(bytes[at + (little_endian ? 3 - i : i)]);
-    value = value << 8 | byte;
-  }
-  return value;
-}
-
-/// How long a zlib stream is when inflated; nothing if it is damaged, or longer than `limit`.
-std::optional<unsigned long long> inflated_size(std::string_view bytes, unsigned long long limit) {
-  z_stream stream{};
-  if (inflateInit(&stream) != Z_OK) return {};
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  std::vector<Bytef> scratch(std::size_t{1} << 16);
-  int status = Z_OK;
-  unsigned long long size = 0;
-  while (status == Z_OK && size <= limit) {
-    stream.next_out = scratch.data();
-    stream.avail_out = static_cast<uInt>(scratch.size());
-    status = inflate(&stream, Z_NO_FLUSH);
-    size += scratch.size() - stream.avail_out;
-  }
-  inflateEnd(&stream);
-  if (status != Z_STREAM_END || size > limit) return {};
-  return size;
-}
-
 }  // namespace
 
-void check_mat(std::string_view bytes, const std::string& where) {
-  if (!bytes.starts_with("MATLAB 5.0") || bytes.size() < header_bytes) return;
-  const bool little_endian = bytes[header_bytes - 2] == 'I';
-  unsigned long long left = inflated_limit;
-  for (std::size_t at = header_bytes; at < bytes.size();) {
-    const bool has_tag = bytes.size() - at >= tag_bytes;
-    const std::size_t size = has_tag ? word(bytes, at + 4, little_endian) : 0;
-    if (!has_tag || size > bytes.size() - at - tag_bytes) {
-      throw Error(where, "is cut short or damaged at byte " + std::to_string(at), "copy or save it again");
-    }
-    if (word(bytes, at, little_endian) == compressed) {
-      const auto inflated = inflated_size(bytes.substr(at + tag_bytes, size), left);
-      if (!inflated) {
-        throw Error(where, "is damaged, or far too large, in what is compressed from byte " + std::to_string(at),
-                    "copy or save it again, the trial to be identified alone");
-      }
-      left -= *inflated;
-    }
-    at += tag_bytes + size;
-  }
-}
-
-MatTable::MatTable(const std::filesystem::path& path) : where_(path.string()) {
+MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : where_(path.string()) {
   const char* remedy = "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";
-  const std::unique_ptr<mat_t, Close> file(Mat_Open(where_.c_str(), MAT_ACC_RDONLY));
-  if (!file) throw Error(where_, "is not a MAT-file that can be read, or is damaged", remedy);
-  const bool is_hdf5 = Mat_GetVersion(file.get()) == MAT_FT_MAT73;
+  const MatVersion version = mat_version(bytes);
+  if (version == MatVersion::none) throw Error(where_, "is not a MAT-file that can be read, or is damaged", remedy);
   Columns columns;
-  // Sizes are checked before the values are read: a header may claim anything.
-  while (const std::unique_ptr<matvar_t, Free> variable{Mat_VarReadNextInfo(file.get())}) {
-    std::size_t count = 1;
-    for (int d = 0; d < variable->rank; ++d) {
-      const std::size_t size = variable->dims[d];
-      count = size != 0 && count > most_values / size ? most_values + 1 : count * size;
-    }
-    if (count > most_values) {
-      throw Error(where_, std::string(variable->name != nullptr ? variable->name : "") + " claims too many values",
-                  "save the trial to be identified alone");
-    }
-    // h5py pads the name of the class with nulls where MATLAB ends it with one, or leaves it out; matio then knows no
-    // class. HDF5 itself converts whatever numbers there are.
-    if (variable->class_type == MAT_C_EMPTY && is_hdf5 && count > 0) {
-      variable->class_type = MAT_C_DOUBLE;
-      variable->data_type = MAT_T_DOUBLE;
-    }
-    const bool may_hold_numbers = variable->class_type == MAT_C_STRUCT ||
-                                  (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);
-    if (may_hold_numbers && Mat_VarReadDataAll(file.get(), variable.get()) != 0) {
-      throw Error(where_, std::string(variable->name != nullptr ? variable->name : "") + " cannot be read: damaged",
-                  remedy);
-    }
-    collect(*variable, "", 0, columns);
-  }
+  for (MatVariable& variable : version == MatVersion::v73  ? read_mat_73(path, bytes.size())
+                               : version == MatVersion::v5 ? read_mat_5(bytes, where_)
+                                                           : read_mat_4(bytes, where_))
+    collect(std::move(variable), "", columns);
   if (columns.values.empty()) {
     throw Error(where_,
                 columns.held.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + columns.held,

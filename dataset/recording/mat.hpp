@@ -1,4 +1,4 @@
-// MATLAB's MAT-files as tables: versions 4, 5, 7 and 7.3, read by matio (https://github.com/tbeu/matio).
+// MATLAB's MAT-files as tables: versions 4, 5, 7 (mat_5.hpp) and 7.3 (mat_73.hpp).
 // Not installed.
 #pragma once
 
@@ -10,10 +10,6 @@
 
 namespace decid::dataset {
 
-/// Throws Error if the bytes of a file of version 5 or 7 are cut short or their compressed parts damaged: matio 1.5.23
-/// may not come back from such a file.
-void check_mat(std::string_view bytes, const std::string& where);
-
 /// Columns are the real numeric variables with two values or more, also those that are fields of a struct (to four
 /// levels): a vector is one column of its name, a matrix one a column ("data(:,2)"), or one a row if it is wider than
 /// high ("data(2,:)"). A field is called by its own name ("COM_x"), or with its struct's ("trial.COM_x") where that is
@@ -21,8 +17,9 @@ void check_mat(std::string_view bytes, const std::string& where);
 /// complex arrays, and MATLAB's own objects (table, timetable) are passed over.
 class MatTable final : public Table {
  public:
-  /// Throws Error if the file cannot be opened, is no MAT-file or holds no column, naming what it holds instead.
-  explicit MatTable(const std::filesystem::path& path);
+  /// bytes: of the file at `path`. Throws Error if it is no MAT-file, is damaged or holds no column, naming what it
+  /// holds instead.
+  MatTable(std::string_view bytes, const std::filesystem::path& path);
 
   std::size_t rows(int column) const override { return values_[static_cast<std::size_t>(column)].size(); }
   bool has_header() const override { return named_; }

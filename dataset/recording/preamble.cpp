@@ -71,6 +71,16 @@ std::optional<double> stated_rate(std::string_view line) {
   return numbers.front();
 }
 
+/// "inDegrees=no", as OpenSim writes it.
+std::optional<Unit> stated_unit(std::string_view line) {
+  std::string text;
+  for (const char c : line)
+    if (c != ' ' && c != '\t') text += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (text == "indegrees=yes") return Unit::degree;
+  if (text == "indegrees=no") return Unit::radian;
+  return {};
+}
+
 /// TRC: a line of what the file is, one of names of figures, one of these, one of markers, one of coordinates.
 Preamble of_trc(const std::vector<Line>& lines) {
   constexpr std::size_t header_lines = 5;
@@ -96,11 +106,12 @@ Preamble of_trc(const std::vector<Line>& lines) {
 
 }  // namespace
 
-std::optional<double> rate_above(std::string_view text, std::size_t lines) {
-  std::optional<double> found;
+Preamble preamble_of(std::string_view text, std::size_t lines) {
+  Preamble found{.lines = lines};
   for_each_line(text, [&](std::string_view line, std::size_t number) {
     if (number > lines) return false;
-    if (const auto rate = stated_rate(line)) found = rate;
+    if (const auto rate = stated_rate(line)) found.rate_hz = rate;
+    if (const auto unit = stated_unit(line)) found.unit = unit;
     return true;
   });
   return found;
@@ -140,14 +151,11 @@ Preamble find_preamble(std::string_view text) {
     for (std::size_t line = first; line-- > 0 && fits(line);)
       if (has_time(line)) header = line;
     if (header == 0) return {};
-    Preamble found;
-    found.lines = lines[header].number - 1;
     for (std::size_t line = 0; line < header; ++line) {
       const auto cells = cells_of(lines[line].text, separator);
       if (cells.size() > 1 && std::ranges::all_of(cells, is_value)) return {};
     }
-    found.rate_hz = rate_above(text, found.lines);
-    return found;
+    return preamble_of(text, lines[header].number - 1);
   }
   return {};
 }

@@ -7,11 +7,14 @@
 #include <string_view>
 #include <vector>
 
+#include "dataset/recording/recording.hpp"
+
 namespace decid::dataset {
 
 struct Preamble {
   std::size_t lines = 0;                ///< of the file, from its first one, that are not the table's
   std::optional<double> rate_hz = {};   ///< the sample rate that they state
+  std::optional<Unit> unit = {};        ///< of angles without one in their names: OpenSim's "inDegrees=no"
   std::vector<std::string> names = {};  ///< of the columns, where the format has them in several lines; else empty
 };
 
@@ -24,7 +27,7 @@ struct Preamble {
 /// unit: "C7 X (mm)".
 Preamble find_preamble(std::string_view text);
 
-/// The sample rate that the first so many lines state: the last of them.
-std::optional<double> rate_above(std::string_view text, std::size_t lines);
+/// The preamble if it is the first so many lines. Of several rates, or units, that they state, the last.
+Preamble preamble_of(std::string_view text, std::size_t lines);
 
 }  // namespace decid::dataset

@@ -118,10 +118,9 @@ void read_tilt(const Table& table, int column, int sway, const Clock& clock, con
                     std::to_string(table.rows(sway)),
                 "name signals that were sampled together");
   }
-  const std::optional<Unit> unit = unit_of(name, options.tilt_unit, recording.file, "--tilt-unit");
-  if (!unit) add_info(recording.warnings, "unit_assumed", "no unit in the name of " + name + ": degrees are assumed");
+  const Unit unit = angle_unit(table, column, options.tilt_unit, "--tilt-unit", recording);
   Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options.fill_gaps_s, recording)};
-  const double factor = rad_in(unit.value_or(Unit::degree)) * (options.invert_tilt ? -1.0 : 1.0);
+  const double factor = rad_in(unit) * (options.invert_tilt ? -1.0 : 1.0);
   for (double& value : tilt.rad) value *= factor;
   recording.signals.add(std::move(tilt));
 }
@@ -174,7 +173,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   recording.rate_hz = clock.rate_hz;
   const auto numbers = [&](int column) { return read_column(table, column, clock, options.fill_gaps_s, recording); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
-  const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name);
+  const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
   check_size(signal, guessed, recording);
   look_for_faults(signal.rad, recording.rate_hz, recording.warnings);
   if (options.invert_sway) {

@@ -96,8 +96,9 @@ std::vector<double> angles(const std::vector<double>& displacement_m, double len
   return result;
 }
 
-std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<double>& trunk, double height_m) {
-  const sim::DoubleBody body(sim::segments_of({.height_m = height_m}));
+/// Winter's proportions are those of every height.
+std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<double>& trunk) {
+  const sim::DoubleBody body(sim::segments_of({}));
   std::vector<double> sway(leg.size());
   for (std::size_t k = 0; k < leg.size(); ++k) sway[k] = body.centre_of_mass(leg[k], trunk[k]);
   return sway;
@@ -106,12 +107,9 @@ std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<do
 /// Angles of leg or trunk, rad.
 std::vector<double> read_angles(const Table& table, int column, const RecordingOptions& options,
                                 const std::function<std::vector<double>(int)>& read, Recording& recording) {
-  const std::optional<Unit> unit = unit_of(name_of(table, column), options.unit, recording.file, "--unit");
-  if (!unit)
-    add_info(recording.warnings, "unit_assumed",
-             "no unit in the name of " + name_of(table, column) + ": degrees are assumed");
+  const double unit_rad = rad_in(angle_unit(table, column, options.unit, "--unit", recording));
   std::vector<double> values = read(column);
-  for (double& value : values) value *= rad_in(unit.value_or(Unit::degree));
+  for (double& value : values) value *= unit_rad;
   return values;
 }
 
@@ -187,7 +185,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   if (source.kind == Kind::segments) {
     sway.column += ", " + name_of(table, columns[1]);
     sway.rad = sway_of(read_angles(table, columns[0], options, read, recording),
-                       read_angles(table, columns[1], options, read, recording), 1.0);
+                       read_angles(table, columns[1], options, read, recording));
     return sway;
   }
   std::vector<std::vector<double>> positions;
@@ -212,7 +210,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   std::vector<double> between(positions[0].size());
   for (std::size_t k = 0; k < between.size(); ++k) between[k] = positions[1][k] - positions[0][k];
   sway.rad = sway_of(angles(positions[0], segments.leg_length_m, "the hip", where),
-                     angles(between, segments.trunk_length_m, "the shoulder", where), *options.body_height_m);
+                     angles(between, segments.trunk_length_m, "the shoulder", where));
   return sway;
 }
 

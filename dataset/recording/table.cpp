@@ -45,9 +45,7 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
   std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
   if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
     if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
-    check_mat(text, where);
-    text = {};
-    return std::make_unique<MatTable>(path);
+    return std::make_unique<MatTable>(text, path);
   }
   if (const std::size_t first = text.find_first_not_of(" \t\r\n"); first != text.npos && text[first] == '{') {
     throw Error(where, "is JSON, not a table of numbers",

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "dataset/recording/recording.hpp"
+
 namespace decid::dataset {
 
 /// Limits of a file, so that a wrong one ends in an Error and not in all of the memory.
@@ -42,6 +44,8 @@ class Table {
   virtual std::string place_of(std::size_t row) const = 0;
   /// The sample rate that the file states beside its columns (a MAT-file's variable fs, a line above a text's table).
   virtual std::optional<double> rate_hz() const { return {}; }
+  /// The unit of angles that the file states for all its columns whose names have none (inDegrees of OpenSim).
+  virtual std::optional<Unit> unit() const { return {}; }
   /// Lines of the file above the table, which are not read.
   virtual std::size_t preamble_lines() const { return 0; }
 };

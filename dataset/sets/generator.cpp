@@ -60,14 +60,16 @@ double peak_to_peak(std::span<const double> sway) {
 
 }  // namespace
 
-Generator::Generator(DatasetRequest request)
+Generator::Generator(DatasetRequest request, Communicator* ranks)
     : request_(checked(std::move(request))),
+      ranks_(ranks),
       base_(request_.base == 0 ? request_.count : request_.base),
       ranges_(request_.protocol.ranges()),
       simulator_(request_.protocol) {
   report_.base = report_.all = TrialDistributions(ranges_);
   const std::size_t trial_bytes = static_cast<std::size_t>(samples()) * sizeof(float);
   largest_chunk_ = static_cast<int>(std::clamp(most_bytes / trial_bytes, fewest_attempts, most_attempts));
+  if (ranks_ != nullptr) largest_chunk_ *= ranks_->size();
 }
 
 int Generator::attempts_worth_making(int missing) const {
@@ -105,6 +107,26 @@ Generator::Result Generator::finish(long long attempt, std::span<double> sway_ra
   return {true, width};
 }
 
+/// Whole groups that share lanes.
+RankRange Generator::own_attempts(int attempts, int rank) const {
+  const auto count = static_cast<std::size_t>(attempts);
+  if (ranks_ == nullptr) return {0, count};
+  const RankRange groups = range_of((count + fewest_attempts - 1) / fewest_attempts, rank, ranks_->size());
+  return {std::min(groups.first * fewest_attempts, count), std::min(groups.last * fewest_attempts, count)};
+}
+
+/// Each rank's own, to all.
+void Generator::gather(std::vector<Result>& results) const {
+  const int attempts = static_cast<int>(results.size());
+  std::vector<std::size_t> sizes;
+  for (int rank = 0; rank < ranks_->size(); ++rank)
+    sizes.push_back(own_attempts(attempts, rank).count() * sizeof(Result));
+  const RankRange own = own_attempts(attempts, ranks_->rank());
+  const std::vector<Result> sent(results.begin() + static_cast<std::ptrdiff_t>(own.first),
+                                 results.begin() + static_cast<std::ptrdiff_t>(own.last));
+  ranks_->all_gather(std::as_bytes(std::span(sent)), sizes, std::as_writable_bytes(std::span(results)));
+}
+
 const Chunk& Generator::next() {
   const bool children = making_children();
   if (children && parents_.empty()) {
@@ -119,29 +141,38 @@ const Chunk& Generator::next() {
   const auto width = static_cast<std::size_t>(samples());
   auto& [sway, chunk] = buffers_[second_];
   second_ = !second_;
-  if (sway.size() < static_cast<std::size_t>(attempts) * width) sway.resize(static_cast<std::size_t>(attempts) * width);
-  const auto stored = [width, &values = sway](int i) {
-    return std::span(values).subspan(static_cast<std::size_t>(i) * width, width);
+  const RankRange own = own_attempts(attempts, ranks_ != nullptr ? ranks_->rank() : 0);
+  if (sway.size() < own.count() * width) sway.resize(own.count() * width);
+  const auto stored = [width, own, &values = sway](std::size_t attempt) {
+    return std::span(values).subspan((attempt - own.first) * width, width);
   };
   std::vector<Result> results(static_cast<std::size_t>(attempts));
+  const auto own_first = static_cast<int>(own.first);
   simulator_.run_all(
-      attempts, [&](int i) { return trial_of(first + i); },
+      static_cast<int>(own.count()), [&](int i) { return trial_of(first + own_first + i); },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
-        if (outcome.valid) results[static_cast<std::size_t>(i)] = finish(first + i, sway_rad, stored(i));
+        const auto attempt = static_cast<std::size_t>(own_first + i);
+        if (outcome.valid) results[attempt] = finish(first + own_first + i, sway_rad, stored(attempt));
       });
+  if (ranks_ != nullptr) gather(results);
 
   chunk.trials.clear();
   chunk.sway.clear();
+  chunk.trials_of.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);
+  int rank = 0;  // of the attempt
   const int before = trials();
   const long long valid_before = before - (children ? base_ : 0);
   long long made = first;
   for (int i = 0; i < attempts && static_cast<int>(chunk.trials.size()) < missing; ++i) {
     ++made;
-    if (const Result& result = results[static_cast<std::size_t>(i)]; result.valid) {
-      const std::int32_t own = before + static_cast<std::int32_t>(chunk.trials.size());
+    const auto attempt = static_cast<std::size_t>(i);
+    while (ranks_ != nullptr && attempt >= own_attempts(attempts, rank).last) ++rank;
+    if (const Result& result = results[attempt]; result.valid) {
+      const std::int32_t number = before + static_cast<std::int32_t>(chunk.trials.size());
       chunk.trials.push_back(
-          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? parent_of(first + i) : own});
-      chunk.sway.emplace_back(stored(i));
+          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? parent_of(first + i) : number});
+      if (attempt >= own.first && attempt < own.last) chunk.sway.emplace_back(stored(attempt));
+      if (ranks_ != nullptr) ++chunk.trials_of[static_cast<std::size_t>(rank)];
     }
     const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
     if (made >= patience && valid * attempts_per_valid_trial < made) {

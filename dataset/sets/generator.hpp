@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/communicator.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "sim/simulate.hpp"
 
@@ -22,15 +23,17 @@ struct TrialRecord {
 /// Valid trials in their order, and how many attempts have been made in all, up to the last of them.
 struct Chunk {
   std::vector<TrialRecord> trials;
-  std::vector<std::span<const float>> sway;  ///< one a trial, rad, with sensor noise
+  std::vector<std::span<const float>> sway;  ///< one a trial of this process, rad, with sensor noise
   long long base_attempts = 0, child_attempts = 0;
+  std::vector<std::size_t> trials_of = {};  ///< of each of several processes, in their order; empty: there is one
 };
 
 /// Base trials first, then children. Memory: two chunks (some 50 MB each) and a few bytes a trial.
 class Generator {
  public:
-  /// Throws Error if the request cannot be met, see generate().
-  explicit Generator(DatasetRequest request);
+  /// ranks, unless null: processes that share the attempts, all of which make the same calls; each has the sway of its
+  /// own trials. Throws Error if the request cannot be met, see generate().
+  explicit Generator(DatasetRequest request, Communicator* ranks = nullptr);
 
   const DatasetRequest& request() const noexcept { return request_; }
   int samples() const noexcept { return simulator_.samples(); }
@@ -60,8 +63,11 @@ class Generator {
   sim::TrialInput trial_of(long long attempt) const;
   Result finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const;
   void accept(const TrialRecord& trial);
+  RankRange own_attempts(int attempts, int rank) const;
+  void gather(std::vector<Result>& results) const;
 
   DatasetRequest request_;
+  Communicator* ranks_;
   int base_;
   sim::ParameterTable ranges_;
   sim::Simulator simulator_;

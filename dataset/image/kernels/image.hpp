@@ -41,6 +41,8 @@ struct ImageTables {
   static const ImageKernels& avx2();
   static const ImageKernels& avx512();
   static const ImageKernels& neon();
+  static const ImageKernels& wasm();
+  static const ImageKernels& relaxed();
 };
 
 }  // namespace decid::dataset

@@ -40,7 +40,8 @@ std::complex<double> direct_bin(std::span<const float> window, int k) {
   const auto n = static_cast<double>(window.size());
   std::complex<double> sum = 0.0;
   for (std::size_t i = 0; i < window.size(); ++i) {
-    sum += std::polar(static_cast<double>(window[i]), -2.0 * sim::pi * std::fmod(k * static_cast<double>(i), n) / n);
+    sum +=
+        static_cast<double>(window[i]) * std::polar(1.0, -2.0 * sim::pi * std::fmod(k * static_cast<double>(i), n) / n);
   }
   return sum;
 }

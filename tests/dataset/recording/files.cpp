@@ -125,6 +125,18 @@ TEST_CASE("units that are no angle's are refused, a column of tilt alone too; mi
   CHECK(near(read("time (min),sway_deg\n0,1\n0.01,2\n0.02,3\n").rate_hz, 100.0 / 60.0, 1e-12));
 }
 
+TEST_CASE("a unit that is not the name's is used, and warned of") {
+  const Recording as_given =
+      read("time,sway_deg,tilt\n0,.1,1\n0.01,.2,2\n", {.unit = Unit::radian, .tilt_unit = Unit::degree});
+  CHECK(as_given.signals.at(com_sway).rad[1] == 0.2);
+  const Warning* found = warning(as_given.warnings, "unit_differs");
+  REQUIRE(found != nullptr);
+  CHECK(found->severity == Severity::caution);
+  CHECK(found->text.starts_with("sway_deg has another unit"));
+  CHECK(warning(read("time,sway (V)\n0,.1\n0.01,.2\n", {.unit = Unit::radian}).warnings, "unit_differs") != nullptr);
+  CHECK(warning(read("time,sway_deg\n0,.1\n0.01,.2\n", {.unit = Unit::degree}).warnings, "unit_differs") == nullptr);
+}
+
 TEST_CASE("a damaged row is not taken for a line above the table") {
   check_error(reading("time,sway\n0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 3 columns", "before it 2"});
   check_error(reading("0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 2 columns", "before it 3"});
@@ -138,6 +150,15 @@ TEST_CASE("tables of OpenSim: .mot with its end of header, .trc with names in tw
   check_one_two_three(
       "Coordinates\nversion=1\nnRows=3\nnColumns=2\ninDegrees=yes\nendheader\ntime\tsway_deg\n0\t1\n0.01\t2\n0."
       "02\t3\n");
+  const std::string radians =
+      "Coordinates\ninDegrees = no\nendheader\ntime\tsway\ttilt_deg\n0\t.1\t1\n.01\t.2\t2\n.02\t.3\t3\n";
+  for (const std::optional<int> skip : {std::optional<int>(), std::optional<int>(3)}) {
+    const Recording stated = read(radians, {.tilt_column = "tilt_deg", .skip_lines = skip});
+    CHECK(stated.signals.at(com_sway).rad == std::vector<double>{0.1, 0.2, 0.3});
+    CHECK(stated.signals.at(platform_tilt).rad[0] == sim::rad_per_deg);  // by its name
+    CHECK(warning(stated.warnings, "unit_assumed") == nullptr);
+    CHECK(warning(stated.warnings, "unit_differs") == nullptr);
+  }
   const std::string trc =
       "PathFileType\t4\t(X/Y/Z)\tt.trc\n"
       "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t3\t2\tmm\n"

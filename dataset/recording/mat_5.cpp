@@ -1,0 +1,336 @@
+// MAT-files of versions 4 to 7: see mat_5.hpp. A file may claim anything: every size is held against what is there.
+#include "dataset/recording/mat_5.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#include "base/error.hpp"
+
+namespace decid::dataset {
+namespace {
+
+constexpr std::size_t header_bytes = 128, tag_bytes = 8;
+
+/// The types of data elements that are used here, by the format's numbers.
+enum : std::uint32_t {
+  int8 = 1,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  single,
+  double_precision = 9,
+  int64 = 12,
+  uint64,
+  matrix,
+  compressed
+};
+
+[[noreturn]] void refuse_damaged(const std::string& where, const std::string& what) {
+  throw Error(where, "is cut short or damaged" + what, "copy or save it again");
+}
+
+/// Numbers as they lie in a file, of either byte order.
+class MatBytes {
+ public:
+  MatBytes(std::string_view bytes, bool swapped, const std::string& where)
+      : bytes_(bytes), swapped_(swapped), where_(where) {}
+
+  std::size_t left() const { return bytes_.size(); }
+  bool swapped() const { return swapped_; }
+
+  std::string_view take(std::size_t count) {
+    if (count > bytes_.size()) refuse_damaged(where_, "");
+    const std::string_view taken = bytes_.substr(0, count);
+    bytes_.remove_prefix(count);
+    return taken;
+  }
+  void pass_at_most(std::size_t count) { bytes_.remove_prefix(std::min(count, bytes_.size())); }
+
+  template <class T>
+  T number() {
+    T value;
+    char raw[sizeof(T)];
+    std::memcpy(raw, take(sizeof(T)).data(), sizeof(T));
+    if (swapped_) std::reverse(raw, raw + sizeof(T));
+    std::memcpy(&value, raw, sizeof(T));
+    return value;
+  }
+
+  /// `count` numbers of type T.
+  template <class T>
+  std::vector<double> numbers(std::size_t count) {
+    if (count > left() / sizeof(T)) refuse_damaged(where_, "");
+    std::vector<double> values(count);
+    for (double& value : values) value = static_cast<double>(number<T>());
+    return values;
+  }
+
+ private:
+  std::string_view bytes_;
+  bool swapped_;
+  const std::string& where_;
+};
+
+/// Of a file of version 5.
+class Reader5 {
+ public:
+  Reader5(std::string_view file, const std::string& where)
+      : where_(where),
+        file_(file.substr(header_bytes), file[header_bytes - 2] != 'I', where),
+        values_left_(most_mat_values(file.size())),
+        inflated_left_(std::max<std::size_t>(std::size_t{1} << 28, 8 * file.size())) {}
+
+  std::vector<MatVariable> read() {
+    std::vector<MatVariable> variables;
+    while (file_.left() > 0) {
+      const Element element = next(file_);
+      if (element.type == compressed) {
+        const std::string inflated = inflate_all(element.data);
+        MatBytes inside(inflated, file_.swapped(), where_);
+        add(next(inside), variables);
+      } else {
+        add(element, variables);
+      }
+    }
+    return variables;
+  }
+
+ private:
+  struct Element {
+    std::uint32_t type;
+    std::string_view data;
+  };
+
+  /// The element that comes next, without its padding.
+  Element next(MatBytes& from) const {
+    const auto type = from.number<std::uint32_t>();
+    if (type >> 16 != 0) {  // a small one: its size beside its type, its data in the tag
+      const std::string_view data = from.take(4);
+      if (type >> 16 > 4) refuse_damaged(where_, "");
+      return {type & 0xffff, data.substr(0, type >> 16)};
+    }
+    const auto size = from.number<std::uint32_t>();
+    const std::string_view data = from.take(size);
+    if (type != compressed) from.pass_at_most((tag_bytes - size % tag_bytes) % tag_bytes);
+    return {type, data};
+  }
+
+  void add(const Element& element, std::vector<MatVariable>& variables) {
+    if (element.type != matrix) return;
+    MatVariable variable = read_matrix(element.data, 0);
+    if (!variable.name.empty()) variables.push_back(std::move(variable));  // MATLAB's own objects lie in one without
+  }
+
+  std::string inflate_all(std::string_view bytes) {
+    z_stream stream{};
+    if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
+    struct End {
+      z_stream& stream;
+      ~End() { inflateEnd(&stream); }
+    } const end{stream};
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+    stream.avail_in = static_cast<uInt>(bytes.size());
+    std::string inflated;
+    int status = Z_OK;
+    while (status == Z_OK) {
+      const std::size_t done = inflated.size();
+      inflated.resize(std::max<std::size_t>(std::size_t{1} << 12, 2 * done));
+      stream.next_out = reinterpret_cast<Bytef*>(inflated.data() + done);
+      stream.avail_out = static_cast<uInt>(inflated.size() - done);
+      status = inflate(&stream, Z_NO_FLUSH);
+      inflated.resize(inflated.size() - stream.avail_out);
+      if (inflated.size() > inflated_left_)
+        throw Error(where_, "is far too large, inflated, for a recording", "save the trial to be identified alone");
+    }
+    if (status != Z_STREAM_END) refuse_damaged(where_, ", in what is compressed");
+    inflated_left_ -= inflated.size();
+    return inflated;
+  }
+
+  /// depth: of structures around it.
+  MatVariable read_matrix(std::string_view bytes, int depth) {
+    MatVariable variable;
+    if (--variables_left_ < 0)
+      throw Error(where_, "holds more than 10000 variables", "save the trial to be identified alone");
+    if (bytes.empty()) return variable;  // an empty field
+    MatBytes from(bytes, file_.swapped(), where_);
+    const Element flags = next(from);
+    if (flags.type != uint32 || flags.data.size() < 4) refuse_damaged(where_, "");
+    const auto word = MatBytes(flags.data, file_.swapped(), where_).number<std::uint32_t>();
+    const std::uint32_t kind = word & 0xff;
+    if (kind == 17) {  // an object of MATLAB's own: what follows is its affair
+      const Element name = next(from);
+      variable.name = text(name.data);
+      variable.kind = MatVariable::Kind::object;
+      return variable;
+    }
+    read_size(next(from), variable);
+    variable.name = text(next(from).data);
+    variable.kind = kind_of(kind, (word & 0x0800) != 0);
+    if (variable.kind == MatVariable::Kind::structure && depth < deepest_structure) read_fields(from, variable, depth);
+    if (variable.kind == MatVariable::Kind::numbers && variable.is_matrix) read_values(from, variable);
+    return variable;
+  }
+
+  void read_size(const Element& element, MatVariable& variable) const {
+    if (element.type != int32) refuse_damaged(where_, "");
+    variable.is_matrix = element.data.size() == 2 * sizeof(std::int32_t);
+    if (!variable.is_matrix) return;
+    MatBytes from(element.data, file_.swapped(), where_);
+    const auto height = from.number<std::int32_t>(), width = from.number<std::int32_t>();
+    if (height < 0 || width < 0) refuse_damaged(where_, "");
+    variable.height = static_cast<std::size_t>(height);
+    variable.width = static_cast<std::size_t>(width);
+  }
+
+  static std::string text(std::string_view data) { return std::string(data.substr(0, data.find('\0'))); }
+
+  MatVariable::Kind kind_of(std::uint32_t number, bool is_complex) const {
+    using Kind = MatVariable::Kind;
+    constexpr Kind kinds[]{Kind::cell, Kind::structure, Kind::object, Kind::text, Kind::sparse};
+    if (number == 0 || number > 16) refuse_damaged(where_, "");
+    if (number <= std::size(kinds)) return kinds[number - 1];
+    if (number == 16) return Kind::function;
+    return is_complex ? Kind::complex : Kind::numbers;
+  }
+
+  void read_fields(MatBytes& from, MatVariable& variable, int depth) {
+    const Element length = next(from), names = next(from);
+    if (length.type != int32) refuse_damaged(where_, "");
+    const auto each = MatBytes(length.data, file_.swapped(), where_).number<std::int32_t>();
+    if (each <= 0 || variable.height != 1 || variable.width != 1) return;
+    const std::size_t size = static_cast<std::size_t>(each);
+    for (std::size_t at = 0; at + size <= names.data.size() && from.left() > 0; at += size) {
+      const Element field = next(from);
+      if (field.type != matrix) refuse_damaged(where_, "");
+      variable.fields.push_back(read_matrix(field.data, depth + 1));
+      variable.fields.back().name = text(names.data.substr(at, size));
+    }
+  }
+
+  void read_values(MatBytes& from, MatVariable& variable) {
+    if (variable.height == 0 || variable.width == 0) return;
+    if (variable.height > values_left_ / variable.width)
+      throw Error(where_, variable.name + " claims too many values", "save the trial to be identified alone");
+    const std::size_t count = variable.height * variable.width;
+    const Element element = next(from);
+    MatBytes data(element.data, file_.swapped(), where_);
+    const auto read = [&]() -> std::vector<double> {
+      switch (element.type) {
+        case int8:
+          return data.numbers<std::int8_t>(count);
+        case uint8:
+          return data.numbers<std::uint8_t>(count);
+        case int16:
+          return data.numbers<std::int16_t>(count);
+        case uint16:
+          return data.numbers<std::uint16_t>(count);
+        case int32:
+          return data.numbers<std::int32_t>(count);
+        case uint32:
+          return data.numbers<std::uint32_t>(count);
+        case single:
+          return data.numbers<float>(count);
+        case double_precision:
+          return data.numbers<double>(count);
+        case int64:
+          return data.numbers<std::int64_t>(count);
+        case uint64:
+          return data.numbers<std::uint64_t>(count);
+        default:
+          refuse_damaged(where_, "");
+      }
+    };
+    variable.values = read();
+    values_left_ -= count;
+  }
+
+  const std::string& where_;
+  MatBytes file_;
+  std::size_t values_left_, inflated_left_;
+  int variables_left_ = most_mat_variables;
+};
+
+/// The first number of a variable of version 4: a digit each for byte order, 0, type of number and kind of matrix.
+bool is_type_4(std::uint32_t type) {
+  return type / 1000 <= 1 && type / 100 % 10 == 0 && type / 10 % 10 <= 5 && type % 10 <= 2;
+}
+
+std::uint32_t first_number(std::string_view bytes, bool swapped) {
+  const std::string none;
+  return MatBytes(bytes.substr(0, 4), swapped, none).number<std::uint32_t>();
+}
+
+std::vector<double> numbers_4(MatBytes& from, std::uint32_t precision, std::size_t count) {
+  switch (precision) {
+    case 0:
+      return from.numbers<double>(count);
+    case 1:
+      return from.numbers<float>(count);
+    case 2:
+      return from.numbers<std::int32_t>(count);
+    case 3:
+      return from.numbers<std::int16_t>(count);
+    case 4:
+      return from.numbers<std::uint16_t>(count);
+    default:
+      return from.numbers<std::uint8_t>(count);
+  }
+}
+
+}  // namespace
+
+MatVersion mat_version(std::string_view bytes) {
+  if (bytes.size() >= header_bytes) {
+    const std::string_view end = bytes.substr(header_bytes - 4, 4);
+    if (end == std::string_view("\x00\x01IM", 4) || end == std::string_view("\x01\x00MI", 4)) return MatVersion::v5;
+    if (end == std::string_view("\x00\x02IM", 4) || end == std::string_view("\x02\x00MI", 4)) return MatVersion::v73;
+  }
+  if (bytes.size() < 20) return MatVersion::none;
+  return is_type_4(first_number(bytes, false)) || is_type_4(first_number(bytes, true)) ? MatVersion::v4
+                                                                                       : MatVersion::none;
+}
+
+std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& where) {
+  std::vector<MatVariable> variables;
+  MatBytes from(bytes, !is_type_4(first_number(bytes, false)), where);
+  std::size_t values_left = most_mat_values(bytes.size());
+  while (from.left() > 0) {
+    const auto type = from.number<std::uint32_t>(), height = from.number<std::uint32_t>();
+    const auto width = from.number<std::uint32_t>(), imaginary = from.number<std::uint32_t>();
+    const auto name_bytes = from.number<std::uint32_t>();
+    if (!is_type_4(type)) refuse_damaged(where, "");
+    if (variables.size() == std::size_t{most_mat_variables})
+      throw Error(where, "holds more than 10000 variables", "save the trial to be identified alone");
+    MatVariable variable;
+    const std::string_view name = from.take(name_bytes);
+    variable.name = name.substr(0, name.find('\0'));
+    variable.height = height;
+    variable.width = width;
+    if (width != 0 && height > values_left / width)
+      throw Error(where, variable.name + " claims too many values", "save the trial to be identified alone");
+    const std::size_t count = variable.height * width;
+    using Kind = MatVariable::Kind;
+    variable.kind = type % 10 == 1   ? Kind::text
+                    : type % 10 == 2 ? Kind::sparse
+                    : imaginary != 0 ? Kind::complex
+                                     : Kind::numbers;
+    variable.values = numbers_4(from, type / 10 % 10, count);
+    if (imaginary != 0) numbers_4(from, type / 10 % 10, count);
+    if (variable.kind != Kind::numbers) variable.values.clear();
+    values_left -= variable.values.size();
+    variables.push_back(std::move(variable));
+  }
+  return variables;
+}
+
+std::vector<MatVariable> read_mat_5(std::string_view bytes, const std::string& where) {
+  return Reader5(bytes, where).read();
+}
+
+}  // namespace decid::dataset
