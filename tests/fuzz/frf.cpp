@@ -1,0 +1,12 @@
+// Tables of frequency responses.
+#include "identify/frf/table.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+using namespace decid;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const fuzz::InputFile input("frf.csv");
+  const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
+  fuzz::accepts([&] { REQUIRE_THAT(frf::read_table(path).rows.size() >= frf::fewest_rows); });
+  return 0;
+}

@@ -1,0 +1,13 @@
+// Tables of groups of recordings.
+#include "tests/fuzz/fuzz.hpp"
+#include "tools/decid/group_file.hpp"
+
+using namespace decid;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const fuzz::InputFile input("groups.csv");
+  static const std::vector<std::string> recordings{"patients/a.csv", "controls/a.csv", "b.csv", "../c d.csv"};
+  const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
+  fuzz::accepts([&] { REQUIRE_THAT(tools::groups_of(path, recordings).size() == recordings.size()); });
+  return 0;
+}

@@ -1,0 +1,26 @@
+// Recordings as text: all dialects of CSV, OpenSim's .mot and .trc, brought to a protocol.
+#include "dataset/recording/recording.hpp"
+
+#include "dataset/recording/trial.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+using namespace decid;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const fuzz::InputFile input("recording.csv");
+  static const sim::Protocol protocol = sim::short_protocol();
+  const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
+  // Its length picks the options, so that a seed is a file as people have it.
+  dataset::RecordingOptions options;
+  if (size % 2 == 1) options.column = "2";
+  if (size % 3 == 1) options.rate_hz = 50.0;
+  if (size % 5 == 1) options.fill_gaps_s = 1.0;
+  if (size % 7 == 1) options.tilt_column = "3";
+  if (size % 11 == 1) options.skip_lines = 2;
+  fuzz::accepts([&] {
+    dataset::Recording recording = dataset::read_recording(path, options);
+    REQUIRE_THAT(recording.signals.samples() >= 2);
+    dataset::bring_to_protocol(recording, protocol);
+  });
+  return 0;
+}
