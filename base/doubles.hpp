@@ -14,6 +14,10 @@
 #include <immintrin.h>
 #elif defined(__aarch64__)
 #include <arm_neon.h>
+#elif defined(__wasm__)
+#include <wasm_simd128.h>
+
+#include "base/exact_fma.hpp"
 #endif
 
 namespace decid {
@@ -206,6 +210,68 @@ struct Native {
   [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
     store(p, vzip1q_f64(a, b));
     store(p + width, vzip2q_f64(a, b));
+  }
+  [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
+    return D{p[0][offset], p[1][offset]};
+  }
+  [[gnu::always_inline]] static void scatter(double* const* p, std::ptrdiff_t offset, D v) {
+    p[0][offset] = v[0];
+    p[1][offset] = v[1];
+  }
+};
+
+#elif defined(__wasm__)
+
+struct Native {
+  using D = double __attribute__((vector_size(16)));
+  using I = std::int64_t __attribute__((vector_size(16)));
+  static constexpr int width = 2;
+  [[gnu::always_inline]] static D set(double a) { return (D)wasm_f64x2_splat(a); }
+  [[gnu::always_inline]] static D load(const double* p) { return (D)wasm_v128_load(p); }
+  [[gnu::always_inline]] static void store(double* p, D v) { wasm_v128_store(p, (v128_t)v); }
+#if defined(__wasm_relaxed_simd__)
+  [[gnu::always_inline]] static D fma(D a, D b, D c) {
+    return (D)wasm_f64x2_relaxed_madd((v128_t)a, (v128_t)b, (v128_t)c);
+  }
+#else
+  [[gnu::always_inline]] static D fma(D a, D b, D c) {
+    return exact_fma(a, b, c);
+  }
+#endif
+  [[gnu::always_inline]] static D min(D a, D b) {
+    return (D)wasm_f64x2_pmin((v128_t)b, (v128_t)a);
+  }
+  [[gnu::always_inline]] static D max(D a, D b) {
+    return (D)wasm_f64x2_pmax((v128_t)b, (v128_t)a);
+  }
+  [[gnu::always_inline]] static D abs(D a) {
+    return (D)wasm_f64x2_abs((v128_t)a);
+  }
+  [[gnu::always_inline]] static D sqrt(D a) {
+    return (D)wasm_f64x2_sqrt((v128_t)a);
+  }
+  [[gnu::always_inline]] static bool all_within(D a, double limit) {
+    return wasm_i64x2_all_true(wasm_f64x2_le((v128_t)a, wasm_f64x2_splat(limit)));
+  }
+  [[gnu::always_inline]] static I bits(D a) {
+    return (I)a;
+  }
+  [[gnu::always_inline]] static D from_bits(I a) {
+    return (D)a;
+  }
+  [[gnu::always_inline]] static I set_bits(std::int64_t a) {
+    return I{} + a;
+  }
+  [[gnu::always_inline]] static I multiply_low(I a, I b) {
+    const v128_t x = (v128_t)a, y = (v128_t)b;
+    return (I)wasm_u64x2_extmul_low_u32x4(wasm_i32x4_shuffle(x, x, 0, 2, 0, 2), wasm_i32x4_shuffle(y, y, 0, 2, 0, 2));
+  }
+  [[gnu::always_inline]] static void store_floats(float* p, D v) {
+    wasm_v128_store64_lane(p, wasm_f32x4_demote_f64x2_zero((v128_t)v), 0);
+  }
+  [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
+    store(p, (D)wasm_i64x2_shuffle((v128_t)a, (v128_t)b, 0, 2));
+    store(p + width, (D)wasm_i64x2_shuffle((v128_t)a, (v128_t)b, 1, 3));
   }
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) {
     return D{p[0][offset], p[1][offset]};

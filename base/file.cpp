@@ -108,7 +108,7 @@ fs::path create_temporary(const fs::path& target) {
 
 }  // namespace
 
-std::string read_file(const fs::path& path, std::size_t limit_bytes) {
+std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.is_open()) {
     throw Error(path.string(), "cannot be opened: " + errno_text(errno),
@@ -122,7 +122,9 @@ std::string read_file(const fs::path& path, std::size_t limit_bytes) {
   // more than expected so that the end shows itself.
   constexpr std::size_t piece = std::size_t{1} << 16;
   const auto expected = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
-  std::string content(std::min(std::max(expected + 1, piece), std::max(limit_bytes, std::size_t{1})), '\0');
+  const std::uint64_t first =
+      std::min<std::uint64_t>(std::max(expected + 1, piece), std::max<std::uint64_t>(limit_bytes, 1));
+  std::string content(static_cast<std::size_t>(first), '\0');
   std::size_t length = 0;
   for (;;) {
     if (length == content.size()) content.resize(2 * length);

@@ -1,6 +1,7 @@
 // Files, whole or not at all: an output is written beside its target and renamed when it is complete.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -8,7 +9,7 @@
 namespace decid {
 
 /// The whole file. Throws Error if it cannot be opened or read, or is larger than `limit_bytes`.
-std::string read_file(const std::filesystem::path& path, std::size_t limit_bytes = std::size_t{1} << 32);
+std::string read_file(const std::filesystem::path& path, std::uint64_t limit_bytes = std::uint64_t{1} << 32);
 
 /// Replaces `path` by `content` in one step: after a failure or a kill the old file, or none, is there.
 void write_file(const std::filesystem::path& path, std::string_view content);

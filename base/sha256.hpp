@@ -17,7 +17,6 @@ class Sha256 {
   std::string hex() noexcept;
 
  private:
-  void compress(const std::uint8_t* block) noexcept;
   std::array<std::uint32_t, 8> state_;
   std::array<std::uint8_t, 64> buffer_{};
   std::uint64_t length_ = 0;

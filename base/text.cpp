@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <string_view>
 #include <system_error>
 
 namespace decid {
@@ -47,6 +48,9 @@ std::string duration_text(double seconds) {
 }
 
 std::string csv_cell(const std::string& text) {
+  // Spreadsheets compute what begins so; behind an apostrophe it is text.
+  if (!text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos)
+    return csv_cell("'" + text);
   const bool blank_end = text.starts_with(' ') || text.ends_with(' ');  // which some readers drop
   if (text.find_first_of(",\"\r\n") == std::string::npos && !blank_end) return text;
   std::string quoted = "\"";

@@ -21,7 +21,8 @@ std::string errno_text(int error);
 /// Control characters become question marks: one line, whatever a file's name holds.
 std::string one_line(std::string text);
 
-/// Text as a cell of a CSV file, quoted where its form needs it (RFC 4180).
+/// Text as a cell of a CSV file, quoted where its form needs it (RFC 4180); behind an apostrophe where a spreadsheet
+/// would take it for a formula.
 std::string csv_cell(const std::string& text);
 
 /// A CSV file: a header and rows of numbers, `digits` significant ones.

@@ -29,6 +29,8 @@ struct RandomTables {
   static const RandomKernels& avx2();
   static const RandomKernels& avx512();
   static const RandomKernels& neon();
+  static const RandomKernels& wasm();
+  static const RandomKernels& relaxed();
 };
 
 }  // namespace decid

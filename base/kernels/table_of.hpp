@@ -6,7 +6,8 @@
 namespace decid {
 
 /// Tables has a static function reference(), and one for each instruction set of this processor's family, each defined
-/// in a translation unit of its own (kernels_<name>.cpp): baseline(), avx2() and avx512(), or neon().
+/// in a translation unit of its own (kernels_<name>.cpp): baseline(), avx2() and avx512(), or neon(), or wasm() and
+/// relaxed().
 template <class Tables>
 const auto& table_of(Isa isa) {
   switch (isa) {
@@ -20,6 +21,11 @@ const auto& table_of(Isa isa) {
 #elif defined(__aarch64__)
     case Isa::neon:
       return Tables::neon();
+#elif defined(__wasm__)
+    case Isa::wasm:
+      return Tables::wasm();
+    case Isa::relaxed:
+      return Tables::relaxed();
 #endif
     default:
       return Tables::reference();

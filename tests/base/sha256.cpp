@@ -4,6 +4,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <vector>
+
+#include "base/sha256_blocks.hpp"
 
 using decid::sha256;
 
@@ -31,4 +34,21 @@ TEST_CASE("sha256: pieces of any length hash as the whole") {
     }
   }
   CHECK(sha256(content.substr(0, 55)) != sha256(content.substr(0, 56)));
+}
+
+TEST_CASE("sha256: the processor's instructions compress as the definition does") {
+  const decid::Sha256Blocks fast = decid::sha256_blocks_x86();
+  if (fast == nullptr) {
+    MESSAGE("this processor has no SHA extensions");
+    return;
+  }
+  std::vector<std::uint8_t> content(64 * 40);
+  std::uint32_t word = 1;
+  for (std::uint8_t& byte : content) byte = static_cast<std::uint8_t>((word = word * 1664525 + 1013904223) >> 24);
+  for (std::size_t count = 0; count <= 40; ++count) {
+    decid::Sha256State plain{1, 2, 3, 4, 5, 6, 7, 0xffffffff}, by_processor = plain;
+    decid::sha256_blocks_plain(plain, content.data(), count);
+    fast(by_processor, content.data(), count);
+    REQUIRE(by_processor == plain);
+  }
 }

@@ -29,4 +29,7 @@ TEST_CASE("csv_cell: quoted where RFC 4180 asks for it") {
   CHECK(csv_cell("a\nb") == "\"a\nb\"");
   CHECK(csv_cell("a\rb") == "\"a\rb\"");
   CHECK(csv_cell(" a") == "\" a\"");
+  CHECK(csv_cell("=HYPERLINK(\"x\")") == "\"'=HYPERLINK(\"\"x\"\")\"");
+  CHECK(csv_cell("-1.csv") == "'-1.csv");
+  CHECK(csv_cell("a=b") == "a=b");
 }
