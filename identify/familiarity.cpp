@@ -93,7 +93,17 @@ std::vector<float> images_of(const Model& model, const dataset::TrialSource& sou
 
 /// Features of trials first .. first + count - 1, images for a few at a time in memory.
 std::vector<float> features_of_trials(const Model& model, nn::Predictor& predictor, const dataset::TrialSource& source,
-                                      int epoch, int first, int count) {
+                                      int epoch, int first, int count, Communicator* ranks) {
+  if (ranks != nullptr) {
+    const auto all = static_cast<std::size_t>(count), width = static_cast<std::size_t>(feature_count(model.network));
+    const RankRange own = range_of(all, ranks->rank(), ranks->size());
+    std::vector<float> rows(all * width);
+    std::ranges::copy(features_of_trials(model, predictor, source, epoch, first + static_cast<int>(own.first),
+                                         static_cast<int>(own.count()), nullptr),
+                      rows.begin() + static_cast<std::ptrdiff_t>(own.first * width));
+    gather_ranges(*ranks, all, width, rows);
+    return rows;
+  }
   std::vector<float> rows;
   for (int done = 0; done < count; done += source.trials_at_once()) {
     const int here = std::min(source.trials_at_once(), count - done);
@@ -129,7 +139,8 @@ std::string why_no_familiarity(const Model& model, const dataset::TrialSource& s
   return format("it takes %d trials that the network was not trained on, and there are %d", needed, there);
 }
 
-Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch) {
+Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch,
+                              Communicator* ranks) {
   Familiarity familiarity;
   if (!why_no_familiarity(model, source).empty()) return familiarity;
   const auto n = static_cast<std::size_t>(feature_count(model.network));
@@ -137,7 +148,7 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
   const int learned = learned_of(trials);
 
   nn::Predictor predictor(model.network, batch);
-  const std::vector<float> rows = features_of_trials(model, predictor, source, next_epoch, 0, learned);
+  const std::vector<float> rows = features_of_trials(model, predictor, source, next_epoch, 0, learned, ranks);
   std::vector<double> mean(n, 0.0);
   for (std::size_t i = 0; i < rows.size(); ++i)
     mean[i % n] += static_cast<double>(rows[i]) / static_cast<double>(learned);
@@ -145,7 +156,8 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
   familiarity.mean.assign(mean.begin(), mean.end());
   familiarity.whitening.assign(whitening.begin(), whitening.end());
 
-  const std::vector<float> shown = features_of_trials(model, predictor, source, next_epoch, learned, trials - learned);
+  const std::vector<float> shown =
+      features_of_trials(model, predictor, source, next_epoch, learned, trials - learned, ranks);
   std::vector<double> all;
   for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(familiarity.distance(std::span(shown).subspan(i, n)));
   std::ranges::sort(all);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/communicator.hpp"
 #include "dataset/source.hpp"
 #include "nn/network.hpp"
 
@@ -39,6 +40,7 @@ std::string why_no_familiarity(const Model& model, const dataset::TrialSource& s
 
 /// Learned from trials that the network was not trained on: the next epoch's of a stream, the validation half of a
 /// data set. Empty if why_no_familiarity says why.
-Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch);
+Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch,
+                              Communicator* ranks = nullptr);
 
 }  // namespace decid

@@ -18,11 +18,20 @@ class PointHead final : public Head {
  public:
   std::string name() const override { return "point"; }
   std::size_t outputs(std::size_t parameters) const override { return parameters; }
-  double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
-              const nn::TensorView<float>& diff) const override {
-    std::vector<double> squares(static_cast<std::size_t>(outputs.shape().channels));
-    nn::mean_squared_error(outputs, targets, squares, diff);
-    return std::accumulate(squares.begin(), squares.end(), 0.0);
+  /// The squared errors of each parameter.
+  std::size_t loss_parts(std::size_t parameters) const override { return parameters; }
+  void loss(const nn::TensorView<const float>& outputs, std::span<const float> targets, int trials, std::size_t,
+            std::span<double> parts, const nn::TensorView<float>& diff) const override {
+    nn::squared_errors<float>(outputs, targets, trials, parts, diff);
+  }
+  double total_loss(std::span<const double> parts, std::size_t parameters) const override {
+    double total = 0.0;
+    for (std::size_t p = 0; p < parameters; ++p) {
+      double squares = 0.0;
+      for (std::size_t i = p; i < parts.size(); i += parameters) squares += parts[i];
+      total += squares;
+    }
+    return total;
   }
   void scores(std::span<const float> outputs, std::span<float> scores) const override {
     if (outputs.size() != scores.size())
@@ -52,16 +61,17 @@ class MixtureHead final : public Head {
   }
   /// So that all begins near what is known beforehand: logarithms far from 0 make enormous gradients.
   float first_weights() const override { return 0.02F; }
-  double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
-              const nn::TensorView<float>& diff) const override {
+  /// The logarithm of the density of each trial, 0 for a lane without one.
+  std::size_t loss_parts(std::size_t) const override { return nn::lanes; }
+  void loss(const nn::TensorView<const float>& outputs, std::span<const float> targets, int trials,
+            std::size_t parameters, std::span<double> parts, const nn::TensorView<float>& diff) const override {
     const auto samples = static_cast<std::size_t>(outputs.batch());
     const auto count = static_cast<std::size_t>(outputs.shape().channels);
-    const std::size_t parameters = targets.size() / samples;
-    const double factor = -1.0 / static_cast<double>(samples * parameters);
-    std::vector<double> densities(samples);
+    const double factor = -1.0 / static_cast<double>(static_cast<std::size_t>(trials) * parameters);
     parallel_for(outputs.blocks() * nn::lanes, [&](int lane) {
       const auto sample = static_cast<std::size_t>(lane);
       if (sample >= samples) {
+        parts[sample] = 0.0;
         for (std::size_t o = 0; o < count; ++o) diff.at(lane, static_cast<int>(o), 0, 0) = 0.0F;
         return;
       }
@@ -69,11 +79,13 @@ class MixtureHead final : public Head {
       for (std::size_t o = 0; o < count; ++o) values[o] = double{outputs.at(lane, static_cast<int>(o), 0, 0)};
       for (std::size_t p = 0; p < parameters; ++p)
         x[p] = mixture_coordinate(0.5 + double{targets[sample * parameters + p]} / root_twelve);
-      densities[sample] = mixture_log_density(components_, values, x, by_value, Slopes::balanced);
+      parts[sample] = mixture_log_density(components_, values, x, by_value, Slopes::balanced);
       for (std::size_t o = 0; o < count; ++o)
         diff.at(lane, static_cast<int>(o), 0, 0) = static_cast<float>(factor * by_value[o]);
     });
-    return -std::accumulate(densities.begin(), densities.end(), 0.0);
+  }
+  double total_loss(std::span<const double> parts, std::size_t) const override {
+    return -std::accumulate(parts.begin(), parts.end(), 0.0);
   }
   void scores(std::span<const float> outputs, std::span<float> scores) const override {
     const Mixture mixture = *distribution(outputs, scores.size());
@@ -89,6 +101,14 @@ class MixtureHead final : public Head {
 };
 
 }  // namespace
+
+double Head::loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
+                  const nn::TensorView<float>& diff) const {
+  const std::size_t parameters = targets.size() / static_cast<std::size_t>(outputs.batch());
+  std::vector<double> parts(static_cast<std::size_t>(outputs.blocks()) * loss_parts(parameters));
+  loss(outputs, targets, outputs.batch(), parameters, parts, diff);
+  return total_loss(parts, parameters);
+}
 
 const Head& mixture_head(int components) {
   static const std::vector<MixtureHead> heads = [] {

@@ -33,8 +33,14 @@ class Head {
   /// parameters, z-scored, row-major. diff, of the shape of outputs, gets the gradient of the loss's mean over both,
   /// or balanced derivatives that vanish with it, where the head says so; lanes without a trial get 0. The bits depend
   /// on the batch alone.
-  virtual double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
-                      const nn::TensorView<float>& diff) const = 0;
+  double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
+              const nn::TensorView<float>& diff) const;
+  /// In two steps, for a batch of `trials` of which others have some blocks of 16. First each one's, `parts`
+  /// getting loss_parts() values a block; then the sum of all blocks' in their order.
+  virtual std::size_t loss_parts(std::size_t parameters) const = 0;
+  virtual void loss(const nn::TensorView<const float>& outputs, std::span<const float> targets, int trials,
+                    std::size_t parameters, std::span<double> parts, const nn::TensorView<float>& diff) const = 0;
+  virtual double total_loss(std::span<const double> parts, std::size_t parameters) const = 0;
   /// The z-scored point estimate of each parameter that one trial's outputs stand for. outputs: as many as outputs()
   /// says for scores.size() parameters. Throws Error for another number.
   virtual void scores(std::span<const float> outputs, std::span<float> scores) const = 0;

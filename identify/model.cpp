@@ -68,7 +68,8 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
       images_(std::move(image_), protocol.experiment) {
   const auto outputs = static_cast<int>(head->outputs(parameters().size()));
   if (network.output_shape() != nn::Shape{outputs, 1, 1})
-    throw Error("network architecture", format("does not end with %d outputs", outputs),
+    throw Error("network architecture",
+                format("does not end with the %d outputs of the head '%s'", outputs, head->name().c_str()),
                 format("end it with fc %d", outputs));
 }
 

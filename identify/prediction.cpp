@@ -12,6 +12,18 @@ namespace {
 
 constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
 
+/// Each rank has those of its range_of(); afterwards all have all.
+void gather_truth(Communicator& ranks, std::size_t parameters, std::vector<sim::Parameters>& truth) {
+  std::vector<double> values(truth.size() * parameters);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    std::ranges::copy(truth[i], values.begin() + static_cast<std::ptrdiff_t>(i * parameters));
+  gather_ranges(ranks, truth.size(), parameters, values);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    truth[i] = sim::Parameters(parameters);
+    for (std::size_t p = 0; p < parameters; ++p) truth[i][p] = values[i * parameters + p];
+  }
+}
+
 }  // namespace
 
 Sways sways_in_memory(std::function<std::span<const float>(int)> sway, double body_height) {
@@ -42,6 +54,25 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
   return result;
 }
 
+std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways, Communicator* ranks) {
+  if (ranks == nullptr) return predict(model, trials, at_once, sways);
+  const auto outputs = static_cast<std::size_t>(model.network.output_shape().size()),
+             count = static_cast<std::size_t>(trials);
+  const RankRange own = range_of(count, ranks->rank(), ranks->size());
+  std::vector<float> all(count * outputs);
+  if (own.count() > 0) {
+    const auto own_sways = [&](std::span<const int> indices, const TakeSway& take) {
+      std::vector<int> numbers;
+      for (const int index : indices) numbers.push_back(static_cast<int>(own.first) + index);
+      sways(numbers, take);
+    };
+    std::ranges::copy(predict(model, static_cast<int>(own.count()), at_once, own_sways),
+                      all.begin() + static_cast<std::ptrdiff_t>(own.first * outputs));
+  }
+  gather_ranges(*ranks, count, outputs, all);
+  return all;
+}
+
 std::vector<float> scores_of(const Model& model, std::span<const float> outputs) {
   const auto width = static_cast<std::size_t>(model.network.output_shape().size());
   const std::size_t parameters = model.parameters().size(), trials = outputs.size() / width;
@@ -51,8 +82,8 @@ std::vector<float> scores_of(const Model& model, std::span<const float> outputs)
   return scores;
 }
 
-OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch,
-                     int trials) {
+OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch, int trials,
+                     Communicator* ranks) {
   OutputsOf made;
   made.truth.resize(static_cast<std::size_t>(trials));
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
@@ -65,12 +96,13 @@ OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dat
       take(place, sway);
     });
   };
-  made.outputs = predict(model, trials, source.trials_at_once(), sways);
+  made.outputs = predict(model, trials, source.trials_at_once(), sways, ranks);
+  if (ranks != nullptr) gather_truth(*ranks, model.parameters().size(), made.truth);
   return made;
 }
 
-Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part) {
-  OutputsOf found = outputs_of(model, source, part, 0, source.trials(part));
+Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part, Communicator* ranks) {
+  OutputsOf found = outputs_of(model, source, part, 0, source.trials(part), ranks);
   return {scores_of(model, found.outputs), std::move(found.truth)};
 }
 

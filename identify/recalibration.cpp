@@ -78,11 +78,12 @@ Recalibration recalibration_of(std::size_t parameters, std::span<const Said> sai
   return made;
 }
 
-Recalibration learn_recalibration(const Model& model, const dataset::TrialSource& source, int next_epoch) {
+Recalibration learn_recalibration(const Model& model, const dataset::TrialSource& source, int next_epoch,
+                                  Communicator* ranks) {
   const int trials = std::min(source.trials(dataset::Part::unseen), most_shown_trials);
   if (!model.gives_distribution() || trials < least_shown_trials) return {};
   const sim::ParameterTable& table = model.parameters();
-  const OutputsOf shown = outputs_of(model, source, dataset::Part::unseen, next_epoch, trials);
+  const OutputsOf shown = outputs_of(model, source, dataset::Part::unseen, next_epoch, trials, ranks);
   const std::size_t width = model.head->outputs(table.size());
   std::vector<Said> said(shown.truth.size() * table.size());
   parallel_for(trials, [&](int index) {

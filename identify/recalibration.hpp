@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/communicator.hpp"
 #include "dataset/source.hpp"
 
 namespace decid {
@@ -49,7 +50,8 @@ Recalibration recalibration_of(std::size_t parameters, std::span<const Said> sai
 /// Learned from 10,240 trials that the network was not trained on, or as many as there are: the next epoch's of a
 /// stream, the validation half of a data set. What intervals of 50 and 90 % then cover has a standard error of 0.5 and
 /// 0.3 % (of 1,000 trials: 1.6 and 1 %). Empty if the head gives no distribution, or there are fewer than 1,000.
-Recalibration learn_recalibration(const Model& model, const dataset::TrialSource& source, int next_epoch);
+Recalibration learn_recalibration(const Model& model, const dataset::TrialSource& source, int next_epoch,
+                                  Communicator* ranks = nullptr);
 
 /// One line: {"levels": [...], "deviation_factor": [...]}.
 std::string to_json(const Recalibration& recalibration);

@@ -57,7 +57,8 @@ std::vector<Gap> gaps_of(std::size_t samples, std::size_t length, const Random& 
   for (std::size_t first = 1, k = 0; first + length < samples; first += stretch, ++k) {
     const std::size_t room = std::min(stretch, samples - 1 - first);
     if (room <= length) break;
-    const std::size_t place = first + random.below(of_places * (1 + number(condition)) + k, room - length);
+    const std::uint64_t item = of_places * (1 + number(condition)) + k;
+    const std::size_t place = first + static_cast<std::size_t>(random.below(item, room - length));
     gaps.push_back({place, place + length});
   }
   return gaps;

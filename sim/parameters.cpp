@@ -72,6 +72,7 @@ Parameters ParameterTable::from_text(const std::string& text, const std::string&
   Parameters parameters(size());
   std::set<std::size_t> given;
   std::istringstream stream(text);
+  stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
   for (std::string part; std::getline(stream, part, ',');) {
     const std::size_t equals = part.find('=');
     if (equals == std::string::npos) fail("'" + part + "' is not NAME=VALUE");

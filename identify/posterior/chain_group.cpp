@@ -201,7 +201,7 @@ void ChainGroup::restart(const Sampler::Lanes& log_noise, double limit) {
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {
     if (log_noise[l] <= highest || good.empty()) continue;
-    const std::size_t from = good[random.below(l, good.size())];
+    const std::size_t from = good[static_cast<std::size_t>(random.below(l, good.size()))];
     for (std::size_t i = 0; i < x.size(); i += lanes) x[i + l] = x[i + from];
     ++restarts_;
   }

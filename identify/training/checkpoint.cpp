@@ -71,19 +71,27 @@ Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& s
 }
 
 std::string checkpoint_bytes(const TrainingState& state) {
-  const Checkpoint checkpoint{to_json(state.log), state.velocities};
+  const Checkpoint checkpoint{to_json(state.log, state.part), state.velocities};
   return to_bytes(state.model, &checkpoint);
 }
 
-TrainingState load_checkpoint(const std::string& path, const TrainingRequest& request) {
+TrainingState state_from_bytes(const std::string& bytes, const std::string& name) {
   Checkpoint checkpoint;
-  TrainingState state{model_from_bytes(read_file(path), path, &checkpoint), {}};
+  TrainingState state{model_from_bytes(bytes, name, &checkpoint), {}};
   state.velocities = std::move(checkpoint.velocities);
+  state.log = log_from_json(checkpoint.progress, name, &state.part);
+  return state;
+}
+
+TrainingState load_checkpoint(const std::string& path, const TrainingRequest& request) {
+  TrainingState state = state_from_bytes(read_file(path), path);
   if (const std::string differs = what_differs(state.model, request); !differs.empty())
     throw Error(path, "is of an unfinished training " + differs,
                 "give the options it was begun with, " + resume_hint(state.model, request) +
                     "choose another output (-o), or delete it to begin anew");
-  state.log = log_from_json(checkpoint.progress, path);
+  if (state.part.trials > 0 && state.model.origin.epochs != request.origin.epochs)
+    throw Error(path, "is of a training that was stopped in the middle of an epoch, with another schedule",
+                "finish it with its --epochs first, then go on to more with --resume");
   extend(state, request);
   return state;
 }

@@ -19,8 +19,9 @@ struct Checkpoint {
 Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
                  std::optional<Origin::Start> from = std::nullopt);
 
-/// The bytes of a checkpoint.
+/// The bytes of a checkpoint, and what they hold; errors call it `name`.
 std::string checkpoint_bytes(const TrainingState& state);
+TrainingState state_from_bytes(const std::string& bytes, const std::string& name = "training");
 
 /// What a command is to train.
 struct TrainingRequest {

@@ -23,19 +23,25 @@ int best_epoch(const std::vector<EpochLog>& log) {
   return best == log.end() ? 0 : best->epoch;
 }
 
-std::string to_json(const std::vector<EpochLog>& log) {
+std::string to_json(const std::vector<EpochLog>& log, const EpochPart& part) {
   Json lines = Json::array();
   for (const EpochLog& e : log) lines.push_back({e.epoch, e.training_mse, e.validation_mse, e.learning_rate});
-  return lines.dump();
+  if (part.trials == 0) return lines.dump();
+  return Json{{"epochs", lines}, {"trials", part.trials}, {"loss_sum", part.loss_sum}}.dump();
 }
 
-std::vector<EpochLog> log_from_json(const std::string& text, const std::string& where) {
+std::vector<EpochLog> log_from_json(const std::string& text, const std::string& where, EpochPart* part) {
   const auto unreadable = [&] {
     return Error(where, "has a log that cannot be read", "give a file written by decid train");
   };
   std::vector<EpochLog> log;
   try {
-    for (const Json& line : Json::parse(text)) {
+    const Json whole = Json::parse(text);
+    if (part != nullptr && whole.is_object()) {
+      *part = {whole.at("trials").get<int>(), whole.at("loss_sum").get<double>()};
+      if (part->trials < 0) throw unreadable();
+    }
+    for (const Json& line : whole.is_object() ? whole.at("epochs") : whole) {
       log.push_back(
           {line.at(0).get<int>(), line.at(1).get<double>(), line.at(2).get<double>(), line.at(3).get<double>()});
       if (log.back().epoch != static_cast<int>(log.size())) throw unreadable();

@@ -16,14 +16,24 @@ struct EpochLog {
 
   bool operator==(const EpochLog&) const = default;
 };
+
+/// How far an epoch is.
+struct EpochPart {
+  int trials = 0;         ///< that it has seen, whole batches; 0: the epoch has not begun
+  double loss_sum = 0.0;  ///< of these
+
+  bool operator==(const EpochPart&) const = default;
+};
+
 std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters);
 
 /// The epoch of the least validation MSE, the first of equals; 0 if there is none yet.
 int best_epoch(const std::vector<EpochLog>& log);
 
-/// A list of [epoch, training MSE, validation MSE, learning rate].
-std::string to_json(const std::vector<EpochLog>& log);
+/// A list of [epoch, training MSE, validation MSE, learning rate]; with a part of an epoch behind it, unless that has
+/// not begun, {"epochs": the list, "trials": .., "loss_sum": ..}.
+std::string to_json(const std::vector<EpochLog>& log, const EpochPart& part = {});
 /// Throws Error, naming `where`, unless the epochs are numbered from 1 on.
-std::vector<EpochLog> log_from_json(const std::string& text, const std::string& where);
+std::vector<EpochLog> log_from_json(const std::string& text, const std::string& where, EpochPart* part = nullptr);
 
 }  // namespace decid

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "identify/head.hpp"
 #include "sim/fft.hpp"
 
 namespace decid {
@@ -114,6 +115,14 @@ std::vector<Preset> make_presets() {
 std::span<const Preset> presets() {
   static const std::vector<Preset> all = make_presets();
   return all;
+}
+
+Preset with_head(Preset preset, const std::string& head, std::size_t parameters, const std::string& where) {
+  const std::size_t outputs = head_named(head, where).outputs(parameters);
+  preset.head = head;
+  preset.architecture.resize(preset.architecture.rfind("fc "));
+  preset.architecture += "fc " + std::to_string(outputs);
+  return preset;
 }
 
 dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol) {

@@ -1,6 +1,7 @@
 // Ready-made networks: architecture, image and training settings under one name, for decid train --preset.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 
@@ -32,6 +33,10 @@ std::span<const Preset> presets();
 /// time series likewise, but of eight cycles at most; their blocks are as long in seconds, longer where there would be
 /// more than 2048. Other images are as they are.
 dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol);
+
+/// The preset with a head of that name; the last layer of its network has the outputs that the head needs. Throws Error
+/// as head_named() of `where`.
+Preset with_head(Preset preset, const std::string& head, std::size_t parameters, const std::string& where);
 
 /// Throws Error, listing the presets, if there is none of that name.
 const Preset& preset_named(const std::string& name);

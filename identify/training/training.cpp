@@ -3,24 +3,79 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/feed.hpp"
 #include "identify/prediction.hpp"
+#include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"
 #include "nn/schedule.hpp"
+#include "nn/share.hpp"
 #include "nn/trainer.hpp"
 
 namespace decid {
 namespace {
 
-double validate(const dataset::TrialSource& source, const Model& model) {
-  const Predicted predicted = predict(model, source, dataset::Part::validation);
+double validate(const dataset::TrialSource& source, const Model& model, Communicator* ranks) {
+  const Predicted predicted = predict(model, source, dataset::Part::validation, ranks);
   return evaluate(model.targets, predicted.scores, predicted.truth).mse();
 }
+
+/// Puts together what all ranks have of a batch's loss.
+class SharedLoss {
+ public:
+  SharedLoss(Communicator& ranks, const Head& head, std::size_t parameters)
+      : ranks_(ranks), head_(head), parameters_(parameters), width_(head.loss_parts(parameters)) {}
+
+  /// The loss of the whole batch. stop: whether this rank wants to; asked() says whether any does.
+  double of(nn::Trainer<float>& trainer, const dataset::Feed::Batch& batch, bool stop) {
+    const nn::Share& share = share_of(batch.trials);
+    own_.assign(share.blocks.size() * width_ + 1, 0.0);
+    head_.loss(trainer.output(), batch.targets, batch.trials, parameters_, std::span(own_).subspan(1),
+               trainer.output_diff());
+    own_.front() = stop ? 1.0 : 0.0;
+    std::vector<std::size_t> place, sizes;  // of each rank's next value, and of all its bytes
+    std::size_t count = 0;
+    for (int rank = 0; rank < ranks_.size(); ++rank) {
+      place.push_back(count + 1);
+      const auto blocks = static_cast<std::size_t>(std::ranges::count(share.owner, rank));
+      count += blocks * width_ + 1;
+      sizes.push_back((blocks * width_ + 1) * sizeof(double));
+    }
+    all_.resize(count);
+    ranks_.all_gather(std::as_bytes(std::span(own_)), sizes, std::as_writable_bytes(std::span(all_)));
+    asked_ = std::ranges::any_of(place, [&](std::size_t first) { return all_[first - 1] != 0.0; });
+    parts_.clear();
+    for (const int owner : share.owner) {
+      std::size_t& first = place[static_cast<std::size_t>(owner)];
+      for (std::size_t i = 0; i < width_; ++i) parts_.push_back(all_[first++]);
+    }
+    return head_.total_loss(parts_, parameters_);
+  }
+  bool asked() const { return asked_; }
+
+ private:
+  const nn::Share& share_of(int batch) {
+    const auto [found, is_new] = shares_.try_emplace(batch);
+    if (is_new)
+      found->second =
+          nn::share_of(static_cast<int>(nn::TensorView<float>::blocks_of(batch)), ranks_.rank(), ranks_.size());
+    return found->second;
+  }
+
+  Communicator& ranks_;
+  const Head& head_;
+  std::size_t parameters_, width_;
+  std::vector<double> own_, all_, parts_;
+  std::map<int, nn::Share> shares_;
+  bool asked_ = false;
+};
 
 /// Lines joined by semicolons, as an architecture may be written too.
 std::string in_a_line(const std::string& text) {
@@ -101,6 +156,14 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
   return state;
 }
 
+void share_state(Communicator& ranks, std::optional<TrainingState>& state) {
+  if (ranks.is_root() && state->velocities.empty())
+    for (const nn::Parameter<float>* p : state->model.network.parameters())
+      state->velocities.emplace_back(p->value.size());
+  const std::string bytes = broadcast_text(ranks, ranks.is_root() ? checkpoint_bytes(*state) : std::string());
+  if (!ranks.is_root()) state = state_from_bytes(bytes);
+}
+
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
   const Preset& preset = settings.preset;
@@ -109,11 +172,22 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
   const nn::Schedule schedule(preset.schedule, preset.learning_rate, steps * preset.epochs, steps,
                               steps * preset.warmup_epochs);
   Model& model = state.model;
-  nn::Trainer<float> trainer(model.network, std::min(preset.batch, trials));
+  nn::Trainer<float> trainer(model.network, std::min(preset.batch, trials), settings.ranks);
+  std::optional<SharedLoss> shared;
+  dataset::BatchSharing sharing;
+  if (settings.ranks != nullptr) {
+    shared.emplace(*settings.ranks, *model.head, model.parameters().size());
+    sharing = {settings.ranks->size(), [&](int batch) { return trainer.own_samples(batch); }};
+  }
   if (!state.velocities.empty()) trainer.set_velocities(state.velocities);
   const auto values = static_cast<std::size_t>(model.network.input_shape().size());
   const int done = static_cast<int>(state.log.size());
-  dataset::Feed feed(source, model.encoding(), model.targets, preset.batch, settings.seed, done, preset.epochs);
+  if (state.part.trials >= trials || state.part.trials % preset.batch != 0)
+    throw Error("training", format("is to go on after %d trials of an epoch of %d", state.part.trials, trials),
+                "give a checkpoint of the same training");
+  dataset::Feed feed(source, model.encoding(), model.targets, preset.batch, settings.seed, done, preset.epochs,
+                     std::move(sharing), state.part.trials);
+  bool stop = false;  // this rank wants to
 
   const auto patient = [&] {
     return settings.patience == 0 || static_cast<int>(state.log.size()) - best_epoch(state.log) < settings.patience;
@@ -121,29 +195,38 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
   for (int epoch = done; epoch < preset.epochs && patient(); ++epoch) {
     EpochLog log;
     log.epoch = epoch + 1;
-    double loss_sum = 0.0;
-    for (int first = 0; first < trials; first += preset.batch) {
+    double loss_sum = state.part.loss_sum;
+    for (int first = state.part.trials; first < trials; first += preset.batch) {
       const dataset::Feed::Batch batch = feed.next();
       trainer.set_batch(batch.trials);
-      parallel_for(batch.trials, [&](int i) {
+      parallel_for(batch.own, [&](int i) {
         trainer.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));
       });
       trainer.forward();
-      loss_sum += model.head->loss(trainer.output(), batch.targets, trainer.output_diff());
+      loss_sum += shared ? shared->of(trainer, batch, stop)
+                         : model.head->loss(trainer.output(), batch.targets, trainer.output_diff());
       trainer.backward();
       log.learning_rate = schedule.rate(epoch * steps + first / preset.batch);
       trainer.step(log.learning_rate, preset.sgd);
       if (!std::isfinite(loss_sum)) throw diverged(preset, epoch + 1, "the loss is not finite");
-      if (!after_batch(first + batch.trials, trials)) return false;
+      stop = !after_batch(first + batch.trials, trials) || stop;
+      if (shared ? shared->asked() : stop) {
+        if (first + batch.trials == trials) break;  // but for its validation the epoch is done
+        state.velocities = trainer.velocities();
+        state.part = {first + batch.trials, loss_sum};
+        return false;
+      }
     }
     log.training_mse = loss_sum / (static_cast<double>(trials) * static_cast<double>(model.parameters().size()));
-    log.validation_mse = validate(source, model);
+    log.validation_mse = validate(source, model, settings.ranks);
     for (const auto& [name, mse] : {std::pair("training", log.training_mse), {"validation", log.validation_mse}})
       if (!(mse <= largest_mse))
         throw diverged(preset, epoch + 1, format("the %s MSE is %.3g, where guessing the mean gives 1", name, mse));
     state.log.push_back(log);
+    state.part = {};
     state.velocities = trainer.velocities();
     after_epoch();
+    if (shared ? shared->asked() : stop) return false;
   }
   return true;
 }

@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/communicator.hpp"
 #include "base/error.hpp"
 #include "dataset/source.hpp"
 #include "identify/model.hpp"
@@ -20,8 +22,9 @@ struct TrainingSettings {
   Preset preset;                     ///< with the command line's changes
   const Head* head = &point_head();  ///< outlives the training
   std::uint64_t seed = 1;
-  int scaling_trials = 0;  ///< training trials that row and target scaling are taken from; 0: all of the epoch
-  int patience = 0;        ///< stop after so many epochs in a row without a better validation MSE; 0: never
+  int scaling_trials = 0;         ///< training trials that row and target scaling are taken from; 0: all of the epoch
+  int patience = 0;               ///< stop after so many epochs in a row without a better validation MSE; 0: never
+  Communicator* ranks = nullptr;  ///< processes that share the training, with the bits of one alone; null: none do
 };
 
 /// What a training needs to go on.
@@ -29,6 +32,7 @@ struct TrainingState {
   Model model;
   std::vector<EpochLog> log;           ///< of the epochs done
   nn::Velocities<float> velocities{};  ///< of the optimiser; empty: none yet
+  EpochPart part{};                    ///< of the epoch after these, if the training was stopped in its middle
 };
 
 /// A model ready for its first epoch: scaling measured, weights initialised.
@@ -45,10 +49,14 @@ struct Diverged : Error {
 /// Guessing the mean gives an MSE of 1. An epoch's mean loss or validation MSE above this has diverged.
 inline constexpr double largest_mse = 1000.0;
 
-/// Runs the remaining epochs, or fewer if patience ends. after_batch(samples done in this epoch, samples of an
-/// epoch) may return false to stop; then, and only then, the result is false. after_epoch is called with the state as
-/// it is worth keeping. Throws Diverged if the loss is no longer finite or an epoch's above largest_mse; the state is
-/// worth nothing then.
+/// Gives rank 0's state to all.
+void share_state(Communicator& ranks, std::optional<TrainingState>& state);
+
+/// Runs the remaining epochs, or fewer if patience ends. With ranks all make this call, from the same state.
+/// after_batch(samples done in this epoch, samples of an epoch) may return false, at any rank, to stop; then, and only
+/// then, the result is false, and the state that after the last batch, from which a later call goes on to the same
+/// bits. after_epoch is called with the state as it is worth keeping. Throws Diverged if the loss is no longer finite
+/// or an epoch's above largest_mse; the state is worth nothing then.
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch);
 

@@ -21,6 +21,8 @@ struct SimulatorTables {
   static const SimulatorKernels& avx2();
   static const SimulatorKernels& avx512();
   static const SimulatorKernels& neon();
+  static const SimulatorKernels& wasm();
+  static const SimulatorKernels& relaxed();
 };
 
 }  // namespace decid::sim

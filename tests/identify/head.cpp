@@ -2,6 +2,7 @@
 // predicts and is evaluated as the point head does.
 #include "identify/head.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -22,11 +23,12 @@ class PairHead final : public Head {
  public:
   std::string name() const override { return "pair"; }
   std::size_t outputs(std::size_t parameters) const override { return 2 * parameters; }
-  double loss(const nn::TensorView<const float>& outputs, std::span<const float> targets,
-              const nn::TensorView<float>& diff) const override {
-    const int parameters = outputs.shape().channels / 2;
-    const float factor = 2.0F / static_cast<float>(outputs.batch() * parameters);
-    double sum = 0;
+  std::size_t loss_parts(std::size_t) const override { return 1; }
+  void loss(const nn::TensorView<const float>& outputs, std::span<const float> targets, int trials, std::size_t count,
+            std::span<double> parts, const nn::TensorView<float>& diff) const override {
+    const int parameters = static_cast<int>(count);
+    const float factor = 2.0F / static_cast<float>(trials * parameters);
+    std::ranges::fill(parts, 0.0);
     for (int o = 0; o < 2 * parameters; ++o)
       for (int sample = 0; sample < outputs.blocks() * nn::lanes; ++sample) {
         if (sample >= outputs.batch()) {
@@ -36,9 +38,11 @@ class PairHead final : public Head {
         const float target = o % 2 == 0 ? targets[static_cast<std::size_t>(sample * parameters + o / 2)] : 0.0F;
         const float error = outputs.at(sample, o, 0, 0) - target;
         diff.at(sample, o, 0, 0) = factor * error;
-        sum += static_cast<double>(error) * static_cast<double>(error);
+        parts[static_cast<std::size_t>(sample / nn::lanes)] += static_cast<double>(error) * static_cast<double>(error);
       }
-    return sum;
+  }
+  double total_loss(std::span<const double> parts, std::size_t) const override {
+    return std::accumulate(parts.begin(), parts.end(), 0.0);
   }
   void scores(std::span<const float> outputs, std::span<float> scores) const override {
     for (std::size_t p = 0; p < scores.size(); ++p) scores[p] = outputs[2 * p];
@@ -170,8 +174,9 @@ TEST_CASE("a network must have the outputs that its head needs") {
   };
   CHECK_NOTHROW(build(point_head(), "fc 14")());
   CHECK_NOTHROW(build(pair_head, "fc 28")());
-  check_error(build(point_head(), "fc 7"), {"network architecture", "does not end with 14 outputs", "fc 14"});
-  check_error(build(pair_head, "fc 14"), {"does not end with 28 outputs", "fc 28"});
+  check_error(build(point_head(), "fc 7"),
+              {"network architecture", "does not end with the 14 outputs of the head", "fc 14"});
+  check_error(build(pair_head, "fc 14"), {"does not end with the 28 outputs of the head", "fc 28"});
 }
 
 TEST_CASE("model files name heads other than the point head, and one that nobody knows is refused") {

@@ -243,7 +243,7 @@ TEST_CASE("a body of the model's height and another weight: the same sway, param
 
 TEST_CASE("bodies of other heights: refused by a model that does not know them, else shown to the network") {
   const sim::Body taller = sim::Body{}.of_height(1.1);
-  const Model of_one_height = load_model(DECID_SOURCE_DIR "/models/ideal.safetensors");
+  const Model of_one_height = load_model(DECID_SOURCE_DIR "/models/spectra.safetensors");
   CHECK(for_body(of_one_height, "m", {}).assumed);
   CHECK_FALSE(knows_body(of_one_height, taller));
   CHECK(knows_body(of_one_height, sim::Body{}.of_height(1.005)));

@@ -2,7 +2,11 @@
 // Text goes in through textContent only, never as markup. When all is drawn, the body's attributes say so:
 // data-charts-drawn="drawn/all", data-error if anything was thrown.
 "use strict";
-const blame = message => { document.body.dataset.error = String(message); };
+// In another page's frame (web/page) the report says so to that page too, and prints when it is asked.
+const framed = window.parent !== window;
+const tell = text => { if (framed) window.parent.postMessage(text, "*"); };
+if (framed) window.addEventListener("message", event => { if (event.data === "print") window.print(); });
+const blame = message => { tell(document.body.dataset.error = String(message)); };
 window.addEventListener("error", event => blame(event.message));
 window.addEventListener("unhandledrejection", event => blame(event.reason));
 
@@ -68,5 +72,5 @@ window.addEventListener("resize", redraw);
 // Call it when the page is complete.
 function finish() {
   redraw();
-  document.body.dataset.chartsDrawn = `${checks.filter(check => check()).length}/${checks.length}`;
+  tell(document.body.dataset.chartsDrawn = `${checks.filter(check => check()).length}/${checks.length}`);
 }

@@ -163,7 +163,9 @@ void add_distribution(Json& recording, const ParameterDistribution& found, const
   recording["correlations"] = page_correlations(found, table.size());
 }
 
-Json recording_to_json(const Identification& recording, const Identifications& of) {
+}  // namespace
+
+Json report_recording(const Identification& recording, const Identifications& of) {
   const Explanation& explanation = recording.explanation;
   Json json{
       {"file", recording.file},
@@ -184,9 +186,20 @@ Json recording_to_json(const Identification& recording, const Identifications& o
   return json;
 }
 
-}  // namespace
-
 std::string report_html(const ReportModel& model, const Identifications& all, const Json& groups) {
+  std::vector<Json> recordings;
+  std::vector<std::string> failed;
+  for (const Identification& recording : all.recordings) {
+    if (recording.error)
+      failed.emplace_back(recording.error->what());
+    else
+      recordings.push_back(report_recording(recording, all));
+  }
+  return report_html(model, all, std::move(recordings), failed, groups);
+}
+
+std::string report_html(const ReportModel& model, const Identifications& all, std::vector<Json> recordings,
+                        const std::vector<std::string>& failed, const Json& groups) {
   Json data = {{"model",
                 {{"name", model.name},
                  {"sha256", model.sha256},
@@ -197,23 +210,16 @@ std::string report_html(const ReportModel& model, const Identifications& all, co
                {"groups", groups},
                {"platform", series_to_json({{"tilt", &all.tilt_rad}})},
                {"recordings", Json::array()},
-               {"failed", Json::array()}};
-  std::vector<Json> details;
-  for (const Identification& recording : all.recordings) {
-    if (recording.error) {
-      data["failed"].push_back(recording.error->what());
-      continue;
-    }
-    Json& shown = details.emplace_back(recording_to_json(recording, all));
+               {"failed", failed}};
+  for (Json& shown : recordings)
     data["recordings"].push_back(taken(shown, {"file", "trust", "parameters", "variance_accounted_for"}));
-  }
   return page_html({.title = "Posture control report",
                     .lead = "Seven parameters of the DEC posture-control model, identified from body sway on a tilting "
                             "platform.",
                     .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
                               std::string(embedded::frf_js()) + std::string(embedded::identify_js()),
                     .style = embedded::density_css(),
-                    .details = std::move(details)},
+                    .details = std::move(recordings)},
                    data);
 }
 

@@ -22,4 +22,10 @@ struct ReportModel {
 /// Deterministic: no dates, no random ids.
 std::string report_html(const ReportModel& model, const Identifications& all, const Json& groups = nullptr);
 
+/// In parts, for recordings that several processes have identified: what the page shows of one, and the page of them.
+/// all: what they have in common; failed: the errors of those that could not be used.
+Json report_recording(const Identification& recording, const Identifications& all);
+std::string report_html(const ReportModel& model, const Identifications& all, std::vector<Json> recordings,
+                        const std::vector<std::string>& failed, const Json& groups);
+
 }  // namespace decid::tools

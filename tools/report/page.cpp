@@ -1,4 +1,6 @@
-// Pages: see page.hpp. Text is escaped, so that a file's name cannot leave the block of data.
+// Pages: see page.hpp. Text is escaped, so that a file's name cannot leave the block of data; and if it did, the page's
+// content security policy (W3C, Content Security Policy Level 3) lets no script run but the page's own, by their
+// hashes.
 #include "tools/report/page.hpp"
 
 #include <cmath>
@@ -6,10 +8,12 @@
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
+#include "base/sha256.hpp"
 #include "embedded/chart_js.hpp"
 #include "embedded/report_common_js.hpp"
 #include "embedded/report_css.hpp"
 #include "embedded/report_page.hpp"
+#include "tools/report/png.hpp"
 
 namespace decid::tools {
 namespace {
@@ -38,6 +42,15 @@ std::string detail_blocks(const std::vector<Json>& details) {
   return blocks;
 }
 
+/// What a policy calls a script: 'sha256-' and its hash in base 64.
+std::string script_hash(std::string_view script) {
+  const std::string digits = sha256(script);
+  std::string bytes;
+  for (std::size_t i = 0; i < digits.size(); i += 2)
+    bytes += static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16));
+  return "'sha256-" + base64(bytes) + "'";
+}
+
 }  // namespace
 
 Json page_number(double value) {
@@ -62,18 +75,15 @@ Json protocol_figures(const sim::Protocol& protocol) {
 
 std::string page_html(const Page& page, const Json& data) {
   const std::string block = script_json(data), details = detail_blocks(page.details),
-                    css = std::string(embedded::report_css()) + std::string(page.style);
+                    css = std::string(embedded::report_css()) + std::string(page.style),
+                    own = std::string(embedded::report_common_js()) + std::string(page.script);
+  const std::string_view chart = page.chart_js ? embedded::chart_js() : std::string_view();
+  const std::string hashes = script_hash(chart) + " " + script_hash(own);
   // One pass over the page alone: inserted text is never searched for marks.
   const std::pair<std::string_view, std::string_view> parts[] = {
-      {"{{title}}", page.title},
-      {"{{css}}", css},
-      {"{{title}}", page.title},
-      {"{{lead}}", page.lead},
-      {"{{data}}", block},
-      {"{{details}}", details},
-      {"{{chart_js}}", page.chart_js ? embedded::chart_js() : std::string_view()},
-      {"{{common_js}}", embedded::report_common_js()},
-      {"{{page_js}}", page.script}};
+      {"{{script_hashes}}", hashes}, {"{{title}}", page.title}, {"{{css}}", css},
+      {"{{title}}", page.title},     {"{{lead}}", page.lead},   {"{{data}}", block},
+      {"{{details}}", details},      {"{{chart_js}}", chart},   {"{{page_js}}", own}};
   std::string html;
   std::string_view rest = embedded::report_page();
   for (const auto& [mark, content] : parts) {

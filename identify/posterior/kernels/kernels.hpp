@@ -152,6 +152,8 @@ struct Tables {
   static const Kernels& avx2();
   static const Kernels& avx512();
   static const Kernels& neon();
+  static const Kernels& wasm();
+  static const Kernels& relaxed();
 };
 
 }  // namespace decid::posterior

@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "identify/model.hpp"
 #include "sim/fft.hpp"
+#include "tests/helpers.hpp"
 
 namespace decid::tools {
 namespace {
@@ -59,6 +60,17 @@ TEST_CASE("presets: each makes a network of seven outputs for its image, whateve
             static_cast<int>(head.outputs(sim::single_pendulum().parameters.size())));
     }
   }
+}
+
+TEST_CASE("presets: with another head the last layer has its outputs, the others stay") {
+  for (const decid::Preset& preset : decid::presets()) {
+    const decid::Preset other = with_head(preset, "mixture 3", 7, "--head");
+    CHECK(other.head == "mixture 3");
+    const auto layers = preset.architecture.substr(0, preset.architecture.rfind("fc "));
+    CHECK(other.architecture == layers + "fc 108");
+    CHECK(with_head(other, preset.head, 7, "--head").architecture == preset.architecture);
+  }
+  test::check_error([] { with_head(decid::presets()[0], "mixtures", 7, "--head"); }, {"--head", "mixtures"});
 }
 
 TEST_CASE("presets: the image of its own protocol is the one that is written down") {

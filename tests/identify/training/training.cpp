@@ -95,6 +95,22 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   CHECK(run_training(
       *source, settings, resumed, [](int, int) { return true; }, [] {}));
   CHECK(nn::weights_sha256(resumed.model.network) + sha256(log_csv(resumed.log, 7)) == straight);
+
+  // The state itself is in the middle of epoch 2, and goes on from there, through a file too.
+  CHECK(state.part.trials > 0);
+  TrainingState middle = state_from_bytes(checkpoint_bytes(state));
+  CHECK(middle.part == state.part);
+  CHECK(middle.log == state.log);
+  int first = 0;
+  CHECK(run_training(
+      *source, settings, middle,
+      [&](int done, int) {
+        if (first == 0) first = done;
+        return true;
+      },
+      [] {}));
+  CHECK(first > state.part.trials);
+  CHECK(nn::weights_sha256(middle.model.network) + sha256(log_csv(middle.log, 7)) == straight);
 }
 
 TEST_CASE("patience ends a training that no longer improves, resumed or not") {

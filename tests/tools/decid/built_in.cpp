@@ -22,6 +22,17 @@ TEST_CASE("the built-in model is the one that docs/models.md describes") {
   CHECK(std::filesystem::file_size(DECID_SOURCE_DIR "/models/built_in.safetensors") < 4'000'000);
 }
 
+TEST_CASE("the models beside it are those that docs/models.md describes") {
+  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/models.md");
+  for (const std::string name : {"ideal", "spectra"}) {
+    CAPTURE(name);
+    const Model model = load_model(DECID_SOURCE_DIR "/models/" + name + ".safetensors");
+    CHECK(page.find(nn::weights_sha256(model.network)) != std::string::npos);
+    CHECK(model.protocol.experiment == built_in_model().protocol.experiment);
+    CHECK((model.head->name() == "point") == (name == "spectra"));
+  }
+}
+
 /// Mean over 7 z-scored parameters, exact sway.
 constexpr double built_in_mse = 0.20084474340069522;
 

@@ -35,7 +35,7 @@ std::vector<std::vector<double>> read_csv(const std::string& path, std::string& 
 
 TEST_CASE("every command explains itself with an example") {
   for (const std::string command : {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit",
-                                    "compare", "info", "image", "study"}) {
+                                    "compare", "info", "image", "study", "selftest"}) {
     const auto result = run_decid(command + " --help");
     CAPTURE(command);
     CHECK(result.code == 0);
@@ -45,6 +45,15 @@ TEST_CASE("every command explains itself with an example") {
   }
   CHECK(run_decid("--version").out == std::string("decid ") + DECID_VERSION + "\n");
 }
+
+#ifndef DECID_MPI
+TEST_CASE("several processes are refused by a program that is built without MPI") {
+  const auto started = run_decid("info", "OMPI_COMM_WORLD_SIZE=2 ");
+  CHECK(started.code == 2);
+  CHECK(started.err.find("started 2 times by mpirun or srun, and is built without MPI") != std::string::npos);
+  CHECK(run_decid("info", "OMPI_COMM_WORLD_SIZE=1 ").code == 0);
+}
+#endif
 
 TEST_CASE("simulate writes a trial that its seed determines") {
   const Folder folder;
@@ -111,6 +120,26 @@ TEST_CASE("export sway reads recordings as identify does, and counts of one are 
   REQUIRE(run_decid("identify " + folder / "t.csv" + " -o " + folder / "r.json").code == 0);
   decid::test::check_refused("export controller --recording 2 " + folder / "r.json" + " -o " + folder / "out",
                              {"has 1 recording, and none of number 2", "--recording"});
+}
+
+TEST_CASE("export controller is for the result's body, and says of which recording it is") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --quiet -o " + folder / "t.csv").code == 0);
+  REQUIRE(run_decid("identify --quiet --mass 50 --height 1.6 " + folder / "t.csv " + folder / "t.csv" + " -o " +
+                    folder / "r.json")
+              .code == 0);
+  Json result = Json::parse(read_text(folder / "r.json"));
+  const auto exported =
+      run_decid("export controller --recording 2 --force " + folder / "r.json" + " -o " + folder / "c");
+  REQUIRE(exported.code == 0);
+  CHECK(exported.err.find("of recording 2 of 2") != std::string::npos);
+  const std::string files = read_text(folder / "c/decid_controller.h") + read_text(folder / "c/decid_controller.c");
+  CHECK(files.find(decid::format("%.17g", result.at("body").at("inertia_kgm2").get<double>())) != std::string::npos);
+  CHECK(files.find("101.895") == std::string::npos);
+  result["body"].erase("inertia_kgm2");
+  decid::test::write_text(folder / "r.json", result.dump());
+  decid::test::check_refused("export controller --force " + folder / "r.json" + " -o " + folder / "c",
+                             {"r.json", "a body without mass, height or inertia"});
 }
 
 TEST_CASE("identify makes the sway of leg and trunk, and reads standard input") {
@@ -377,8 +406,8 @@ TEST_CASE("evaluate: several models in one table, each as alone") {
     return " --model " DECID_SOURCE_DIR "/models/" + name + ".safetensors";
   };
   Json alone = Json::parse(run_decid("evaluate --json" + model("built_in") + data).out);
-  const Json other = Json::parse(run_decid("evaluate --json" + model("ideal") + data).out);
-  const Json both = Json::parse(run_decid("evaluate --json" + model("built_in") + model("ideal") + data).out);
+  const Json other = Json::parse(run_decid("evaluate --json" + model("spectra") + data).out);
+  const Json both = Json::parse(run_decid("evaluate --json" + model("built_in") + model("spectra") + data).out);
   REQUIRE(alone.at("models").size() == 1);
   REQUIRE(both.at("models").size() == 2);
   CHECK(both.at("models")[0] == alone.at("models")[0]);
@@ -389,7 +418,7 @@ TEST_CASE("evaluate: several models in one table, each as alone") {
   inner.erase("model");
   alone.erase("models");
   CHECK(inner == alone);
-  const std::string table = run_decid("evaluate" + model("built_in") + model("ideal") + data).out;
+  const std::string table = run_decid("evaluate" + model("built_in") + model("spectra") + data).out;
   CAPTURE(table);
   CHECK(std::count(table.begin(), table.end(), '\n') == 4);
   for (const Json& line : both.at("models")) {
@@ -400,8 +429,8 @@ TEST_CASE("evaluate: several models in one table, each as alone") {
   }
   // Each has to know the trials.
   REQUIRE(run_decid("dataset --quiet --count 12 --seed 99 --protocol short -o " + folder / "s.npz").code == 0);
-  decid::test::check_refused("evaluate" + model("ideal") + model("built_in") + " --data " + folder / "s.npz",
-                             {"another experiment", "ideal"});
+  decid::test::check_refused("evaluate" + model("spectra") + model("built_in") + " --data " + folder / "s.npz",
+                             {"another experiment", "spectra"});
 }
 
 TEST_CASE("a model for bodies of many heights: trained, identified with, evaluated and studied") {

@@ -235,7 +235,7 @@ TEST_CASE("calibrate: another network's answers take the place of the first one'
   const Folder folder;
   const std::string command =
       "calibrate --quiet --sensor-noise 0.02 --most-draws 8 --trials 1 --json -o " + folder / "c.json";
-  const std::string model = " --model " DECID_SOURCE_DIR "/models/ideal.safetensors";
+  const std::string model = " --model " DECID_SOURCE_DIR "/models/spectra.safetensors";
   const auto first = run_decid(command);
   CAPTURE(first.err);
   REQUIRE(first.code == 0);

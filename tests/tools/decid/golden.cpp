@@ -49,3 +49,11 @@ TEST_CASE("golden: two epochs on fresh trials, with any number of threads" * doc
     CHECK(train("", std::string(" --threads ") + threads) == golden);
   }
 }
+
+TEST_CASE("golden: decid selftest" * doctest::test_suite("golden")) {
+  const auto tested = run_decid("selftest --json");
+  CAPTURE(tested.out);
+  CHECK(tested.code == 0);
+  CHECK(tested.out.find("\"ok\": true") != std::string::npos);
+  CHECK(tested.out.find(golden + 65) != std::string::npos);
+}

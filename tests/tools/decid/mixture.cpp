@@ -32,7 +32,7 @@ TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated,
   const Json info = Json::parse(run_decid("info --json " + folder / "m.safetensors").out);
   CHECK(info.at("head") == "mixture 1");
   CHECK(info.at("recalibrated") == true);
-  const std::string ideal = "info " DECID_SOURCE_DIR "/models/ideal.safetensors";
+  const std::string ideal = "info " DECID_SOURCE_DIR "/models/spectra.safetensors";
   CHECK(run_decid(ideal).out.find("head      point\n") != std::string::npos);
   CHECK(Json::parse(run_decid(ideal + " --json").out).at("recalibrated") == false);
 

@@ -325,10 +325,10 @@ TEST_CASE("outputs that are not parameters are not exported") {
   class OtherHead final : public Head {
     std::string name() const override { return "other"; }
     std::size_t outputs(std::size_t parameters) const override { return parameters; }
-    double loss(const nn::TensorView<const float>&, std::span<const float>,
-                const nn::TensorView<float>&) const override {
-      return 0.0;
-    }
+    std::size_t loss_parts(std::size_t) const override { return 1; }
+    void loss(const nn::TensorView<const float>&, std::span<const float>, int, std::size_t, std::span<double>,
+              const nn::TensorView<float>&) const override {}
+    double total_loss(std::span<const double>, std::size_t) const override { return 0.0; }
     void scores(std::span<const float>, std::span<float>) const override {}
   };
   const OtherHead other;
@@ -400,7 +400,9 @@ TEST_CASE("bad input of decid export") {
   fails("c " + folder / "infinite.safetensors" + out, "");
   CHECK(!std::filesystem::exists(folder / "out"));
   fails("sway " + folder / "none.csv -o " + folder / "s.bin", "none.csv");
-  fails("controller " + folder / "file" + out, "not a result");
+  fails("controller " + folder / "file" + out, "not valid JSON");
+  test::write_text(folder / "other.json", "{}");
+  fails("controller " + folder / "other.json" + out, "not a result");
   fails("controller --delay 0.9" + out, "falls");
   fails("controller --delay 3" + out, "delay");
   fails("controller --kp -1" + out, "Kp");

@@ -137,7 +137,7 @@ TEST_CASE("forward.py: NumPy computes decid's estimates from a model file") {
     write_text(folder / "m.safetensors", to_bytes(model));
     check_forward(folder, folder / "m.safetensors", noisy_trials(model, 5, 31));
   }
-  for (const std::string name : {"built_in", "ideal", "firmware"}) {
+  for (const std::string name : {"built_in", "ideal", "spectra", "firmware"}) {
     CAPTURE(name);
     const std::string path = DECID_SOURCE_DIR "/models/" + name + ".safetensors";
     check_forward(folder, path, noisy_trials(load_model(path), 4, 31));

@@ -44,7 +44,7 @@ TEST_CASE("fit page: whole, self-contained, small, and the same again") {
   CHECK(page.starts_with("<!doctype html>"));
   CHECK(page.ends_with("</html>\n"));
   for (const char* mark :
-       {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{chart_js}}", "{{common_js}}", "{{page_js}}"})
+       {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{script_hashes}}", "{{chart_js}}", "{{page_js}}"})
     CHECK(page.find(mark) == std::string::npos);
   CHECK(page.find("Chart.js v") == std::string::npos);
   CHECK(page.find("prefers-color-scheme: dark") != std::string::npos);

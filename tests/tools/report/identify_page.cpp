@@ -66,7 +66,7 @@ TEST_CASE("the page is whole, self-contained and small") {
   CHECK(page.starts_with("<!doctype html>"));
   CHECK(page.ends_with("</html>\n"));
   for (const char* mark :
-       {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{chart_js}}", "{{common_js}}", "{{page_js}}"})
+       {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{script_hashes}}", "{{chart_js}}", "{{page_js}}"})
     CHECK(page.find(mark) == std::string::npos);
   CHECK(page.find("Chart.js v3.9.1") != std::string::npos);
   CHECK(page.find("default-src 'none'") != std::string::npos);

@@ -14,7 +14,7 @@ addEventListener("load", () => setTimeout(() => {
     level = own;
   }
   for (const one of all("[role=img], canvas, nav, section, [role=region], select, input"))
-    say(!(one.getAttribute("aria-label") || one.getAttribute("aria-labelledby")), "no name: " + one.tagName);
+    say(!(one.getAttribute("aria-label") || one.getAttribute("aria-labelledby") || one.labels?.length), "no name: " + one.tagName);
   for (const one of all("section[aria-labelledby]")) say(!document.getElementById(one.getAttribute("aria-labelledby")), "named by nothing");
   for (const one of all("svg")) say(!one.hasAttribute("aria-hidden") && one.getAttribute("role") !== "img", "an svg without a role");
   for (const one of all("th")) say(!one.hasAttribute("scope"), "th without scope");
