@@ -1,5 +1,5 @@
-// The processes that share one piece of work, and what they can tell each other. No library is named here: mpi/ makes
-// a communicator of MPI's, tests one of threads. Whoever is given none (a null pointer) works alone.
+// The processes that share one piece of work, and what they can tell each other. No library is named here: tools/mpi
+// makes a communicator of MPI's, tests one of threads. Whoever is given none (a null pointer) works alone.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // The fused multiply-add of doubles where the machine has none, two lanes at a time (WebAssembly's vectors): from sums
-// and products alone, rounded once. Scalars are computed alike (web/runtime/fma.cpp). Method: the exact product as a
-// sum of two doubles (Dekker, Numerische Mathematik 18, 1971), then rounding to odd: Boldo and Melquiond, "Emulation of
-// FMA and correctly rounded sums", IEEE Trans. Computers 57 (2008), figure 5.
+// and products alone, rounded once. Scalars are computed alike (bindings/web/runtime/fma.cpp). Method: the exact
+// product as a sum of two doubles (Dekker, Numerische Mathematik 18, 1971), then rounding to odd: Boldo and Melquiond,
+// "Emulation of FMA and correctly rounded sums", IEEE Trans. Computers 57 (2008), figure 5.
 #pragma once
 
 #include <wasm_simd128.h>
@@ -10,7 +10,7 @@
 
 namespace decid {
 
-/// The C library's, for what is not computed here (web/runtime/fma.cpp).
+/// The C library's, for what is not computed here (bindings/web/runtime/fma.cpp).
 double slow_fma(double a, double b, double c);
 
 namespace {

@@ -4,8 +4,8 @@
 
 namespace decid {
 
-/// True where relaxed vectors are compiled in (web/CMakeLists.txt) and round once, asked of operands whose fused and
-/// unfused results differ.
+/// True where relaxed vectors are compiled in (bindings/web/CMakeLists.txt) and round once, asked of operands whose
+/// fused and unfused results differ.
 bool relaxed_fuses();
 
 /// a b + c with them; for a machine where they round once.

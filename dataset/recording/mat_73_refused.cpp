@@ -1,4 +1,4 @@
-// MAT-files of version 7.3 where there is no HDF5: in a page (web/).
+// MAT-files of version 7.3 where there is no HDF5: in a page (bindings/web).
 #include "base/error.hpp"
 #include "dataset/recording/mat_73.hpp"
 

@@ -12,18 +12,18 @@ from pathlib import Path
 
 # Above the libraries: the program's folders, the bindings, and what each stands on.
 PROGRAM = {
-    "mpi": ["base"],
+    "tools/mpi": ["base"],
     "tools/report": ["identify"],
     "tools/firmware": ["identify"],
     "tools/onnx": ["identify"],
-    "tools/decid": ["tools/report", "tools/firmware", "tools/onnx", "mpi"],
+    "tools/decid": ["tools/report", "tools/firmware", "tools/onnx", "tools/mpi"],
     "bindings/c": ["identify"],
     "bindings/python": ["bindings/c"],
     "bench": ["tools/decid"],
 }
 # Who may include what is not ours. Tests as their folders.
 FOREIGN = [
-    (r"<mpi\.h>", "MPI", ["mpi"]),
+    (r"<mpi\.h>", "MPI", ["tools/mpi"]),
     (r"<CLI/", "the command-line parser", ["tools/decid"]),
     (r"<matio\.h>", "matio", ["dataset/recording"]),
     (r"<zip\.h>", "libzip", ["dataset/npz"]),

@@ -77,7 +77,7 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
   decid::tools::add_simulate(top);
   decid::tools::add_stimulus(top);
   decid::tools::add_info(top);
-#if !defined(__wasm__)  // a page (web/) has no data sets
+#if !defined(__wasm__)  // a page (bindings/web) has no data sets
   decid::tools::add_calibrate(top);
   decid::tools::add_compare(top);
   decid::tools::add_dataset(top);

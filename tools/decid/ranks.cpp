@@ -25,7 +25,7 @@
 #include "base/text.hpp"
 #include "base/version.hpp"
 #ifdef DECID_MPI
-#include "mpi/world.hpp"
+#include "tools/mpi/world.hpp"
 #endif
 
 namespace decid::tools {

@@ -2,7 +2,7 @@
 // Text goes in through textContent only, never as markup. When all is drawn, the body's attributes say so:
 // data-charts-drawn="drawn/all", data-error if anything was thrown.
 "use strict";
-// In another page's frame (web/page) the report says so to that page too, and prints when it is asked.
+// In another page's frame (bindings/web/page) the report says so to that page too, and prints when it is asked.
 const framed = window.parent !== window;
 const tell = text => { if (framed) window.parent.postMessage(text, "*"); };
 if (framed) window.addEventListener("message", event => { if (event.data === "print") window.print(); });

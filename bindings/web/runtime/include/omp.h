@@ -1,4 +1,4 @@
-// OpenMP's functions where there is one thread; its pragmas are not read (web/find/FindOpenMP.cmake).
+// OpenMP's functions where there is one thread; its pragmas are not read (bindings/web/find/FindOpenMP.cmake).
 #pragma once
 
 static inline int omp_get_max_threads(void) {

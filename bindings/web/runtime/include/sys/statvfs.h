@@ -1,4 +1,4 @@
-// Declared for libc++'s file system; web/runtime/posix.c refuses it.
+// Declared for libc++'s file system; bindings/web/runtime/posix.c refuses it.
 #pragma once
 
 struct statvfs {

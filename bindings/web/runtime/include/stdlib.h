@@ -1,4 +1,4 @@
-// What wasi-libc's headers leave out of POSIX and libc++'s file system and decid name; web/runtime/posix.c has it.
+// What wasi-libc's headers leave out of POSIX and libc++'s file system and decid name; bindings/web/runtime/posix.c has it.
 #pragma once
 
 #include_next <stdlib.h>

@@ -1,4 +1,4 @@
-# zlib from Debian's source (web/runtime).
+# zlib from Debian's source (bindings/web/runtime).
 if(NOT TARGET ZLIB::ZLIB)
   add_library(ZLIB::ZLIB ALIAS decid_web_zlib)
 endif()

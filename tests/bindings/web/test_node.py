@@ -11,7 +11,7 @@ import tempfile
 import unittest
 
 native, relaxed, plain = (pathlib.Path(name).resolve() for name in sys.argv[1:4])
-run = pathlib.Path(__file__).resolve().parents[2] / "web/run"
+run = pathlib.Path(__file__).resolve().parents[3] / "bindings/web/run"
 
 
 class Same(unittest.TestCase):

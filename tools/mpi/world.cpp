@@ -1,6 +1,6 @@
 // MPI as a Communicator: see world.hpp. Each kind of call has a communicator of MPI's of its own, so that their orders
 // do not mix. Nothing waits inside of MPI, which would keep a processor from threads that work.
-#include "mpi/world.hpp"
+#include "tools/mpi/world.hpp"
 
 #include <mpi.h>
 #include <sched.h>

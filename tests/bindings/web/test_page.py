@@ -20,6 +20,9 @@ from chromium import Chromium
 HERE = pathlib.Path(__file__).resolve().parent
 browser_program, decid, page = sys.argv[1:4]
 page = pathlib.Path(page).resolve()
+for needed in (page, pathlib.Path(decid)):
+    if not needed.is_file():
+        sys.exit(f"test_page.py: there is no {needed}; tools/build release and tools/build web make it")
 
 
 def run_decid(folder, *arguments):
@@ -292,7 +295,7 @@ class Without_relaxed_vectors(Answers):
 
 class Same_bits(Page):
     def test_trainings_have_the_pinned_bits_in_the_browser_too(self):
-        tests = base64.b64encode((page.parent / "tests/web/test_web").read_bytes()).decode()
+        tests = base64.b64encode((page.parent / "tests/bindings/web/test_web").read_bytes()).decode()
         self.chromium.evaluate("""(async () => {
           const module = await WebAssembly.compile(Uint8Array.from(atob("%s"), c => c.charCodeAt(0)));
           const said = [];
