@@ -222,7 +222,7 @@ class Uses(Page):
         self.assertEqual(self.chromium.evaluate("document.activeElement.id"), "again")
 
     def test_widths_names_and_contrast(self):
-        checks = (HERE.parent / "tools/report/layout_checks.js").read_text()
+        checks = (HERE.parents[1] / "tools/report/layout_checks.js").read_text()
         for width in (375, 1200):
             for scheme in ("light", "dark"):
                 with self.subTest(width=width, scheme=scheme):
