@@ -10,9 +10,6 @@
 namespace decid {
 namespace {
 
-/// How many images go through the network together.
-constexpr std::size_t images_at_once = 64;
-
 void warn_of_ranges(const sim::ParameterTable& table, Estimate& estimate) {
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
@@ -83,17 +80,19 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
 
 }  // namespace
 
-Identifier::Identifier(const Model& model, ForBody body)
+Identifier::Identifier(const Model& model, ForBody body, std::size_t usually)
     : model_(model),
       body_(std::move(body)),
       explainer_(std::make_shared<const Explainer>(sim::Simulator(body_.protocol))),
-      predictor_(model.network, images_at_once) {}
+      at_once_(static_cast<int>(std::clamp(usually, std::size_t{1}, most_at_once))),
+      predictor_(model.network, at_once_) {}
 
 Identifier::Identifier(const Identifier& other)
     : model_(other.model_),
       body_(other.body_),
       explainer_(other.explainer_),
-      predictor_(other.predictor_.shared_inference(), images_at_once) {}
+      at_once_(other.at_once_),
+      predictor_(other.predictor_.shared_inference(), at_once_) {}
 
 std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
   const dataset::ImageMaker& maker = model_.images();
@@ -104,8 +103,8 @@ std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
     if (!std::ranges::all_of(trials[i].sway_rad(), [](float value) { return std::isfinite(value); }))
       throw Error(format("trial %zu", i), "has sway that is not finite", "interpolate what is missing");
   std::vector<Estimate> all(trials.size());
-  for (std::size_t first = 0; first < trials.size(); first += images_at_once) {
-    const std::size_t count = std::min(images_at_once, trials.size() - first);
+  for (std::size_t first = 0; first < trials.size(); first += most_at_once) {
+    const std::size_t count = std::min(most_at_once, trials.size() - first);
     std::vector<dataset::Sway> sways;
     for (std::size_t i = 0; i < count; ++i) {
       all[first + i].trial = std::move(trials[first + i]);
@@ -148,13 +147,13 @@ Estimate identify(const Model& model, std::span<const double> sway_rad, double r
   std::vector<dataset::Trial> trials;
   trials.push_back(std::move(trial));
   Estimate estimate =
-      std::move(Identifier(model, for_body(model, "the model", body)).estimate(std::move(trials)).front());
+      std::move(Identifier(model, for_body(model, "the model", body), 1).estimate(std::move(trials)).front());
   estimate.warnings.insert(estimate.warnings.begin(), recording.warnings.begin(), recording.warnings.end());
   return estimate;
 }
 
 Explanation explain(const Model& model, const Estimate& estimate, const std::optional<sim::Body>& body) {
-  return std::move(Identifier(model, for_body(model, "the model", body)).explain(std::span(&estimate, 1)).front());
+  return std::move(Identifier(model, for_body(model, "the model", body), 1).explain(std::span(&estimate, 1)).front());
 }
 
 }  // namespace decid

@@ -37,9 +37,13 @@ Explanation explain(const Model& model, const Estimate& estimate, const std::opt
 /// the network's weights and the simulator, so make one for each thread. The model must outlive it.
 class Identifier {
  public:
+  /// How many images go through the network together.
+  static constexpr std::size_t most_at_once = 64;
+
   explicit Identifier(const Model& model) : Identifier(model, for_body(model, "the model", {})) {}
-  /// Of recordings of that body.
-  Identifier(const Model& model, ForBody body);
+  /// Of recordings of that body. usually: how many of them estimate() will often have at once; memory is taken for
+  /// these.
+  Identifier(const Model& model, ForBody body, std::size_t usually = most_at_once);
   Identifier(const Identifier& other);
   Identifier& operator=(const Identifier&) = delete;
 
@@ -58,6 +62,7 @@ class Identifier {
   const Model& model_;
   ForBody body_;
   std::shared_ptr<const Explainer> explainer_;
+  int at_once_;
   nn::Predictor predictor_;
 };
 

@@ -130,7 +130,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
 }
 
 Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint) {
-  const nn::TensorFile file = nn::from_safetensors(bytes, where);
+  nn::TensorFile file = nn::from_safetensors(bytes, where);
   const std::string remedy = "give a model file written by decid train";
   const auto text = [&](const std::string& key) {
     const auto it = file.metadata.find(key);
@@ -166,8 +166,8 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   if (file.metadata.contains("familiarity")) {
     const auto n = static_cast<std::size_t>(feature_count(model.network));
     if (n == 0) throw Error(where, "has a familiarity of features that its network does not have", remedy);
-    model.familiarity.mean = file.find("familiarity.mean", n, where).values;
-    model.familiarity.whitening = file.find("familiarity.whitening", n * (n + 1) / 2, where).values;
+    model.familiarity.mean = std::move(file.find("familiarity.mean", n, where).values);
+    model.familiarity.whitening = std::move(file.find("familiarity.whitening", n * (n + 1) / 2, where).values);
     try {
       model.familiarity.usual = Json::parse(text("familiarity")).at("usual").get<double>();
     } catch (const Json::exception&) {
@@ -180,7 +180,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
       throw Error(where, "has a recalibration of distributions that its head does not give", remedy);
     model.recalibration = recalibration_from_json(text("recalibration"), model.parameters().size(), where);
   }
-  nn::load_network(model.network, file, where, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
+  nn::load_network(model.network, std::move(file), where, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
   return model;
 }
 

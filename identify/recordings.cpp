@@ -6,6 +6,8 @@
 #include <functional>
 #include <iterator>
 
+#include "base/parallel.hpp"
+
 namespace decid {
 namespace {
 
@@ -53,7 +55,8 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
                                             const std::vector<std::filesystem::path>& files,
                                             const ReadOptions& options) {
   std::vector<Identification> all(files.size());
-  for (std::size_t i = 0; i < files.size(); ++i) {
+  parallel_for(static_cast<int>(files.size()), [&](int place) {
+    const auto i = static_cast<std::size_t>(place);
     Identification& id = all[i];
     id.file = files[i].string();
     id.truth = options.truth;
@@ -66,14 +69,14 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
     } catch (const Error& error) {
       id.error = error;
     }
-  }
+  });
   return all;
 }
 
 Identifications identify_files(const Model& model, const std::string& name,
                                const std::vector<std::filesystem::path>& files, const ReadOptions& options,
                                const std::function<void(std::size_t)>& done) {
-  Identifier identifier(model, for_body(model, name, options.body));
+  Identifier identifier(model, for_body(model, name, options.body), std::min(files.size(), recordings_at_once));
   const std::span<const float> tilt_rad = identifier.explainer().tilt_rad();
   Identifications all{
       identifier.body().protocol, {tilt_rad.begin(), tilt_rad.end()}, model.image(), model.images().shape(), {},

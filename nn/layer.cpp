@@ -2,6 +2,7 @@
 #include "nn/layer.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace decid::nn {
 namespace {
@@ -17,18 +18,30 @@ Parameter<T> parameter(const std::string& name, std::vector<int> shape, int fan_
   return {name, std::move(shape), fan_in, initial, fan_in > 0, std::vector<T>(count, initial)};
 }
 
+/// A list in braces would copy them.
+template <class T>
+std::vector<Parameter<T>> both(Parameter<T> first, Parameter<T> second) {
+  std::vector<Parameter<T>> all;
+  all.reserve(2);
+  all.push_back(std::move(first));
+  all.push_back(std::move(second));
+  return all;
+}
+
 template <class T>
 std::vector<Parameter<T>> parameters_of(const LayerKind& kind) {
   if (const auto* conv = std::get_if<Conv2d>(&kind)) {
     const Conv2dShape& s = conv->shape;
-    return {parameter("weight", {s.dst_channels, s.src_channels, s.kernel_rows, s.kernel_columns}, conv->taps(), T(0)),
-            parameter("bias", {s.dst_channels}, 0, T(0))};
+    return both(
+        parameter("weight", {s.dst_channels, s.src_channels, s.kernel_rows, s.kernel_columns}, conv->taps(), T(0)),
+        parameter("bias", {s.dst_channels}, 0, T(0)));
   }
   if (const auto* fc = std::get_if<FullyConnected>(&kind))
-    return {parameter("weight", {fc->outputs, fc->input.size()}, fc->input.size(), T(0)),
-            parameter("bias", {fc->outputs}, 0, T(0))};
+    return both(parameter("weight", {fc->outputs, fc->input.size()}, fc->input.size(), T(0)),
+                parameter("bias", {fc->outputs}, 0, T(0)));
   if (const auto* norm = std::get_if<BatchNorm>(&kind))
-    return {parameter("gamma", {norm->shape.channels}, 0, T(1)), parameter("beta", {norm->shape.channels}, 0, T(0))};
+    return both(parameter("gamma", {norm->shape.channels}, 0, T(1)),
+                parameter("beta", {norm->shape.channels}, 0, T(0)));
   return {};
 }
 

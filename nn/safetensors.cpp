@@ -199,14 +199,12 @@ void save_network(const Network<float>& network, TensorFile& file, const Velocit
   }
 }
 
-void load_network(Network<float>& network, const TensorFile& file, const std::string& where,
-                  Velocities<float>* velocities) {
+void load_network(Network<float>& network, TensorFile&& file, const std::string& where, Velocities<float>* velocities) {
   // All is checked before anything is changed.
-  std::vector<std::pair<const NamedTensor*, std::vector<float>*>> pairs;
-  Velocities<float> found;
-  const auto checked = [&](const std::string& name, const std::vector<int>& shape,
-                           std::size_t count) -> const NamedTensor& {
-    const NamedTensor& t = file.find(name, count, where);
+  std::vector<std::pair<NamedTensor*, std::vector<float>*>> pairs;
+  std::vector<NamedTensor*> found;
+  const auto checked = [&](const std::string& name, const std::vector<int>& shape, std::size_t count) -> NamedTensor& {
+    NamedTensor& t = file.find(name, count, where);
     if (!std::equal(t.shape.begin(), t.shape.end(), shape.begin(), shape.end()))
       throw Error(where, "has another shape for '" + name + "' than the architecture",
                   "give a model file that was not edited");
@@ -220,18 +218,20 @@ void load_network(Network<float>& network, const TensorFile& file, const std::st
     line += layer.lines();
     for (Parameter<float>& p : layer.parameters()) {
       pairs.emplace_back(&checked("layers." + index + p.name, p.shape, p.value.size()), &p.value);
-      if (velocities != nullptr) found.push_back(checked("momentum." + index + p.name, p.shape, p.value.size()).values);
+      if (velocities != nullptr) found.push_back(&checked("momentum." + index + p.name, p.shape, p.value.size()));
     }
     for (Statistic<float>& s : layer.statistics()) {
       const std::string name = "layers." + index + s.name;
-      const NamedTensor& t = checked(name, {static_cast<int>(s.value.size())}, s.value.size());
+      NamedTensor& t = checked(name, {static_cast<int>(s.value.size())}, s.value.size());
       if (s.never_negative && std::any_of(t.values.begin(), t.values.end(), [](float v) { return v < 0; }))
         throw Error(where, "has a negative value in '" + name + "'", "train the model again");
       pairs.emplace_back(&t, &s.value);
     }
   }
-  for (const auto& [tensor, values] : pairs) *values = tensor->values;
-  if (velocities != nullptr) *velocities = std::move(found);
+  for (const auto& [tensor, values] : pairs) *values = std::move(tensor->values);
+  if (velocities == nullptr) return;
+  velocities->clear();
+  for (NamedTensor* const tensor : found) velocities->push_back(std::move(tensor->values));
 }
 
 }  // namespace decid::nn

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "nn/network.hpp"
@@ -25,6 +26,9 @@ struct TensorFile {
 
   /// Throws Error (naming `where`) if there is no such tensor or it has not `count` values.
   const NamedTensor& find(const std::string& name, std::size_t count, const std::string& where) const;
+  NamedTensor& find(const std::string& name, std::size_t count, const std::string& where) {
+    return const_cast<NamedTensor&>(std::as_const(*this).find(name, count, where));
+  }
 };
 
 /// The key of the metadata that holds content_sha256.
@@ -44,9 +48,9 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 /// Adds all parameters and running statistics as "layers.<line>.<name>"; with a trainer's `velocities`, for a
 /// checkpoint, these as "momentum.<line>.<name>".
 void save_network(const Network<float>& network, TensorFile& file, const Velocities<float>* velocities = nullptr);
-/// Reads them back, and the velocities unless null; throws Error, and changes nothing, if one is missing, of another
-/// shape, or not finite.
-void load_network(Network<float>& network, const TensorFile& file, const std::string& where,
+/// Takes them out of `file`, whose values become the network's own, and the velocities unless null; throws Error, and
+/// changes nothing, if one is missing, of another shape, or not finite.
+void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
                   Velocities<float>* velocities = nullptr);
 
 }  // namespace decid::nn

@@ -69,7 +69,7 @@ Lanes::Lanes(const Setup& setup)
 void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& trial_of,
                 const Simulator::Finished& finished) {
   for (;;) {
-    int busy = 0, samples = setup_.samples;
+    int busy = 0, samples = setup_.samples;  // busy: up to the last one that is
     for (int lane = 0; lane < Pendulums::count; ++lane) {
       Work& work = works_[static_cast<std::size_t>(lane)];
       if (work.index < 0) {
@@ -79,10 +79,11 @@ void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& tria
           waiting_.pop_back();
         }
       }
-      busy += work.index >= 0 ? 1 : 0;
+      if (work.index >= 0) busy = lane + 1;
       samples = std::min(samples, work.samples_left);
     }
     if (busy == 0) return;
+    lanes_->lanes = busy;
     advance(samples);
     for (int lane = 0; lane < Pendulums::count; ++lane) end_if_over(lane, finished);
   }

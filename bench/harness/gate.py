@@ -1,5 +1,6 @@
 """Instruction counts against their limits. Counted under callgrind, they are the same in every run and on every machine
-with AVX2: valgrind shows programs one fixed processor, so neither caches nor the C library's choices differ."""
+with AVX2: valgrind shows programs one fixed processor, so neither caches nor the C library's choices differ. Where
+misses are limited too, they are those of callgrind's model of caches whose sizes are given here, not the machine's."""
 import os
 import subprocess
 import tempfile
@@ -9,14 +10,18 @@ from pathlib import Path
 from harness.project import Failed, run
 
 TOLERANCE = 0.02  # what another patch level of compiler or library may cost
+# Of misses more, and some whatever their number: they depend on where memory lies, which a larger library moves.
+MISS_TOLERANCE, MISS_SLACK = 0.1, 500
+MISSES = {"first-level": ("D1mr", "D1mw"), "last-level": ("DLmr", "DLmw")}  # of data, by callgrind's events
+CACHES = ("--cache-sim=yes", "--I1=32768,8,64", "--D1=32768,8,64", "--LL=1048576,16,64")
 
 
-def count(program, name):
-    """Instructions inside guarded_work of one piece of work."""
+def count(program, name, misses=False):
+    """{"instructions": n} inside guarded_work of one piece of work, and if asked for the misses of each level."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "callgrind.out"
         command = ["valgrind", "--tool=callgrind", "--toggle-collect=guarded_work", f"--callgrind-out-file={out}",
-                   str(program), name]
+                   *(CACHES if misses else ()), str(program), name]
         # An environment of its own: its size moves the stack.
         environment = {"PATH": os.environ["PATH"], "TMPDIR": "/tmp", "LC_ALL": "C", "OMP_NUM_THREADS": "1",
                        "DECID_ISA": "avx2"}
@@ -31,12 +36,17 @@ def count(program, name):
 
 
 def summary(text, name):
-    """The total of a file of callgrind's."""
+    """The totals of a file of callgrind's: instructions, and the misses that it has."""
+    events = []
     for line in text.splitlines():
+        if line.startswith("events:"):
+            events = line.split()[1:]
         if line.startswith(("summary:", "totals:")):
-            instructions = int(line.split()[1])
-            if instructions > 0:
-                return instructions
+            # Zeros at the end are left out.
+            found = dict.fromkeys(events, 0) | dict(zip(events, map(int, line.split()[1:])))
+            if found.get("Ir", 0) > 0:
+                return {"instructions": found["Ir"],
+                        **{level: sum(found[e] for e in of) for level, of in MISSES.items() if of[0] in found}}
     raise Failed(f"{name}: callgrind counted nothing: is guarded_work still in the program?")
 
 
@@ -44,20 +54,26 @@ def names_of(program):
     return run([program]).split()
 
 
-def count_all(program, names):
-    """{name: instructions}; as many at a time as there are processors, which changes no count."""
+def count_all(program, names, with_misses):
+    """{name: its counts}, with misses of those that are among with_misses; as many at a time as there are processors,
+    which changes no count."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return dict(zip(names, pool.map(lambda name: count(program, name), names)))
+        return dict(zip(names, pool.map(lambda name: count(program, name, name in with_misses), names)))
+
+
+def misses_of(counts):
+    """{"name, first-level misses": n} of all that have them."""
+    return {f"{name}, {level} misses": c[level] for name, c in counts.items() for level in MISSES if level in c}
 
 
 class Verdict:
     """What became of each name: (name, limit, instructions), either None where there is none."""
 
-    def __init__(self, limits, counts, tolerance=TOLERANCE):
-        both = {name: counts[name] / limits[name] for name in counts if name in limits}
+    def __init__(self, limits, counts, tolerance=TOLERANCE, slack=0):
+        both = [name for name in counts if name in limits]
         self.rows = [(name, limits.get(name), counts.get(name)) for name in sorted({*limits, *counts})]
-        self.slower = [name for name, ratio in both.items() if ratio > 1 + tolerance]
-        self.faster = [name for name, ratio in both.items() if ratio < 1 - tolerance]
+        self.slower = [name for name in both if counts[name] > limits[name] * (1 + tolerance) + slack]
+        self.faster = [name for name in both if counts[name] < limits[name] * (1 - tolerance) - slack]
         self.unknown = sorted(set(counts) - set(limits))
         self.gone = sorted(set(limits) - set(counts))
 

@@ -1,7 +1,9 @@
 // Version 7.3 by matio, in a child: see mat_73.hpp. What matio returns is checked before it is used, since a file may
-// claim anything; what the child answers is checked again, since the file may have made the child its own.
+// claim anything; what the child answers is checked again, since the file may have made the child its own. matio is
+// loaded with the first such file: it brings HDF5 and 30 libraries more, which every other start would wait for.
 #include "dataset/recording/mat_73.hpp"
 
+#include <dlfcn.h>
 #include <matio.h>
 
 #include <cstdint>
@@ -14,11 +16,42 @@
 namespace decid::dataset {
 namespace {
 
+/// The functions of matio that are called here. DECID_MATIO_SONAME: the name of the library that its header was found
+/// with, major version included.
+class Matio {
+  void* library_ = ::dlopen(DECID_MATIO_SONAME, RTLD_NOW | RTLD_LOCAL);
+
+ public:
+  decltype(&Mat_Open) open = find<decltype(&Mat_Open)>("Mat_Open");
+  decltype(&Mat_Close) close = find<decltype(&Mat_Close)>("Mat_Close");
+  decltype(&Mat_VarReadNextInfo) read_next_info = find<decltype(&Mat_VarReadNextInfo)>("Mat_VarReadNextInfo");
+  decltype(&Mat_VarReadDataAll) read_data_all = find<decltype(&Mat_VarReadDataAll)>("Mat_VarReadDataAll");
+  decltype(&Mat_VarGetNumberOfFields) number_of_fields =
+      find<decltype(&Mat_VarGetNumberOfFields)>("Mat_VarGetNumberOfFields");
+  decltype(&Mat_VarFree) free = find<decltype(&Mat_VarFree)>("Mat_VarFree");
+
+ private:
+  template <class Function>
+  Function find(const char* name) {
+    void* const found = library_ != nullptr ? ::dlsym(library_, name) : nullptr;
+    if (found != nullptr) return reinterpret_cast<Function>(found);
+    const char* const why = ::dlerror();
+    throw Error("MAT-files of version 7.3", std::string("need matio, which cannot be loaded: ") + (why ? why : name),
+                "install it (Debian: libmatio11), or save the file with '-v7', or as CSV");
+  }
+};
+
+/// Loaded once; throws Error, at each call, if it cannot be.
+const Matio& matio() {
+  static const Matio loaded;
+  return loaded;
+}
+
 struct Close {
-  void operator()(mat_t* file) const { Mat_Close(file); }
+  void operator()(mat_t* file) const { matio().close(file); }
 };
 struct Free {
-  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
+  void operator()(matvar_t* variable) const { matio().free(variable); }
 };
 
 template <class T>
@@ -89,7 +122,7 @@ MatVariable converted(const matvar_t& from, int depth, std::size_t& values_left)
   if (made.kind == MatVariable::Kind::structure) {
     if (made.height != 1 || made.width != 1 || depth >= deepest_structure || from.data == nullptr) return made;
     const auto* const* fields = static_cast<matvar_t* const*>(from.data);
-    const unsigned count = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&from));
+    const unsigned count = matio().number_of_fields(const_cast<matvar_t*>(&from));
     for (unsigned i = 0; i < count && i * sizeof(void*) < from.nbytes; ++i)
       if (fields[i] != nullptr) made.fields.push_back(converted(*fields[i], depth + 1, values_left));
   } else if (made.width != 0 && made.height <= values_left / made.width) {
@@ -101,11 +134,11 @@ MatVariable converted(const matvar_t& from, int depth, std::size_t& values_left)
 
 /// In the child.
 std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t values_left) {
-  const std::unique_ptr<mat_t, Close> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
+  const std::unique_ptr<mat_t, Close> file(matio().open(path.c_str(), MAT_ACC_RDONLY));
   if (!file) throw Error(path, "is not a MAT-file", "");
   std::vector<MatVariable> variables;
   // Sizes are checked before the values are read.
-  while (const std::unique_ptr<matvar_t, Free> variable{Mat_VarReadNextInfo(file.get())}) {
+  while (const std::unique_ptr<matvar_t, Free> variable{matio().read_next_info(file.get())}) {
     std::size_t count = 1;
     for (int d = 0; d < variable->rank; ++d) {
       const std::size_t size = variable->dims[d];
@@ -120,7 +153,7 @@ std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t valu
     }
     const bool may_hold_numbers = variable->class_type == MAT_C_STRUCT ||
                                   (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);
-    if (may_hold_numbers && Mat_VarReadDataAll(file.get(), variable.get()) != 0) throw Error(path, "is damaged", "");
+    if (may_hold_numbers && matio().read_data_all(file.get(), variable.get()) != 0) throw Error(path, "is damaged", "");
     variables.push_back(converted(*variable, 0, values_left));
   }
   return variables;
@@ -194,6 +227,7 @@ std::vector<MatVariable> read_mat_73(const std::filesystem::path& path, std::siz
   constexpr unsigned most_seconds = 30;
   const std::size_t most_values = most_mat_values(file_bytes);
   const std::string file = path.string();
+  matio();  // here, since a child's errors stay with it
   const auto answer = in_child([&] { return to_bytes(read_by_matio(file, most_values)); },
                                {besides + 3 * sizeof(double) * most_values, most_seconds});
   std::vector<MatVariable> variables;

@@ -152,7 +152,7 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
   model.targets = from.targets;
   nn::TensorFile weights;
   nn::save_network(from.network, weights);
-  nn::load_network(model.network, weights, name);
+  nn::load_network(model.network, std::move(weights), name);
   return state;
 }
 

@@ -121,7 +121,7 @@ int advance_pendulums(Pendulums& p, const Course& course, int samples) {
   int row = p.row;
   for (int sample = 0; sample < samples; ++sample, row += course.steps_per_sample) {
     bool within = true;
-    for (int first = 0; first < Pendulums::count; first += vectors * V::width) {
+    for (int first = 0; first < p.lanes; first += vectors * V::width) {
       Group<V, vectors> group(p, course, first);
       within = (row < p.last_first_row ? group.template advance<true>(sample, row)
                                        : group.template advance<false>(sample, row)) &&

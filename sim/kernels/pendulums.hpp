@@ -53,6 +53,7 @@ struct Pendulums {
   const double* delayed[count];  // [row * count]: what was commanded a whole number of steps before that row
   // Before its delay has passed a lane's active torque is zero, whatever its column held before.
   alignas(64) double first_row[count];
+  int lanes;  ///< those from here on are at rest, and need no step
   int last_first_row;
   int row;  // of the command that is next
   alignas(64) double commands[static_cast<std::size_t>(rows) * count];

@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench"))
-from harness.gate import Verdict, summary, table  # noqa: E402
+from harness.gate import MISSES, Verdict, misses_of, summary, table  # noqa: E402
 from harness.project import Failed, read_json  # noqa: E402
 
 
@@ -36,10 +36,24 @@ class Conclusions(unittest.TestCase):
         self.assertRegex(text, r"b +- +7 +-")
 
     def test_a_count_of_nothing_is_refused(self):
-        self.assertEqual(summary("events: Ir\nsummary: 12345\n", "a"), 12345)
+        self.assertEqual(summary("events: Ir\nsummary: 12345\n", "a"), {"instructions": 12345})
         for text in ("summary: 0\n", ""):
             with self.assertRaisesRegex(Failed, "counted nothing"):
                 summary(text, "a")
+
+
+    def test_misses_are_those_of_reads_and_writes(self):
+        events = "events: Ir Dr Dw I1mr D1mr D1mw ILmr DLmr DLmw\n"
+        found = summary(events + "summary: 100 50 40 9 7 5 8 3 2\n", "a")
+        self.assertEqual(found, {"instructions": 100, "first-level": 12, "last-level": 5})
+        self.assertEqual(summary(events + "summary: 100 50 40 9 7\n", "a")["first-level"], 7)
+        self.assertEqual(misses_of({"a": found, "b": {"instructions": 3}}),
+                         {"a, first-level misses": 12, "a, last-level misses": 5})
+
+    def test_few_misses_more_are_let_pass(self):
+        self.assertFalse(Verdict({"a": 100}, {"a": 600}, 0.1, 500).red)
+        self.assertTrue(Verdict({"a": 100}, {"a": 611}, 0.1, 500).red)
+        self.assertEqual(Verdict({"a": 10000}, {"a": 8499}, 0.1, 500).faster, ["a"])
 
 
 class Limits(unittest.TestCase):
@@ -49,6 +63,10 @@ class Limits(unittest.TestCase):
         self.assertGreater(len(limits["instructions"]), 30)
         for name, value in limits["instructions"].items():
             self.assertGreater(value, 50000, name)
+        self.assertTrue(limits["misses"])
+        for name, value in limits["misses"].items():
+            self.assertIn(name, limits["instructions"])
+            self.assertEqual(set(value), set(MISSES))
 
 
 class CommandLine(unittest.TestCase):

@@ -146,7 +146,7 @@ TEST_CASE("safetensors: a network returns to the bit, running statistics and mom
   CHECK(to_safetensors(again) == bytes);
 
   Network<float> fresh({1, 4, 4}, network.architecture());
-  load_network(fresh, file, "m");  // without momentum
+  load_network(fresh, std::move(file), "m");  // without momentum
   CHECK(weights_sha256(fresh) == weights_sha256(network));
 }
 
@@ -160,7 +160,8 @@ TEST_CASE("safetensors: load_network refuses what does not fit, and changes noth
     TensorFile file = whole;
     change(file);
     Velocities<float> found{{7.0F}};
-    const std::string text = error_of([&] { load_network(network, file, "m", momentum ? &found : nullptr); });
+    const std::string text =
+        error_of([&] { load_network(network, std::move(file), "m", momentum ? &found : nullptr); });
     CHECK(weights_sha256(network) == before);
     CHECK(found == Velocities<float>{{7.0F}});
     return text;

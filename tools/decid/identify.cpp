@@ -25,6 +25,10 @@ struct IdentifyOptions {
   CommonOptions common;
   RecordingFlags recordings;
   std::string model, output, report, table, group;
+
+  bool wants_json() const { return common.json || !output.empty(); }
+  /// Something is made of the recordings' objects.
+  bool wants_list() const { return wants_json() || !table.empty() || !group.empty(); }
 };
 
 /// What the outputs hold of recordings, and what these have in common.
@@ -48,6 +52,11 @@ Identification named(const std::string& file, const std::optional<Error>& error)
   return id;
 }
 
+/// The recording's object, if something is made of it.
+Json object_of(const IdentifyOptions& options, const Identification& id, const Identifications& all) {
+  return options.wants_list() ? recording_json(id, all.protocol) : Json(nullptr);
+}
+
 /// The page's part of a recording, if there is to be a page.
 Json page_of(const IdentifyOptions& options, const Identification& id, const Identifications& all) {
   return options.report.empty() || id.error ? Json(nullptr) : report_recording(id, all);
@@ -61,8 +70,7 @@ Answers identify_alone(const IdentifyOptions& options, const Model& model, const
                                   [&](std::size_t done) { bar.update(static_cast<long long>(done)); });
   const Identifications& all = answers.common;
   for (const Identification& id : all.recordings)
-    add_answer(answers, recording_json(id, all.protocol), identification_text(id, all.protocol),
-               page_of(options, id, all));
+    add_answer(answers, object_of(options, id, all), identification_text(id, all.protocol), page_of(options, id, all));
   return answers;
 }
 
@@ -77,7 +85,7 @@ Answers identify_together(const IdentifyOptions& options, const Model& model, co
     const Identifications all = identify_files(model, name, some, reading);
     std::vector<std::string> results;
     for (const Identification& id : all.recordings) {
-      Json result{{"recording", recording_json(id, all.protocol)},
+      Json result{{"recording", object_of(options, id, all)},
                   {"text", identification_text(id, all.protocol)},
                   {"page", page_of(options, id, all)}};
       if (id.error) result["error"] = {id.error->where(), id.error->problem(), id.error->remedy()};
@@ -137,8 +145,10 @@ void run_identify(IdentifyOptions options, const Command& command) {
   refuse_alone(all.recordings);
   Json& list = answers.list;
   const Json compared = groups.empty() ? Json(nullptr) : groups_json(list, groups, model.parameters());
-  const MadeWith with{model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers)};
-  const std::string json = recordings_json(with, all, list, compared);
+  const bool names_weights = options.wants_json() || !options.report.empty();
+  const MadeWith with{model_name(options.model), names_weights ? nn::weights_sha256(model.network) : std::string(),
+                      command.given(beside_answers)};
+  const std::string json = options.wants_json() ? recordings_json(with, all, list, compared) : std::string();
   std::vector<std::string> failed;
   for (const Identification& id : all.recordings)
     if (id.error) failed.emplace_back(id.error->what());

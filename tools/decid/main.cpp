@@ -14,6 +14,7 @@
 #include "base/version.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/heap.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/ranks.hpp"
 
@@ -115,6 +116,7 @@ Ending run_to_its_end(int argc, char** argv, const decid::tools::Session& sessio
 }  // namespace
 
 int main(int argc, char** argv) {
+  decid::tools::prepare_heap();
   std::set_terminate(end_at_once);
   decid::tools::end_at_interrupt();
 #if defined(SIGXFSZ)
