@@ -2,11 +2,20 @@
 // Not installed.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
 
 namespace decid {
 
-/// Keeps the keys in the order in which they were written.
-using Json = nlohmann::ordered_json;
+/// The library's own, under a name of decid's: Json is no type of anyone else's.
+template <class T, class = void>
+struct JsonSerializer : nlohmann::adl_serializer<T, void> {};
+
+/// Keeps the keys in the order in which they were written. No deeper than deepest_json (json_object.hpp).
+using Json = nlohmann::basic_json<nlohmann::ordered_map, std::vector, std::string, bool, std::int64_t, std::uint64_t,
+                                  double, std::allocator, JsonSerializer>;
 
 }  // namespace decid

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
 #include <string_view>
 #include <utility>
 
@@ -25,9 +24,11 @@ std::string shortened(std::string text, std::size_t most) {
   return text.substr(0, end) + "...";
 }
 
-/// Counts the brackets outside of texts: what is nested too deeply is refused before it takes any memory.
-void check_depth(std::string_view text, const std::string& where) {
-  int depth = 0, line = 1;
+/// Counts the brackets outside of texts: what is nested too deeply is refused before it takes any memory. Gives the
+/// commas of each list and object, in the order in which they begin.
+std::vector<std::uint32_t> check_depth(std::string_view text, const std::string& where) {
+  std::vector<std::uint32_t> commas, open;
+  int line = 1;
   bool quoted = false;
   std::size_t line_start = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -36,14 +37,19 @@ void check_depth(std::string_view text, const std::string& where) {
     if (quoted && c == '\\') ++i;
     if (c == '"') quoted = !quoted;
     if (quoted) continue;
-    if (c == ']' || c == '}') --depth;
-    if ((c == '[' || c == '{') && ++depth > deepest_json) {
+    if (c == ',' && !open.empty()) ++commas[open.back()];
+    if ((c == ']' || c == '}') && !open.empty()) open.pop_back();
+    if (c != '[' && c != '{') continue;
+    open.push_back(static_cast<std::uint32_t>(commas.size()));
+    commas.push_back(0);
+    if (open.size() > std::size_t{deepest_json}) {
       throw Error(where,
                   "has lists or objects nested deeper than " + std::to_string(deepest_json) + " levels at line " +
                       std::to_string(line) + ", column " + std::to_string(i - line_start + 1),
                   "correct the file there");
     }
   }
+  return commas;
 }
 
 /// Prints the beginning of a value, until `text` is long enough to be shortened.
@@ -65,28 +71,95 @@ void print_beginning(const Json& json, std::string& text) {
   }
 }
 
-}  // namespace
+/// Takes what the library's parser reads. Its own builder looks for each key among those before it, which takes minutes
+/// for an object of 10 MB; this one appends them, and looks for one that stands twice when the object is complete.
+class Builder {
+ public:
+  /// commas: of each list and object, so that none has to grow.
+  Builder(const std::string& where, std::vector<std::uint32_t> commas) : where_(where), commas_(std::move(commas)) {}
 
-Json parse_json(const std::string& text, const std::string& where) {
-  check_depth(text, where);
-  std::vector<std::set<std::string>> keys;  // of the objects that are open
-  const auto watch = [&](int, Json::parse_event_t event, Json& value) {
-    if (event == Json::parse_event_t::object_start) keys.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys.pop_back();
-    if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second) {
-      throw Error(where, "the key '" + shortened(value.get<std::string>(), most_shown) + "' stands twice in one object",
-                  "keep one of them");
-    }
+  bool null() { return put(nullptr); }
+  bool boolean(bool value) { return put(value); }
+  bool number_integer(std::int64_t value) { return put(value); }
+  bool number_unsigned(std::uint64_t value) { return put(value); }
+  bool number_float(double value, const std::string&) { return put(value); }
+  bool string(std::string& value) { return put(std::move(value)); }
+  bool binary(Json::binary_t&) { return false; }  // no text has it
+  bool start_object(std::size_t) { return open(Json::object()); }
+  bool start_array(std::size_t) { return open(Json::array()); }
+  bool end_array() { return close(); }
+  bool end_object() {
+    check_keys(open_.back()->get_ref<const Json::object_t&>());
+    return close();
+  }
+  bool key(std::string& name) {
+    key_ = std::move(name);
     return true;
-  };
-  try {
-    return Json::parse(text, watch);
-  } catch (const Json::exception& exception) {
+  }
+  bool parse_error(std::size_t, const std::string&, const Json::exception& exception) {
     // The library's text opens with its own tag, "[json.exception.parse_error.101] ", which says nothing to a reader.
     std::string problem = exception.what();
     if (const std::size_t tag = problem.find("] "); tag != std::string::npos) problem.erase(0, tag + 2);
-    throw Error(where, "is not valid JSON: " + shortened(std::move(problem), 200), "correct the file there");
+    throw Error(where_, "is not valid JSON: " + shortened(std::move(problem), 200), "correct the file there");
   }
+
+  Json take() { return std::move(root_); }
+
+ private:
+  /// Where the value stands until something is put behind it.
+  Json* place(Json value) {
+    if (open_.empty()) {
+      root_ = std::move(value);
+      return &root_;
+    }
+    if (open_.back()->is_array()) return &open_.back()->get_ref<Json::array_t&>().emplace_back(std::move(value));
+    return &open_.back()->get_ref<Json::object_t&>().emplace_back(std::move(key_), std::move(value)).second;
+  }
+  bool put(Json value) {
+    place(std::move(value));
+    return true;
+  }
+  bool open(Json value) {
+    Json* const opened = open_.emplace_back(place(std::move(value)));
+    const std::uint32_t commas = commas_[next_++];
+    if (commas == 0) return true;
+    if (opened->is_array()) {
+      opened->get_ref<Json::array_t&>().reserve(commas + std::size_t{1});
+    } else {
+      opened->get_ref<Json::object_t&>().reserve(commas + std::size_t{1});
+    }
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+
+  void check_keys(const Json::object_t& object) const {
+    if (object.size() < 2) return;
+    std::vector<std::string_view> keys;
+    keys.reserve(object.size());
+    for (const auto& [name, value] : object) keys.push_back(name);
+    std::ranges::sort(keys);
+    if (const auto twice = std::ranges::adjacent_find(keys); twice != keys.end())
+      throw Error(where_, "the key '" + shortened(std::string(*twice), most_shown) + "' stands twice in one object",
+                  "keep one of them");
+  }
+
+  const std::string& where_;
+  Json root_;
+  std::vector<Json*> open_;  // lists and objects around the next value
+  std::string key_;          // of it
+  std::vector<std::uint32_t> commas_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+Json parse_json(std::string_view text, const std::string& where) {
+  Builder builder(where, check_depth(text, where));
+  Json::sax_parse(text, &builder);
+  return builder.take();
 }
 
 std::string print_json(const Json& json) {

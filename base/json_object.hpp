@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -11,14 +12,31 @@
 
 #include "base/json.hpp"
 
+/// The library's own moves all that is within a value onto a list first, against a stack that overflows where values
+/// are nested deeply. That list takes memory, and a destructor that finds none ends the process. Json is never nested
+/// deeply, so that its children's destructors do.
+template <>
+inline void decid::Json::json_value::destroy(nlohmann::detail::value_t type) {
+  const auto remove = [](auto* value) {
+    std::destroy_at(value);
+    std::allocator<std::remove_pointer_t<decltype(value)>>().deallocate(value, 1);
+  };
+  using Type = nlohmann::detail::value_t;
+  if (type == Type::object) remove(object);
+  if (type == Type::array) remove(array);
+  if (type == Type::string) remove(string);
+  if (type == Type::binary) remove(binary);
+}
+
 namespace decid {
 
 /// Lists and objects within each other: no file of decid's has more than 6, and the library prints them recursively.
 inline constexpr int deepest_json = 32;
 
-/// Throws Error with line and column if `text` is not JSON or nested deeper than deepest_json, and for a key that
-/// stands twice in one object (the last would win silently). `where` names the source.
-Json parse_json(const std::string& text, const std::string& where);
+/// What others wrote is read by this alone, not by Json::parse. Throws Error with line and column if `text` is not JSON
+/// or nested deeper than deepest_json, and for a key that stands twice in one object (the last would win silently).
+/// `where` names the source.
+Json parse_json(std::string_view text, const std::string& where);
 
 /// Two spaces of indentation; doubles read back to the same bits; text that is not UTF-8 is replaced, not refused.
 std::string print_json(const Json& json);

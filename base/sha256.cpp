@@ -40,7 +40,7 @@ void Sha256::update(const void* data, std::size_t bytes) noexcept {
   std::memcpy(buffer_.data(), next + 64 * whole, bytes % 64);
 }
 
-std::string Sha256::hex() noexcept {
+std::string Sha256::hex() {
   const std::uint64_t bits = length_ * 8;
   constexpr std::array<std::uint8_t, 64> padding{0x80};
   const auto filled = static_cast<std::size_t>(length_ % 64);

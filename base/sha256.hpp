@@ -14,7 +14,7 @@ class Sha256 {
   Sha256() noexcept;
   void update(const void* data, std::size_t bytes) noexcept;
   /// 64 hexadecimal digits. The object cannot be fed afterwards.
-  std::string hex() noexcept;
+  std::string hex();
 
  private:
   std::array<std::uint32_t, 8> state_;

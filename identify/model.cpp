@@ -147,7 +147,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   model.origin = origin_from_json(text("origin"), where);
   if (file.metadata.contains("log")) model.log = log_from_json(text("log"), where);
   try {
-    const Json targets = Json::parse(text("targets"));
+    const Json targets = parse_json(text("targets"), where);
     model.targets.mean = parameters_in(targets.at("mean"), model.parameters());
     model.targets.deviation = parameters_in(targets.at("deviation"), model.parameters());
   } catch (const Json::exception&) {
@@ -169,7 +169,7 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
     model.familiarity.mean = std::move(file.find("familiarity.mean", n, where).values);
     model.familiarity.whitening = std::move(file.find("familiarity.whitening", n * (n + 1) / 2, where).values);
     try {
-      model.familiarity.usual = Json::parse(text("familiarity")).at("usual").get<double>();
+      model.familiarity.usual = parse_json(text("familiarity"), where).at("usual").get<double>();
     } catch (const Json::exception&) {
       throw Error(where, "has a familiarity that cannot be read", remedy);
     }

@@ -108,7 +108,7 @@ Recalibration recalibration_from_json(const std::string& text, std::size_t param
   const std::string remedy = "give a model file written by decid train";
   Recalibration read;
   try {
-    const Json json = Json::parse(text);
+    const Json json = parse_json(text, where);
     for (const Json& list : json.at("levels")) {
       if (list.size() != Recalibration::probabilities)
         throw Error(where, format("has a recalibration of %zu levels", list.size()), remedy);

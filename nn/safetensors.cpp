@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
-#include <set>
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
@@ -40,29 +39,16 @@ std::vector<std::uint64_t> whole_numbers(const Json& list, const std::function<v
   return numbers;
 }
 
-/// Refuses keys given twice, which the JSON parser would let pass, and nesting deeper than the format's, which would
-/// overflow the stack of whoever prints it.
 Json parse_header(std::string_view text, const std::function<void(const std::string&)>& fail) {
-  std::vector<std::set<std::string>> keys;
-  std::string repeated;
   if (!text.starts_with('{')) fail("has a header that is no JSON object");
   // The parser would take a zero byte for the end.
   if (text.find('\0') != std::string_view::npos) fail("has a header that is not JSON (a zero byte)");
-  const auto watch = [&](int depth, Json::parse_event_t event, Json& value) {
-    if (depth > 3) fail("has a header of another form (too deeply nested)");
-    if (event == Json::parse_event_t::object_start) keys.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys.pop_back();
-    if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second)
-      repeated = value.get<std::string>();
-    return true;
-  };
   Json header;
   try {
-    header = Json::parse(text, watch);
-  } catch (const Json::exception& error) {
-    fail(std::string("has a header that is not JSON (") + error.what() + ")");
+    header = parse_json(text, "its header");
+  } catch (const Error& error) {
+    fail("has a header that cannot be read (" + error.where() + ": " + error.problem() + ")");
   }
-  if (!repeated.empty()) fail("names '" + repeated + "' twice");
   return header;
 }
 

@@ -26,6 +26,8 @@ constexpr const char* regenerate = "make the data set again with decid dataset";
 /// Deflate cannot expand data by more than this factor (zlib's technical details), so a larger claim is wrong.
 constexpr std::uint64_t deflate_limit = 1032;
 
+constexpr std::uint64_t most_text_bytes = std::uint64_t{1} << 24;  // as a journal's request
+
 struct Discard {
   void operator()(zip_t* archive) const { zip_discard(archive); }
 };
@@ -104,6 +106,8 @@ struct Source {
   std::string where;
   Archive archive;
   std::uint64_t bytes;
+  /// Of all members that are still to be read: what decid writes is not compressed.
+  mutable std::uint64_t inflated_left = std::max(std::uint64_t{1} << 26, 8 * bytes);
 };
 
 /// One array of an archive.
@@ -121,6 +125,10 @@ class Reader {
         stat.size / deflate_limit > stat.comp_size) {
       throw Error(where_, "claims more values than the file can hold", regenerate);
     }
+    if (stat.size > source.inflated_left)
+      throw Error(where_, "inflates to far more than the file has",
+                  "write it with numpy.savez, which does not compress");
+    source.inflated_left -= stat.size;
     size_ = stat.size;
     crc32_ = stat.crc;
     stored_ = stat.valid & ZIP_STAT_COMP_METHOD && stat.comp_method == ZIP_CM_STORE;
@@ -170,6 +178,7 @@ class Reader {
     if (!header_.type.starts_with("|S") || !header_.shape.empty()) {
       refuse("of type " + header_.type + ", " + text_of(header_.shape), "a single value of bytes (type |S)");
     }
+    if (size_ > most_text_bytes) refuse("larger than 16 MB", "a description");
     std::string content(static_cast<std::size_t>(size_ - header_.bytes), '\0');
     read_rest(content.data(), content.size());
     content.erase(content.find_last_not_of('\0') + 1);

@@ -23,6 +23,18 @@ std::string shown(std::string_view cell) {
   return "'" + std::string(cell) + "' is not a finite number";
 }
 
+/// Refuses lines far longer than those of a table of 1000 columns.
+std::string with_short_lines(std::string text, const std::string& where) {
+  constexpr std::size_t most_bytes = std::size_t{1} << 17;
+  for_each_line(text, [&](std::string_view line, std::size_t line_number) {
+    if (line.size() > most_bytes)
+      throw Error(where, "line " + std::to_string(line_number) + " has more than 131,072 bytes",
+                  "at most 1000 columns can be read, and no line that long");
+    return true;
+  });
+  return text;
+}
+
 /// Without lines of separators alone at its end, as spreadsheets leave them.
 std::string without_empty_end(std::string text) {
   const std::size_t last = text.find_last_not_of(" \t\r\n;,");
@@ -34,13 +46,14 @@ std::string without_empty_end(std::string text) {
 }  // namespace
 
 CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines)
-    : text_(without_empty_end(to_utf8(std::move(text), where))), where_(std::move(where)) {
+    : text_(with_short_lines(without_empty_end(to_utf8(std::move(text), where)), where)), where_(std::move(where)) {
   if (skip_lines) {
     preamble_ = preamble_of(text_, static_cast<std::size_t>(*skip_lines));
   } else {
     preamble_ = find_preamble(text_);
   }
   names_ = preamble_.names;
+  check_columns(names_.size());
   has_header_ = !names_.empty();
   separator_ = find_separator();
   std::vector<std::string_view> cells;
@@ -78,6 +91,11 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   if (rows_ == 0) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
 }
 
+void CsvTable::check_columns(std::size_t count) const {
+  if (count > most_columns)
+    throw Error(where_, "has " + std::to_string(count) + " columns", "at most 1000 can be read");
+}
+
 /// Calls visit(line, number) for the lines of the table, its header first, until it returns false.
 template <class Visit>
 void CsvTable::visit_lines(const Visit& visit) const {
@@ -102,9 +120,7 @@ void CsvTable::read_header(std::string_view line) {
   std::vector<std::string_view> cells;
   split(line, separator_, cells);
   while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
-  if (cells.size() > most_columns) {
-    throw Error(where_, "has " + std::to_string(cells.size()) + " columns", "at most 1000 can be read");
-  }
+  check_columns(cells.size());
   has_header_ = std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
     return !cell.empty() && !parse_number(cell).is_number && !clock_time(cell);
   });

@@ -44,6 +44,7 @@ class CsvTable final : public Table {
   void visit_cells(int column, const Take& take) const;
   char find_separator() const;
   void read_header(std::string_view line);
+  void check_columns(std::size_t count) const;
   bool read_units(const std::vector<std::string_view>& cells);
   double number(std::string_view cell, int column, std::size_t line, Missing missing) const;
 

@@ -8,11 +8,13 @@
 #include <cstring>
 
 #include "base/error.hpp"
+#include "dataset/recording/table.hpp"
 
 namespace decid::dataset {
 namespace {
 
 constexpr std::size_t header_bytes = 128, tag_bytes = 8;
+constexpr std::size_t longest_name = 1024;  // MATLAB's own have 63 characters
 
 /// The types of data elements that are used here, by the format's numbers.
 enum : std::uint32_t {
@@ -53,24 +55,33 @@ class MatBytes {
 
   template <class T>
   T number() {
-    T value;
-    char raw[sizeof(T)];
-    std::memcpy(raw, take(sizeof(T)).data(), sizeof(T));
-    if (swapped_) std::reverse(raw, raw + sizeof(T));
-    std::memcpy(&value, raw, sizeof(T));
-    return value;
+    return number_at<T>(take(sizeof(T)).data());
   }
 
   /// `count` numbers of type T.
   template <class T>
   std::vector<double> numbers(std::size_t count) {
     if (count > left() / sizeof(T)) refuse_damaged(where_, "");
+    const char* from = take(count * sizeof(T)).data();
     std::vector<double> values(count);
-    for (double& value : values) value = static_cast<double>(number<T>());
+    for (double& value : values) {
+      value = static_cast<double>(number_at<T>(from));
+      from += sizeof(T);
+    }
     return values;
   }
 
  private:
+  template <class T>
+  T number_at(const char* from) const {
+    T value;
+    char raw[sizeof(T)];
+    std::memcpy(raw, from, sizeof(T));
+    if (swapped_) std::reverse(raw, raw + sizeof(T));
+    std::memcpy(&value, raw, sizeof(T));
+    return value;
+  }
+
   std::string_view bytes_;
   bool swapped_;
   const std::string& where_;
@@ -83,16 +94,16 @@ class Reader5 {
       : where_(where),
         file_(file.substr(header_bytes), file[header_bytes - 2] != 'I', where),
         values_left_(most_mat_values(file.size())),
-        inflated_left_(std::max<std::size_t>(std::size_t{1} << 28, 8 * file.size())) {}
+        inflated_left_(std::max<std::size_t>(std::size_t{1} << 27, 8 * file.size())) {}
 
   std::vector<MatVariable> read() {
     std::vector<MatVariable> variables;
     while (file_.left() > 0) {
       const Element element = next(file_);
       if (element.type == compressed) {
-        const std::string inflated = inflate_all(element.data);
+        const std::string inflated = inflated_matrix(element.data);
         MatBytes inside(inflated, file_.swapped(), where_);
-        add(next(inside), variables);
+        if (!inflated.empty()) add(next(inside), variables);
       } else {
         add(element, variables);
       }
@@ -126,7 +137,9 @@ class Reader5 {
     if (!variable.name.empty()) variables.push_back(std::move(variable));  // MATLAB's own objects lie in one without
   }
 
-  std::string inflate_all(std::string_view bytes) {
+  /// The matrix that is compressed in `bytes`, its tag in front; empty if it is something else. It takes the memory
+  /// that its tag says, never more.
+  std::string inflated_matrix(std::string_view bytes) {
     z_stream stream{};
     if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
     struct End {
@@ -135,20 +148,29 @@ class Reader5 {
     } const end{stream};
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
     stream.avail_in = static_cast<uInt>(bytes.size());
-    std::string inflated;
-    int status = Z_OK;
-    while (status == Z_OK) {
-      const std::size_t done = inflated.size();
-      inflated.resize(std::max<std::size_t>(std::size_t{1} << 12, 2 * done));
-      stream.next_out = reinterpret_cast<Bytef*>(inflated.data() + done);
-      stream.avail_out = static_cast<uInt>(inflated.size() - done);
-      status = inflate(&stream, Z_NO_FLUSH);
-      inflated.resize(inflated.size() - stream.avail_out);
-      if (inflated.size() > inflated_left_)
-        throw Error(where_, "is far too large, inflated, for a recording", "save the trial to be identified alone");
-    }
+    std::string inflated(tag_bytes, '\0');
+    const auto fill = [&](std::size_t begin) {
+      stream.next_out = reinterpret_cast<Bytef*>(inflated.data() + begin);
+      stream.avail_out = static_cast<uInt>(inflated.size() - begin);
+      const int status = inflate(&stream, Z_SYNC_FLUSH);
+      if (stream.avail_out != 0) refuse_damaged(where_, ", in what is compressed");
+      return status;
+    };
+    int status = fill(0);
+    MatBytes tag(inflated, file_.swapped(), where_);
+    const auto type = tag.number<std::uint32_t>(), size = tag.number<std::uint32_t>();
+    if (type != matrix) return {};
+    if (size > inflated_left_)
+      throw Error(where_, "is far too large, inflated, for a recording", "save the trial to be identified alone");
+    inflated_left_ -= size;
+    inflated.resize(tag_bytes + size);
+    if (size > 0) status = fill(tag_bytes);
+    // Some padding may follow, and the checksum.
+    Bytef padding[tag_bytes];
+    stream.next_out = padding;
+    stream.avail_out = sizeof padding;
+    if (status == Z_OK) status = inflate(&stream, Z_FINISH);
     if (status != Z_STREAM_END) refuse_damaged(where_, ", in what is compressed");
-    inflated_left_ -= inflated.size();
     return inflated;
   }
 
@@ -188,7 +210,10 @@ class Reader5 {
     variable.width = static_cast<std::size_t>(width);
   }
 
-  static std::string text(std::string_view data) { return std::string(data.substr(0, data.find('\0'))); }
+  std::string text(std::string_view data) const {
+    if (data.size() > longest_name) refuse_damaged(where_, ", in a name");
+    return std::string(data.substr(0, data.find('\0')));
+  }
 
   MatVariable::Kind kind_of(std::uint32_t number, bool is_complex) const {
     using Kind = MatVariable::Kind;
@@ -217,6 +242,8 @@ class Reader5 {
     if (variable.height == 0 || variable.width == 0) return;
     if (variable.height > values_left_ / variable.width)
       throw Error(where_, variable.name + " claims too many values", "save the trial to be identified alone");
+    if (std::max(variable.height, variable.width) > most_rows)
+      throw Error(where_, variable.name + " has more than 10 million values", "cut it to the trial to be identified");
     const std::size_t count = variable.height * variable.width;
     const Element element = next(from);
     MatBytes data(element.data, file_.swapped(), where_);
@@ -308,6 +335,7 @@ std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& w
     if (variables.size() == std::size_t{most_mat_variables})
       throw Error(where, "holds more than 10000 variables", "save the trial to be identified alone");
     MatVariable variable;
+    if (name_bytes > longest_name) refuse_damaged(where, ", in a name");
     const std::string_view name = from.take(name_bytes);
     variable.name = name.substr(0, name.find('\0'));
     variable.height = height;

@@ -6,6 +6,7 @@
 
 #include "dataset/recording/cells.hpp"
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/table.hpp"
 
 namespace decid::dataset {
 
@@ -96,7 +97,8 @@ Preamble of_trc(const std::vector<Line>& lines) {
   }
   const auto markers = cells_of(lines[3].text, '\t'), coordinates = cells_of(lines[4].text, '\t');
   std::string marker;
-  for (std::size_t i = 0; i < std::max(markers.size(), coordinates.size()); ++i) {
+  const std::size_t columns = std::min(std::max(markers.size(), coordinates.size()), most_columns + 1);
+  for (std::size_t i = 0; i < columns; ++i) {
     if (i < markers.size() && !markers[i].empty()) marker = markers[i];
     const bool has_coordinate = i < coordinates.size() && !coordinates[i].empty();
     found.names.push_back(has_coordinate ? marker + " " + std::string(coordinates[i].substr(0, 1)) + unit : marker);
@@ -134,9 +136,9 @@ Preamble find_preamble(std::string_view text) {
       return !are_units(cells) && std::ranges::any_of(cells, is_time_name);
     };
     const std::size_t after = std::min(first + lines_of_a_table, lines.size());
-    bool is_table = after - first > 1 || first == 0;
-    for (std::size_t line = first; line < after; ++line)
-      is_table = is_table && fits(line) && is_data(cells_of(lines[line].text, separator));
+    bool is_table = (after - first > 1 || first == 0) && row.size() <= most_columns + 1;
+    for (std::size_t line = first; line < after && is_table; ++line)
+      is_table = fits(line) && is_data(cells_of(lines[line].text, separator));
     if (!is_table) continue;
     if (first == 0 || (fits(0) && (first == 1 || has_time(0)))) return {};
     // A damaged row below the header is no header.

@@ -36,7 +36,7 @@ std::vector<EpochLog> log_from_json(const std::string& text, const std::string& 
   };
   std::vector<EpochLog> log;
   try {
-    const Json whole = Json::parse(text);
+    const Json whole = parse_json(text, where);
     if (part != nullptr && whole.is_object()) {
       *part = {whole.at("trials").get<int>(), whole.at("loss_sum").get<double>()};
       if (part->trials < 0) throw unreadable();

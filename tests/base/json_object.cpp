@@ -53,6 +53,27 @@ TEST_CASE("a key that stands twice is refused") {
   CHECK(length.size() < 200);
 }
 
+TEST_CASE("an object of very many keys is read in a time that grows with their number") {
+  std::string text = "{\"key\": 0";
+  for (int i = 0; i < 400'000; ++i) text += ", \"" + std::to_string(i) + "\": " + std::to_string(i);
+  const Json json = parse_json(text + "}", "x.json");
+  CHECK(json.size() == 400'001);
+  CHECK(json["399999"] == 399'999);
+  CHECK(json.begin().key() == "key");
+  check_error([&] { parse_json(text + ", \"7\": 1}", "x.json"); }, {"x.json", "'7' stands twice"});
+}
+
+TEST_CASE("values are those that the library's own builder makes") {
+  const std::string text = R"({"a": [1, -2, 18446744073709551615, 1e999, 2.5e-3, true, false, null, "\u00e4\n"], )"
+                           R"("b": {"c": {}, "d": []}, "": ""})";
+  check_error([&] { parse_json(text, "x.json"); }, {"x.json", "out of range"});
+  const std::string finite = text.substr(0, text.find("1e999")) + "1e99" + text.substr(text.find("1e999") + 5);
+  CHECK(parse_json(finite, "x.json") == Json::parse(finite));
+  CHECK(parse_json(" 7 ", "x.json") == 7);
+  for (const char* wrong : {"", "{", "[1,]", "{\"a\" 1}", "{\"a\": 1} x", "nul", "\"\\ud800\""})
+    check_error([&] { parse_json(wrong, "x.json"); }, {"not valid JSON"});
+}
+
 TEST_CASE("errors show the beginning of a value, and each known key once") {
   const auto reading = [](const std::string& value) {
     return message_of([&] {

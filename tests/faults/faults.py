@@ -6,8 +6,8 @@
 A command whose call failed ends with exit code 1 or 2 and one line that begins "decid: ", or does without the call and
 makes the same bytes. It leaves no temporary file, and every output is what it was before or what it should become. The
 same command again, undisturbed, makes the bytes that an undisturbed one makes. Two things are let pass where memory is
-missing: a temporary or lock file left behind, since destructors of the JSON library allocate and end the program where
-they cannot; and what matio leaves out of a version 7.3 file, since it does not report that it had no memory. --stride: only every Nth call of each
+missing: a temporary or lock file left behind, since libgomp ends the program where it gets none; and what matio leaves out
+of a version 7.3 file, since it does not report that it had no memory. --stride: only every Nth call of each
 function, of allocations every (50 N)th. LIBRARY: faults.c, compiled.
 """
 import argparse

@@ -260,10 +260,10 @@ TEST_CASE("safetensors: headers that are refused") {
   CHECK(problem_of(pair("[4,8]")) == "none");
   refused(pair("[0,4]"), "has a gap or an overlap at byte 0");
   refused(pair("[2,6]"), "has a gap or an overlap at byte 2");
-  refused(pair("[4,8]", "a"), "names 'a' twice");
-  refused(pair("[4,8]", "\\u0061"), "names 'a' twice");
-  refused(entry(R"({"dtype":"F32","dtype":"F32","shape":[2],"data_offsets":[0,8]})"), "names 'dtype' twice");
-  refused(file_of("{\"__metadata__\":{\"k\":\"1\",\"k\":\"2\"},\"a\":" + good + "}"), "names 'k' twice");
+  refused(pair("[4,8]", "a"), "'a' stands twice");
+  refused(pair("[4,8]", "\\u0061"), "'a' stands twice");
+  refused(entry(R"({"dtype":"F32","dtype":"F32","shape":[2],"data_offsets":[0,8]})"), "'dtype' stands twice");
+  refused(file_of("{\"__metadata__\":{\"k\":\"1\",\"k\":\"2\"},\"a\":" + good + "}"), "'k' stands twice");
   for (const char* metadata : {"3", "[]", "null", "\"x\"", "{\"k\":1}", "{\"k\":null}", "{\"k\":[\"v\"]}"}) {
     CAPTURE(metadata);
     refused(file_of(std::string("{\"__metadata__\":") + metadata + ",\"a\":" + good + "}"), "of another form");
@@ -273,7 +273,7 @@ TEST_CASE("safetensors: headers that are refused") {
     refused(file_of(text, ""), "has a header that is no JSON object");
   for (const char* text : {"{", "{]", "{}x", "{} {}", "{\"a\"}", "{'a':1}", "{\"a\":1,}", "{\"\xff\":1}", "{\"a\":nan}",
                            "{\"a\":1e999}", "{\"a\":01}", "{/**/}"})
-    refused(file_of(text, ""), "not JSON");
+    refused(file_of(text, ""), "not valid JSON");
   refused(file_of(std::string("{}\0", 3), ""), "not JSON");
 }
 
@@ -294,10 +294,10 @@ TEST_CASE("safetensors: deep nesting is refused without recursion") {
   std::string deep_object;
   for (std::size_t i = 0; i < depth; ++i) deep_object += "{\"k\":";
   const std::string rest = ",\"shape\":[2],\"data_offsets\":[0,8]}}";
-  refused(file_of("{\"a\":{\"dtype\":" + deep_list + end_list + rest), "too deeply nested");
-  refused(file_of("{\"a\":{\"dtype\":" + deep_object + "1" + std::string(depth, '}') + rest), "too deeply nested");
-  refused(file_of("{\"a\":" + deep_list), "too deeply nested");
-  refused(file_of(deep_object), "too deeply nested");
+  refused(file_of("{\"a\":{\"dtype\":" + deep_list + end_list + rest), "deeper than 32 levels");
+  refused(file_of("{\"a\":{\"dtype\":" + deep_object + "1" + std::string(depth, '}') + rest), "deeper than 32 levels");
+  refused(file_of("{\"a\":" + deep_list), "deeper than 32 levels");
+  refused(file_of(deep_object), "deeper than 32 levels");
 }
 
 TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {

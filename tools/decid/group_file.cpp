@@ -17,6 +17,8 @@ namespace {
 
 using Cells = std::vector<std::string>;
 
+constexpr std::size_t most_bytes = std::size_t{1} << 22;  // of the table; each cell takes 32 in memory
+
 /// Rows of cells; the file's lines count as rows, those without any text are kept, so that errors can name them.
 std::vector<Cells> rows_of(const std::string& text, char separator) {
   std::vector<Cells> rows(1, Cells(1));
@@ -67,7 +69,7 @@ struct Table {
 };
 
 Table read_table(const std::string& name) {
-  std::string text = dataset::to_utf8(read_file(name, std::size_t{1} << 26), name);
+  std::string text = dataset::to_utf8(read_file(name, most_bytes), name);
   if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);  // Excel's own line
   Table table{0, 0, rows_of(text, separator_of(text))};
   const Cells& names = table.rows.front();
@@ -94,8 +96,9 @@ std::vector<std::string> groups_of(const std::string& table_name, const std::vec
     if (cells.size() <= std::max(table.file, table.group)) throw Error(where, "is too short", "give file and group");
     const std::string file = trimmed(cells[table.file]), group = trimmed(cells[table.group]);
     if (file.empty()) throw Error(where, "names no file", "give one, or take the line away");
+    const std::string last = std::filesystem::path(file).filename().string();
     for (std::size_t i = 0; i < recordings.size(); ++i) {
-      if (!ends_with(recordings[i], file)) continue;
+      if (!recordings[i].ends_with(last) || !ends_with(recordings[i], file)) continue;
       if (found[i] && *found[i] != group)
         throw Error(where, recordings[i] + " is in group \"" + *found[i] + "\" already, and now in \"" + group + "\"",
                     "give each recording one group; a folder before the file's name tells two of one name apart");

@@ -141,6 +141,11 @@ TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 
     REQUIRE(python(folder / "save.py", folder / "a.npz", "arrays = dict(np.load(path))\n" + save + "\n"));
     check_equal(read_npz(folder / "a.npz"), data);
   }
+  // 80 MB of zeros in 80 kB.
+  REQUIRE(python(folder / "save.py", folder / "a.npz",
+                 "arrays = dict(np.load(path))\narrays['sway'] = np.zeros((250_000, 80), np.float32)\n"
+                 "np.savez_compressed(path, **arrays)\n"));
+  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: sway", "inflates to far more"});
 }
 
 TEST_CASE("a data set from before the noise had a period of its own keeps the trial's length") {

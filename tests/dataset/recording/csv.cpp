@@ -181,4 +181,5 @@ TEST_CASE("csv: what is no table is refused with its line") {
   };
   CHECK(CsvTable(wide(1000), "t.csv").columns() == 1000);
   check_error(making(wide(1001)), {"has 1001 columns", "1000"});
+  check_error(making("a,b\n1,2\n" + wide(100'000)), {"t.csv", "line 3 has more than 131,072 bytes", "1000 columns"});
 }

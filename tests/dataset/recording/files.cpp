@@ -174,6 +174,12 @@ TEST_CASE("tables of OpenSim: .mot with its end of header, .trc with names in tw
   CHECK(recording.rate_hz == 100.0);
   CHECK(near(recording.signals.at(com_sway).rad[2], std::asin(0.01 / 0.9), 1e-15));  // from the mean, 20 mm
   check_error(reading("PathFileType\t4\n"), {"no lines of data"});
+  // A long name above many coordinates would stand in each column's.
+  std::string coordinates = "\t\tX1";
+  for (int i = 0; i < 40'000; ++i) coordinates += "\tY1";
+  check_error(reading("PathFileType\t4\nDataRate\tUnits\n100\tmm\nFrame#\tTime\t" + std::string(100'000, 'm') + "\n" +
+                      coordinates + "\n1\t0\t1\n"),
+              {"has 1001 columns"});
 }
 
 TEST_CASE("clock times, with and without a date, over midnight") {

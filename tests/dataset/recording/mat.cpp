@@ -102,6 +102,16 @@ TEST_CASE("files without numbers, damaged ones and those that are none are refus
   check_error(reading(made("nothing.mat")), {"no vector or matrix of numbers", "note (1 x 6 text)", "complex"});
   check_error(reading(write_text(folder / "csv.mat", "time,sway\n0,1\n0.01,2\n")), {"csv.mat", "not a MAT-file"});
   check_error(reading(write_text(folder / "empty.mat", "")), {"empty.mat"});
+  // 4 GB by the tag of what is compressed, of which nothing is there.
+  const std::string deflated("\170\234\343\143\140\140\370\017\004\000\012\156\004\013",
+                             14);  // 14, 0, 0, 0, 255, 255, 255, 255
+  const std::string tag{15, 0, 0, 0, static_cast<char>(deflated.size()), 0, 0, 0};
+  check_error(reading(write_text(folder / "bomb.mat", read_text(made("v5.mat")).substr(0, 128) + tag + deflated)),
+              {"bomb.mat", "far too large, inflated"});
+  // A name of 2 KB, in version 4.
+  std::string named(20, '\0');
+  named[4] = 2, named[8] = 1, named[17] = 8;
+  check_error(reading(write_text(folder / "name.mat", named + std::string(2048 + 16, 'n'))), {"damaged, in a name"});
   // Cut anywhere, or with any byte changed, a file is read or refused; nothing else happens.
   for (const char* name : {"v4.mat", "v5.mat", "v7_struct.mat"}) {
     const std::string bytes = read_text(made(name));
