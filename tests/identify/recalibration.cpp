@@ -196,7 +196,7 @@ TEST_CASE("recalibration: a damaged one is refused") {
     json[Json::json_pointer(pointer)] = value;
     return json.dump();
   };
-  refused("{", "cannot be read");
+  refused("{", "not valid JSON");
   refused("[]", "cannot be read");
   refused("{}", "cannot be read");
   refused(changed("/levels", 3), "1 levels");
