@@ -19,14 +19,17 @@ void prepare_heap() {
   constexpr std::uintptr_t page = 2 << 20;
   mallopt(M_MMAP_THRESHOLD, block);
   mallopt(M_TRIM_THRESHOLD, 2 * block);
-  const auto begin = reinterpret_cast<std::uintptr_t>(sbrk(0));
+  const auto beyond_page = [](const char* place) { return reinterpret_cast<std::uintptr_t>(place) % page; };
+  char* const begin = static_cast<char*>(sbrk(0));
   mallopt(M_TOP_PAD, block);
   void* volatile some = std::malloc(page);  // the heap grows by both; volatile, or no compiler would ask for it
   std::free(some);
   mallopt(M_TOP_PAD, 1 << 20);
-  const auto end = reinterpret_cast<std::uintptr_t>(sbrk(0)) / page * page, first = (begin + page - 1) / page * page;
+  char* const end = static_cast<char*>(sbrk(0));
+  char* const first = begin + (page - beyond_page(begin)) % page;
   // A refusal changes nothing but the time it takes.
-  if (first < end) static_cast<void>(madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE));
+  if (first + page <= end)
+    static_cast<void>(madvise(first, static_cast<std::size_t>(end - first) / page * page, MADV_HUGEPAGE));
 #endif
 }
 
