@@ -4,6 +4,9 @@
 #include <cstdlib>
 
 #include "base/error.hpp"
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
 #if defined(__wasm__)
 #include "base/relaxed.hpp"
 #endif
@@ -63,6 +66,21 @@ Isa chosen_isa() {
     return available_isas().back();
   }();
   return chosen;
+}
+
+bool halves_512_bits() noexcept {
+#if defined(__x86_64__)
+  static const bool halves = [] {
+    unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
+    if (__get_cpuid(0, &eax, &ebx, &ecx, &edx) == 0 || ebx != signature_AMD_ebx) return false;
+    if (__get_cpuid(1, &eax, &ebx, &ecx, &edx) == 0) return false;
+    const unsigned family = (eax >> 8 & 0xf) + (eax >> 20 & 0xff);
+    return family == 0x19 && runs_here(Isa::avx512);  // Zen 3 and Zen 4, of which Zen 4 has AVX-512
+  }();
+  return halves;
+#else
+  return false;
+#endif
 }
 
 Isa isa_from_name(const std::string& where, const std::string& wanted) {

@@ -20,4 +20,8 @@ Isa chosen_isa();
 /// Throws Error, naming `where`, if there is no such instruction set or it cannot run here.
 Isa isa_from_name(const std::string& where, const std::string& name);
 
+/// Does the processor compute 512-bit registers as two halves, one after the other (AMD's Zen 4)? Then caches have
+/// twice the time for each. Only speed depends on it.
+bool halves_512_bits() noexcept;
+
 }  // namespace decid

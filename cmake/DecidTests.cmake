@@ -27,6 +27,8 @@ function(decid_test name)
   target_link_libraries(test_${name} PRIVATE decid_test_main)
   if(DECID_SANITIZE)
     target_compile_definitions(test_${name} PRIVATE DECID_SANITIZED)
+    # What is tested is in the libraries; in the tests' own sources these checks are two fifths of the time to compile them.
+    target_compile_options(test_${name} PRIVATE -fno-sanitize=undefined)
   endif()
   set(cases ${CMAKE_CURRENT_BINARY_DIR}/test_${name}_cases.cmake)
   add_custom_command(TARGET test_${name} POST_BUILD VERBATIM BYPRODUCTS ${cases}

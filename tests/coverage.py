@@ -6,6 +6,7 @@ which the compiler adds to nearly every call, are left out.
 
   tests/coverage.py                 all tests but those that a browser, an emulator or valgrind runs
   tests/coverage.py -L 'nn|sim'     the tests with these labels
+  tests/coverage.py --fast          without those that take more than 5 s: most of them are statistics, an hour without -O
   tests/coverage.py --lines FILE    also writes "file:line" of every line that no test ran
 """
 import argparse
@@ -56,12 +57,14 @@ def counts(scratch):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-L", "--label", default="", help="labels of tests, as ctest takes them")
+    parser.add_argument("--fast", action="store_true", help="without the slow tests")
     parser.add_argument("--lines", help="file for the lines that no test ran")
     options = parser.parse_args()
     run(ROOT / "tools/build", "coverage", stdout=subprocess.DEVNULL)
     for old in BUILD.rglob("*.gcda"):
         old.unlink()
     chosen = ["-L", options.label] if options.label else ["-E", "chromium|qemu|gate|consumer|every compiler"]
+    chosen += ["-LE", "slow"] if options.fast else []
     run("ctest", "--test-dir", BUILD, "-j", os.cpu_count(), "--timeout", "1800", "--output-on-failure", *chosen,
         stdout=subprocess.DEVNULL, env=dict(os.environ, OMP_WAIT_POLICY="passive"))
     with tempfile.TemporaryDirectory() as scratch:

@@ -61,6 +61,7 @@ bool write_whole(int descriptor, const char* from, std::size_t bytes) {
     std::signal(number, SIG_DFL);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, seconds);
+  limit(RLIMIT_FSIZE, 0);  // it answers through a pipe and writes no file
 #ifndef DECID_SHADOW_MEMORY
   limit(RLIMIT_AS, most_bytes);
 #endif

@@ -33,13 +33,13 @@ struct Correlation {
 
 /// Output channels that share what a block of taps brings into the first-level cache.
 constexpr int group_channels = 16;
-/// Taps of a block at most: 16 KB of packed weights.
-constexpr int block_taps = 256;
 
-/// One block of taps: where each reads, and its weights in the order tiles read them, [tile][tap][channel of the tile].
+/// One block of taps, at most `most` of them: where each reads, and its weights in the order tiles read them,
+/// [tile][tap][channel of the tile].
+template <int most>
 struct TapBlock {
-  std::ptrdiff_t offset[block_taps];
-  float weight[group_channels * block_taps];
+  std::ptrdiff_t offset[most];
+  float weight[group_channels * most];
   int taps;
 };
 
@@ -103,23 +103,21 @@ CorrelationTile find_correlation_tile(int q, int w) {
 }
 
 /// Channels of src that a block of taps covers: the values under one tile, rows and columns shared by neighbouring taps
-/// counted once, fill half of a 48 KB (or three quarters of a 32 KB) first-level cache, and are read there again for
-/// each tile of the group.
+/// counted once, fill what V says of a cache, and are read there again for each tile of the group.
 template <class V>
 int block_channels(const Correlation& s) {
-  constexpr int budget = 24 * 1024;
   const auto column_step = static_cast<int>((s.src_column < 0 ? -s.src_column : s.src_column) / lanes);
   const int width = (V::tile_columns - 1) * column_step + s.tap_columns;
   const int channel_bytes = s.tap_rows * width * lanes * static_cast<int>(sizeof(float));
-  return larger(1, smaller(budget / channel_bytes, block_taps / (s.tap_rows * s.tap_columns)));
+  return larger(1, smaller(V::block_bytes() / channel_bytes, V::block_taps / (s.tap_rows * s.tap_columns)));
 }
 
 /// Lists taps [begin, end) of channels x tap rows x tap columns and packs their weights for channels [first, first +
 /// count).
 template <class V>
-void pack(const Correlation& s, int begin, int end, int first, int count, TapBlock& block) {
+void pack(const Correlation& s, int begin, int end, int first, int count, TapBlock<V::block_taps>& block) {
   block.taps = end - begin;
-  std::ptrdiff_t from[block_taps];  // of each tap's weight of one channel
+  std::ptrdiff_t from[V::block_taps];  // of each tap's weight of one channel
   const int plane = s.tap_rows * s.tap_columns;
   int channel = begin / plane, row = begin % plane / s.tap_columns, column = begin % s.tap_columns;
   for (int t = 0; t < block.taps; ++t) {
@@ -156,7 +154,8 @@ inline bool row_fits_cache(const Correlation& s) {
 /// One block of taps into all of dst for channels [first, first + count). Fetching ahead is worth a factor of two on
 /// planes larger than the second-level cache: hardware sees only short runs in many planes.
 template <class V>
-void correlate_block(const Correlation& s, const TapBlock& block, int first, int count, const float* start) {
+void correlate_block(const Correlation& s, const TapBlock<V::block_taps>& block, int first, int count,
+                     const float* start) {
   const std::ptrdiff_t ahead = (s.tap_column > 0 ? 1 : 2) * (s.tap_columns - 1) * lanes;
   const auto run = [&](int i, int j, int j_end, int q, int q_end, Next next) {
     const CorrelationTile tile = find_correlation_tile<V>(q_end - q, j_end - j);
@@ -190,7 +189,7 @@ void correlate_block(const Correlation& s, const TapBlock& block, int first, int
 template <class V>
 void correlate(const Correlation& s, int first_channel, int last_channel) {
   const int taps = s.channels * s.tap_rows * s.tap_columns;
-  TapBlock block;
+  TapBlock<V::block_taps> block;
   for (int first = first_channel; first < last_channel; first += group_channels) {
     const int count = smaller(group_channels, last_channel - first);
     float start[group_channels];
@@ -201,7 +200,7 @@ void correlate(const Correlation& s, int first_channel, int last_channel) {
       continue;
     }
     // Whole channels, unless the taps of a single one are too many.
-    const int step = smaller(block_taps, block_channels<V>(s) * s.tap_rows * s.tap_columns);
+    const int step = smaller(V::block_taps, block_channels<V>(s) * s.tap_rows * s.tap_columns);
     for_each_part(taps, step, [&](int begin, int end) {
       pack<V>(s, begin, end, first, count, block);
       correlate_block<V>(s, block, first, count, begin == 0 ? start : nullptr);

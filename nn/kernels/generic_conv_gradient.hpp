@@ -12,12 +12,12 @@ constexpr int gradient_channels = 16;
 /// 16 output channels, 130 KB, stay in a 1 MB second-level cache with the rows they meet.
 constexpr int gradient_taps = 126;
 /// Positions after which a tile pauses: diff_dst of its channels there, and one channel of src under it, fill what V
-/// says of the first-level cache, three quarters or half of 48 KB. Every tile of taps finds diff_dst there again, and
-/// nine taps share src.
+/// says of a cache. Every tile of taps finds diff_dst there again, and nine taps share src.
 template <class V>
-constexpr int gradient_positions(int stride_rows, int stride_columns) {
-  const int bytes = lanes * static_cast<int>(sizeof(float)) * (V::gradient_channels + stride_rows * stride_columns);
-  return larger(1, V::gradient_bytes / bytes);
+int gradient_positions(int stride_rows, int stride_columns) {
+  const int strides = stride_rows * stride_columns;
+  const int bytes = lanes * static_cast<int>(sizeof(float)) * (V::gradient_channels + strides);
+  return larger(1, V::gradient_bytes(strides > 1) / bytes);
 }
 
 /// Accumulators of 16 lanes, those of a tile side by side, [channel][tap]; in the first block of taps the bias counts

@@ -4,6 +4,8 @@
 
 #include <immintrin.h>
 
+#include "base/isa.hpp"
+
 namespace decid::nn {
 namespace {
 
@@ -13,7 +15,12 @@ struct Avx512 {
   // 24 accumulators + 6 values + 1 broadcast weight of 32 registers; 10 loads for 24 multiply-adds, where the two load
   // ports could serve 24, and far more chains than 2 FMA ports x 4 cycles of latency need.
   static constexpr int tile_channels = 4, tile_columns = 6;
-  static constexpr int gradient_channels = 4, gradient_columns = 6, gradient_bytes = 36 * 1024;
+  static constexpr int gradient_channels = 4, gradient_columns = 6;
+  // Of a 48 KB first-level cache. Where registers are computed by halves, a tile's loads are some 25 bytes a cycle at
+  // most, which a second-level cache of 1 MB delivers too (docs/performance.md, On a Zen 4).
+  static int block_bytes() { return halves_512_bits() ? 160 * 1024 : 24 * 1024; }
+  static int gradient_bytes(bool strided) { return (!halves_512_bits() ? 36 : strided ? 72 : 144) * 1024; }
+  static constexpr int block_taps = 1152;
 
   [[gnu::always_inline]] static Float load(const float* p) { return _mm512_loadu_ps(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { _mm512_storeu_ps(p, v); }

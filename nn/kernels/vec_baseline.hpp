@@ -13,7 +13,10 @@ struct Baseline {
   static constexpr int width = 4;
   // The emulation wants most of the 16 registers for itself; sharing the conversions to double is what a tile gains.
   static constexpr int tile_channels = 2, tile_columns = 2;
-  static constexpr int gradient_channels = 2, gradient_columns = 2, gradient_bytes = 24 * 1024;
+  static constexpr int gradient_channels = 2, gradient_columns = 2;
+  static constexpr int block_bytes() { return 24 * 1024; }
+  static constexpr int gradient_bytes(bool) { return 24 * 1024; }
+  static constexpr int block_taps = 256;
 
   [[gnu::always_inline]] static Float load(const float* p) { return _mm_loadu_ps(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { _mm_storeu_ps(p, v); }

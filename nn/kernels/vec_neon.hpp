@@ -12,7 +12,10 @@ struct Neon {
   static constexpr int width = 4;
   // 24 accumulators + 6 values + 1 broadcast weight of 32 registers.
   static constexpr int tile_channels = 4, tile_columns = 6;
-  static constexpr int gradient_channels = 4, gradient_columns = 6, gradient_bytes = 36 * 1024;
+  static constexpr int gradient_channels = 4, gradient_columns = 6;
+  static constexpr int block_bytes() { return 24 * 1024; }
+  static constexpr int gradient_bytes(bool) { return 36 * 1024; }
+  static constexpr int block_taps = 256;
 
   [[gnu::always_inline]] static Float load(const float* p) { return vld1q_f32(p); }
   [[gnu::always_inline]] static void store(float* p, Float v) { vst1q_f32(p, v); }

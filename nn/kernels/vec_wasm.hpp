@@ -14,11 +14,25 @@ struct Wasm {
 #if defined(__wasm_relaxed_simd__)
   // As AVX2: engines on x86-64 have 16 registers.
   static constexpr int tile_channels = 6, tile_columns = 2;
-  static constexpr int gradient_channels = 2, gradient_columns = 6, gradient_bytes = 24 * 1024;
+  static constexpr int gradient_channels = 2, gradient_columns = 6;
+  static constexpr int block_bytes() {
+    return 24 * 1024;
+  }
+  static constexpr int gradient_bytes(bool) {
+    return 24 * 1024;
+  }
+  static constexpr int block_taps = 256;
 #else
   // The emulation wants most of the registers for itself.
   static constexpr int tile_channels = 2, tile_columns = 2;
-  static constexpr int gradient_channels = 2, gradient_columns = 2, gradient_bytes = 24 * 1024;
+  static constexpr int gradient_channels = 2, gradient_columns = 2;
+  static constexpr int block_bytes() {
+    return 24 * 1024;
+  }
+  static constexpr int gradient_bytes(bool) {
+    return 24 * 1024;
+  }
+  static constexpr int block_taps = 256;
 #endif
 
   [[gnu::always_inline]] static Float load(const float* p) {

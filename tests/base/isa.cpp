@@ -15,6 +15,7 @@ TEST_CASE("instruction sets: names, and what can be asked for") {
   CHECK(available.front() == Isa::reference);
   CHECK(std::find(available.begin(), available.end(), chosen_isa()) != available.end());
   for (const Isa isa : available) CHECK(isa_from_name("test", name(isa)) == isa);
+  CHECK((!halves_512_bits() || available.back() == Isa::avx512));
   const bool arm = available.back() == Isa::neon;
   for (const std::string wanted : {"sse9", "", "AVX2", arm ? "avx2" : "neon"}) {
     INFO(wanted);

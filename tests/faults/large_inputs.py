@@ -314,7 +314,10 @@ def protocols():
     return {
         "states": lambda: within(tiny_text, "sequence", '{"feedback": [0,0,-1,1], "start": ' + long_list("0") + ', "state_s": 0.05}'),
         "measured tilt": lambda: tilt(SIZE // 5 - 100).encode(),
-        "sum of lines": lambda: within(tiny_text, "sum_of_sines", long_list('{"hz":1}')),
+        "sines": lambda: b'{"name": "m", "sines": {"cycle_s": 10, "components": '
+                         + long_list('{"frequency_hz":1,"amplitude_deg":0}').encode() + b"}}",
+        "raised cosines": lambda: b'{"name": "m", "raised_cosines": {"cycle_s": 10, "moves": '
+                                  + long_list('{"shape":"step","start_s":1,"duration_s":1,"amplitude_deg":0}').encode() + b"}}",
         "long name": lambda: within(tiny_text, "name", '"' + "n" * (SIZE - 500) + '"'),
     }
 

@@ -208,6 +208,10 @@ TEST_CASE("FrequencyResponse: what has no response is refused, what has no noise
   CHECK_THROWS_AS(
       FrequencyResponse(default_protocol().experiment).measure(std::vector<float>(12099), tilt_of(Protocol{})), Error);
 
+  Protocol from_peak;  // a cycle may start and end anywhere, if at the same tilt
+  from_peak.experiment.stimulus = Sines{{{0.25, 0.5, 90.0}}, 20.0, 2, 0.0, 0.0};
+  CHECK(FrequencyResponse{from_peak.experiment}.bands() > 0);
+
   Protocol pulse;  // one cycle, all harmonics excited
   pulse.experiment.stimulus = RaisedCosines{{{Move::Shape::pulse, 1.0, 4.0, 1.0}}, 20.0, 1, 0.0, 0.0};
   const FrequencyResponse analysis(pulse.experiment);

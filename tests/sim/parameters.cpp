@@ -98,6 +98,9 @@ TEST_CASE("ParameterTable: tables that are none") {
   const auto table = [](std::vector<ParameterInfo> all) { return [all] { ParameterTable{all}; }; };
   check_error(table({}), {"a table of 0", "1 to 32"});
   check_error(table(std::vector<ParameterInfo>(Parameters::most + 1, named("a"))), {"a table of 33"});
+  std::vector<ParameterInfo> full;
+  while (full.size() < Parameters::most) full.push_back(named("p" + std::to_string(full.size())));
+  CHECK(ParameterTable(full).names().size() == Parameters::most);
   check_error(table({named("a"), named("b"), named("a")}), {"two parameters called a"});
   ParameterInfo also_a = named("b");
   also_a.option = "a";

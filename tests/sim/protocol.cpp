@@ -367,7 +367,7 @@ TEST_CASE("Protocol::refuse_implausible: names, bodies and joints") {
     CHECK(said.find("protocol name: has a control character at byte") == 0);
     CHECK(said.find(name) == std::string::npos);
   }
-  for (const char* name : {"", "plain", "\xC3\xA4 \xC2\xB0 \xE2\x82\xAC"}) {
+  for (const char* name : {"", "plain", "\xC3\xA4 \xC2\xB0 \xE2\x82\xAC", "no-break\xC2\xA0space"}) {
     CHECK(message([&](Protocol& p) { p.name = name; }).empty());
   }
 

@@ -51,6 +51,9 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
       CHECK(limit >= before);
       before = limit;
     }
+    // The mean of the draws: of these few it lies within what holds nine tenths of them.
+    CHECK(parameter["value"].get<double>() >= parameter["interval90"][0].get<double>());
+    CHECK(parameter["value"].get<double>() <= parameter["interval90"][1].get<double>());
     CHECK(recording["diagnostics"]["rhat"][info.name].get<double>() > 0.9);
     CHECK(recording["diagnostics"]["effective_draws"][info.name].get<double>() > 0.0);
     CHECK(near(recording["correlations"][p][p].get<double>(), 1.0, 1e-12));

@@ -7,6 +7,7 @@
 #include "tests/tools/decid/run.hpp"
 
 using decid::test::Folder;
+using decid::test::run_decid;
 using decid::test::write_text;
 using decid::tools::recording_files;
 using Names = std::vector<std::string>;
@@ -61,4 +62,20 @@ TEST_CASE("a folder that cannot be read is an error" * doctest::skip(::geteuid()
   std::filesystem::permissions(folder / "closed", std::filesystem::perms::none);
   CHECK(refusal(folder / "closed").find("closed: cannot be read: Permission denied") != std::string::npos);
   std::filesystem::permissions(folder / "closed", std::filesystem::perms::owner_all);
+}
+
+TEST_CASE("a MAT-file of version 7.3 where matio cannot be loaded: a clear line, and other files are read") {
+  const Folder folder;
+  write_text(folder / "libmatio.so.11", "");  // found first, and no library
+  const std::string without = "LD_LIBRARY_PATH=" + folder / "" + " ";
+  const std::string mat = std::string(DECID_SOURCE_DIR) + "/tests/dataset/recording/mat/";
+  const auto refused = run_decid("identify " + mat + "v73_h5py.mat", without);
+  CAPTURE(refused.err);
+  CHECK(refused.code == 2);
+  CHECK(refused.out.empty());
+  CHECK(refused.err.find("need matio, which cannot be loaded: ") != std::string::npos);
+  CHECK(refused.err.find("; install it (Debian: libmatio11), or save the file with '-v7', or as CSV\n") !=
+        std::string::npos);
+  CHECK(run_decid("identify " + mat + "v5.mat", without).err.find("recording has 20 samples at 50 Hz") !=
+        std::string::npos);
 }
