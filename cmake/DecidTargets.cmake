@@ -32,6 +32,7 @@ function(decid_compile_options target)
   if(DECID_COVERAGE)
     # Threads count one after the other.
     target_compile_options(${target} PRIVATE --coverage -fprofile-update=atomic)
+    target_compile_definitions(${target} PRIVATE DECID_COVERAGE)
     target_link_options(${target} PUBLIC --coverage)
   endif()
 endfunction()

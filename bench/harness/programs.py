@@ -11,15 +11,47 @@ SUITES = ("bench_sim", "bench_nn_kernels", "bench_nn_network", "bench_stream", "
 ISAS = ("reference", "baseline", "avx2", "avx512", "neon")
 
 
-def build(source, folder):
-    """A release build of the benchmark programs of `source`, as many of them as it has; the log is beside the folder."""
+# Kernels' sources, and the benchmarks that run them. A source that no row names is shared by its folder's.
+KERNELS = {
+    "nn/kernels/generic_conv.hpp": "conv2d/.*/(forward|backward_src)/",
+    "nn/kernels/generic_conv_gradient.hpp": "conv2d/.*/backward_weight/",
+    "nn/kernels/generic_single.hpp": "forward_channels_in_lanes",
+    "nn/kernels/generic_dense.hpp": "dense/",
+    "nn/kernels/generic_pool.hpp": "pool_",
+    "nn/kernels/generic_activation.hpp": "activation|relu",
+    "nn/kernels/generic_statistics.hpp": "plane/",
+    "nn/kernels/generic_plane.hpp": "plane/",
+    "nn/kernels/": "conv2d|plane|dense",
+    "sim/kernels/generic_fft.hpp": "fft|noise|image",
+    "sim/kernels/pendulums.hpp": "/trials",
+    "sim/kernels/generic_pendulums.hpp": "/trials",
+    "sim/kernels/": "/trials|fft|noise|image",
+    "dataset/image/kernels/": "image",
+    "base/kernels/": "noise",
+    "identify/posterior/kernels/": "posterior",
+}
+KERNEL_SUITES = ("bench_nn_kernels", "bench_sim", "bench_posterior")
+
+
+def touched_kernels(paths):
+    """The regular expression of the benchmarks of those kernels that lie at these paths; None if there are none."""
+    found = set()
+    for path in paths:
+        rows = [name for name in KERNELS if path.startswith(name)]
+        if rows and not path.endswith("reference.cpp"):
+            found.add(KERNELS[max(rows, key=len)])
+    return re.compile("|".join(sorted(found))) if found else None
+
+
+def build(source, folder, suites=(*SUITES, "bench_scaling")):
+    """A release build of some benchmark programs of `source`, as many of them as it has; the log is beside the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     log = folder.with_name(folder.name + ".log")
     try:
         told = run(["cmake", "-S", source, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DDECID_BENCHMARKS=ON",
                     "-DDECID_TESTS=OFF"])
         known = set(re.findall(r"\w+", run(["cmake", "--build", folder, "--target", "help"])))
-        programs = [name for name in (*SUITES, "bench_scaling") if name in known]
+        programs = [name for name in suites if name in known]
         told += run(["cmake", "--build", folder, "-j", os.cpu_count(), "--target", *programs])
         log.write_text(told, encoding="utf-8")
     except Failed as error:

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench"))
 import made_up  # noqa: E402
 from harness.paired import change, exponent, rank  # noqa: E402
+from harness.programs import KERNELS, touched_kernels  # noqa: E402
 
 
 class Interval(unittest.TestCase):
@@ -78,6 +79,39 @@ class Exponent(unittest.TestCase):
                 exponent(sizes, values)
 
 
+class Touched(unittest.TestCase):
+    """Kernels' sources and the benchmarks that run them."""
+    names = [b["name"] for b in json.loads((ROOT / "bench/history/0.1.0-dev.json").read_text())["benchmarks"]]
+    names.append("avx512/posterior/gradient")  # 0.1.0 had none
+
+    def found(self, *paths):
+        pattern = touched_kernels(paths)
+        return [name for name in self.names if pattern and pattern.search(name)]
+
+    def test_every_row_names_sources_and_benchmarks_that_there_are(self):
+        for path in KERNELS:
+            self.assertTrue((ROOT / path).exists(), path)
+            self.assertTrue(self.found(path), path)
+
+    def test_every_kernel_source_has_benchmarks(self):
+        for path in ROOT.glob("*/**/kernels/*.hpp"):
+            name = str(path.relative_to(ROOT))
+            if not name.startswith(("build/", "tests/")):
+                self.assertTrue(self.found(name), name)
+
+    def test_only_what_a_source_is_for(self):
+        weights = self.found("nn/kernels/generic_conv_gradient.hpp")
+        self.assertTrue(all("/backward_weight/" in name and "conv2d" in name for name in weights), weights)
+        both = self.found("nn/kernels/generic_conv_gradient.hpp", "nn/kernels/generic_conv.hpp")
+        self.assertGreater(len(both), len(weights))
+        self.assertEqual(set(self.found("nn/kernels/vec_avx2.hpp", "nn/kernels/generic_conv.hpp")),
+                         set(self.found("nn/kernels/")))
+
+    def test_other_sources_are_no_kernels(self):
+        self.assertIsNone(touched_kernels(["nn/network.cpp", "docs/performance.md", "nn/kernels/reference.cpp"]))
+        self.assertIsNone(touched_kernels([]))
+
+
 class Programs(unittest.TestCase):
     """tools/bench-compare on two made-up builds."""
 
@@ -99,6 +133,11 @@ class Programs(unittest.TestCase):
         self.assertEqual({(isa, name) for _, isa, name in runs}, {("avx2", "avx2/conv2d/one/forward/manual_time")})
         self.assertEqual(result["changes"][0]["verdict"], "slower")
         self.assertAlmostEqual(result["changes"][0]["ratio"], 1.1)
+
+    def test_a_report_of_a_slow_down_is_exit_code_0(self):
+        done, _, _ = self.compare([100], [110], "--filter", "conv2d", "--report")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("1 slower", done.stdout)
 
     def test_noise_a_gain_and_a_change_below_the_minimum_are_exit_code_0(self):
         for old, new, words, said in (([100, 90, 110], [100, 90, 110], (), "0 slower, 0 faster"),
@@ -124,7 +163,9 @@ class CommandLine(unittest.TestCase):
         return done.stderr
 
     def test_wrong_usage_is_exit_code_2(self):
-        self.assertIn("give REF or --builds", self.refused())
+        self.assertIn("give REF, --release or --builds", self.refused())
+        self.assertIn("give REF, --release or --builds", self.refused("HEAD", "--release"))
+        self.assertIn("--touched", self.refused("HEAD", "--touched", "--filter", "conv2d"))
         self.assertIn("holds no benchmarks", self.refused("--builds", "/no/such", "/build"))
         self.assertIn("--pairs: 9 or more", self.refused("HEAD", "--pairs", "8"))
         self.assertIn("--minimum", self.refused("HEAD", "--minimum", "-1"))
