@@ -5,10 +5,16 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "base/per_thread.hpp"
 #include "base/sha256.hpp"
 
 namespace decid::dataset {
 namespace {
+
+/// A trial on its way to whoever takes it.
+struct TrialScratch {
+  std::vector<float> sway;
+};
 
 void check_indices(std::span<const int> indices, int trials) {
   for (const int index : indices) {
@@ -33,7 +39,7 @@ class StoredSource final : public TrialSource {
   void take(Part part, int, std::span<const int> indices, const Take& take) const override {
     check_indices(indices, trials(part));
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
-      thread_local std::vector<float> sway;
+      std::vector<float>& sway = per_thread<TrialScratch>().sway;
       sway.resize(static_cast<std::size_t>(about().samples));
       const auto place = static_cast<std::size_t>(i);
       const int trial = half(part)[static_cast<std::size_t>(indices[place])];
@@ -74,7 +80,7 @@ class StreamSource final : public TrialSource {
     for (const int index : indices) numbers.push_back(first + static_cast<std::uint64_t>(index));
     simulate_stream(
         simulator_, seed_, numbers, [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
-          thread_local std::vector<float> stored;
+          std::vector<float>& stored = per_thread<TrialScratch>().sway;
           sim::record(protocol(), seed_, numbers[place], sway);
           stored.resize(sway.size());
           std::ranges::transform(sway, stored.begin(), [](double value) { return static_cast<float>(value); });

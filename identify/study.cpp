@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/parallel.hpp"
+#include "base/per_thread.hpp"
 #include "base/text.hpp"
 #include "dataset/recording/csv.hpp"
 #include "identify/explanation.hpp"
@@ -142,7 +143,10 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
   data.before = data.all = dataset::TrialDistributions(model.parameters());
   std::vector<double> amplitude(static_cast<std::size_t>(stored.trials()));
   parallel_for(stored.trials(), [&](int i) {
-    thread_local std::vector<float> sway;
+    struct Scratch {
+      std::vector<float> sway;
+    };
+    std::vector<float>& sway = per_thread<Scratch>().sway;
     sway.resize(static_cast<std::size_t>(about.samples));
     stored.read(i, sway);
     amplitude[static_cast<std::size_t>(i)] = peak_to_peak(sway);

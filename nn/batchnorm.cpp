@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/per_thread.hpp"
 #include "nn/forward.hpp"
 #include "nn/normalisation.hpp"
 #include "nn/training_layers.hpp"
@@ -26,8 +27,10 @@ struct Band {
 /// Scratch of the calling thread, for the derivatives of a band. Grows in a constructor, or in a thread's first step.
 template <class T>
 AlignedBuffer<T>& band_scratch() {
-  thread_local AlignedBuffer<T> buffer;
-  return buffer;
+  struct Scratch {
+    AlignedBuffer<T> buffer;
+  };
+  return per_thread<Scratch>().buffer;
 }
 
 template <class P>

@@ -64,7 +64,7 @@ void read_vestibular_noise(const Json& json, const std::string& where, Vestibula
   object.read("high_hz", noise.high_hz);
   object.read("exponent", noise.exponent);
   if (const Json* period = object.find("period_s")) {
-    repeats_with_trial = *period == "trial";
+    repeats_with_trial = period->is_string() && period->get_ref<const std::string&>() == "trial";
     if (period->is_number()) {
       noise.period_s = period->get<double>();
     } else if (!repeats_with_trial) {

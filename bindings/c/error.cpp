@@ -6,6 +6,7 @@
 #include <exception>
 #include <new>
 
+#include "base/per_thread.hpp"
 #include "base/version.hpp"
 #include "bindings/c/handles.hpp"
 
@@ -15,10 +16,23 @@ namespace {
 struct LastError {
   std::string text, where, problem, remedy;
 };
-thread_local LastError last;
+
+/// The thread's; null if there is no memory for it.
+LastError* last() noexcept {
+  try {
+    return &per_thread<LastError>();
+  } catch (...) {
+    return nullptr;
+  }
+}
+
+const char* text_of(std::string LastError::*part) {
+  const LastError* const error = last();
+  return error != nullptr ? (error->*part).c_str() : "";
+}
 
 void remember(const Error& error) {
-  last = {error.what(), error.where(), error.problem(), error.remedy()};
+  per_thread<LastError>() = {error.what(), error.where(), error.problem(), error.remedy()};
 }
 
 }  // namespace
@@ -44,7 +58,7 @@ decid_status remember_failure() noexcept {
       return DECID_FAILED;
     }
   } catch (...) {  // no memory for the text
-    last = {};
+    if (LastError* const error = last()) *error = {};
     return DECID_NO_MEMORY;
   }
 }
@@ -71,16 +85,16 @@ std::vector<decid_warning> to_c(const Warnings& warnings) {
 using namespace decid::c;
 
 const char* decid_error_text(void) {
-  return last.text.c_str();
+  return text_of(&LastError::text);
 }
 const char* decid_error_where(void) {
-  return last.where.c_str();
+  return text_of(&LastError::where);
 }
 const char* decid_error_problem(void) {
-  return last.problem.c_str();
+  return text_of(&LastError::problem);
 }
 const char* decid_error_remedy(void) {
-  return last.remedy.c_str();
+  return text_of(&LastError::remedy);
 }
 
 int decid_abi(void) {

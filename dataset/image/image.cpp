@@ -12,6 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
+#include "base/per_thread.hpp"
 #include "dataset/image/kernels/image.hpp"
 
 namespace decid::dataset {
@@ -197,8 +198,11 @@ ImageShape ImageMaker::shape() const noexcept {
 
 // A single window by itself has the same bits, without seven idle lanes, in an eighth of the memory.
 void ImageMaker::transform_alone(std::span<const float> window, std::span<double> spectrum) const {
-  thread_local std::vector<double> signal;
-  thread_local std::vector<sim::Complex> bins, complex_work;
+  struct Scratch {
+    std::vector<double> signal;
+    std::vector<sim::Complex> bins, complex_work;
+  };
+  auto& [signal, bins, complex_work] = per_thread<Scratch>();
   signal.assign(window.begin(), window.end());
   bins.resize(static_cast<std::size_t>(fft_.bins()));
   complex_work.resize(static_cast<std::size_t>(fft_.work_length()));
@@ -247,7 +251,10 @@ void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, 
   const int shown = std::min(fft_.bins(), rows_);
   constexpr std::size_t lanes = image_lanes;
   // Kept from call to call: 2.5 MB if the window is a whole cycle.
-  thread_local std::vector<double> signal, spectra, work, mean, residual;
+  struct Scratch {
+    std::vector<double> signal, spectra, work, mean, residual;
+  };
+  auto& [signal, spectra, work, mean, residual] = per_thread<Scratch>();
   const auto grow = [](std::vector<double>& buffer, std::size_t count) {
     buffer.resize(std::max(buffer.size(), count));
   };

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/per_thread.hpp"
 #include "dataset/image/image.hpp"
 #include "dataset/image/kernels/image.hpp"
 #include "sim/stimulus.hpp"
@@ -59,9 +60,15 @@ void ImageMaker::make_series(const Sway& sway, std::span<float> image, Isa isa) 
   constexpr std::size_t lanes = image_lanes;
   const double per_bend = bend_over_lean_s2_ / (block_s_ * block_s_);
   const std::size_t padded = (rows + lanes - 1) / lanes * lanes;
-  thread_local std::vector<std::vector<double>> cycles;
-  thread_local std::vector<double> work;
-  thread_local std::vector<float> shown;
+  struct Scratch {
+    std::vector<std::vector<double>> cycles;
+    std::vector<double> work;
+    std::vector<float> shown;
+  };
+  Scratch& scratch = per_thread<Scratch>();
+  std::vector<std::vector<double>>& cycles = scratch.cycles;
+  std::vector<double>& work = scratch.work;
+  std::vector<float>& shown = scratch.shown;
   cycles.resize(fold);
   shown.resize(padded);
   for (std::size_t cycle = 0; cycle < fold; ++cycle) {

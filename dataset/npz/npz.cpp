@@ -15,6 +15,7 @@
 #include "base/error.hpp"
 #include "base/json_object.hpp"
 #include "base/parallel.hpp"
+#include "base/per_thread.hpp"
 #include "dataset/npz/npz_parts.hpp"
 #include "sim/protocol_json.hpp"
 
@@ -336,7 +337,10 @@ StoredDataset::StoredDataset(const std::filesystem::path& path, const sim::BodyM
 
   std::vector<std::uint32_t> parts(data_.parameters.size());
   parallel_for(trials(), [&](int i) {
-    thread_local std::vector<float> values;
+    struct Scratch {
+      std::vector<float> values;
+    };
+    std::vector<float>& values = per_thread<Scratch>().values;
     values.resize(static_cast<std::size_t>(data_.samples));
     read(i, values);
     check_sway(values, static_cast<std::size_t>(i), source.where);

@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/json_object.hpp"
 #include "base/parallel.hpp"
+#include "base/per_thread.hpp"
 #include "dataset/npz/journal.hpp"
 #include "dataset/npz/npz.hpp"
 #include "dataset/npz/npz_parts.hpp"
@@ -147,7 +148,10 @@ std::optional<std::uint32_t> crc32_of(const DiskFile& file, std::uint64_t positi
   if (position + trials * trial_bytes > file.size()) return std::nullopt;
   std::vector<std::uint32_t> parts(trials);
   parallel_for(static_cast<int>(trials), [&](int i) {
-    thread_local std::vector<std::byte> bytes;
+    struct Scratch {
+      std::vector<std::byte> bytes;
+    };
+    std::vector<std::byte>& bytes = per_thread<Scratch>().bytes;
     bytes.resize(trial_bytes);
     const auto index = static_cast<std::size_t>(i);
     file.read(position + index * trial_bytes, bytes);

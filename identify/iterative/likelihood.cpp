@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "base/per_thread.hpp"
 
 namespace decid::iterative {
 namespace {
@@ -67,8 +68,11 @@ TrialSpectrum::TrialSpectrum(const sim::Protocol& protocol)
 }
 
 void TrialSpectrum::of(std::span<const double> sway_rad, std::span<sim::Complex> out) const {
-  thread_local std::vector<double> means;
-  thread_local std::vector<sim::Complex> spectrum, work;
+  struct Scratch {
+    std::vector<double> means;
+    std::vector<sim::Complex> spectrum, work;
+  };
+  auto& [means, spectrum, work] = per_thread<Scratch>();
   means.resize(static_cast<std::size_t>(length_));
   spectrum.resize(static_cast<std::size_t>(fft_.bins()));
   work.resize(static_cast<std::size_t>(fft_.work_length()));
@@ -140,7 +144,10 @@ Cost Likelihood::cost(std::span<const sim::Complex> simulated, std::span<const d
   }
   const double count = static_cast<double>(standing);
   // Distance from the mean and residual power, bin by bin.
-  thread_local std::vector<double> distance2, power;
+  struct Scratch {
+    std::vector<double> distance2, power;
+  };
+  auto& [distance2, power] = per_thread<Scratch>();
   distance2.assign(bins, 0);
   power.assign(bins, 0);
   for (std::size_t k = 0; k < bins; ++k) {

@@ -2,6 +2,7 @@
 // lives. Each call is made in a child, so that one that ends the process is counted. The share of what libzip takes for
 // a damaged file has a limit.
 //   allocations SOURCE_FOLDER [STRIDE]
+//   allocations SOURCE_FOLDER FUNCTION INDEX     that one alone and in this process, for a debugger
 #include <errno.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -95,7 +96,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   const std::filesystem::path seeds = std::filesystem::path(argv[1]) / "tests/fuzz/seeds";
-  const long stride = argc > 2 ? std::atol(argv[2]) : 1;
+  const long stride = argc == 3 ? std::atol(argv[2]) : 1;
   const std::string protocol_file = seeds / "protocol/tiny.json", model_file = seeds / "model/net.safetensors";
   const std::string recording_file = seeds / "recording/trial.csv", data_file = seeds / "npz/tiny.npz";
   const std::string mat_file = std::filesystem::path(argv[1]) / "tests/dataset/recording/mat/v7_struct.mat";
@@ -175,6 +176,16 @@ int main(int argc, char** argv) {
          return decid_evaluate(model, dataset, DECID_ALL, &to, sizeof to);
        }},
   };
+  if (argc == 4) {
+    for (const Step& step : steps) {
+      if (std::strcmp(step.name, argv[2]) != 0) continue;
+      left = std::atol(argv[3]);
+      const decid_status status = step.call();
+      left = -1;
+      std::printf("%s: %d %s\n", step.name, static_cast<int>(status), status != DECID_OK ? decid_error_text() : "");
+    }
+    return 0;
+  }
   long all = 0, terminated = 0, misnamed = 0, wrong = 0;
   for (const Step& step : steps) {
     long calls = 0, ended = 0, without = 0;
@@ -182,13 +193,14 @@ int main(int argc, char** argv) {
       const int found = outcome(step, index);
       if (found == reached_the_end) break;
       ++calls;
-      if (found == 128 + SIGABRT)
+      if (found == 128 + SIGABRT) {
         ++ended;
-      else if (found == DECID_OK)
+        std::fprintf(stderr, "%s: allocation %ld ended the process\n", step.name, index);
+      } else if (found == DECID_OK) {
         ++without;
-      else if (found == DECID_BAD_INPUT)
+      } else if (found == DECID_BAD_INPUT) {
         ++misnamed;
-      else if (found != DECID_NO_MEMORY) {
+      } else if (found != DECID_NO_MEMORY) {
         ++wrong;
         std::fprintf(stderr, "%s: allocation %ld: %d\n", step.name, index, found);
       }

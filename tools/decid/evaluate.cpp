@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "base/per_thread.hpp"
 #include "base/text.hpp"
 #include "dataset/npz/npz.hpp"
 #include "identify/calibration.hpp"
@@ -107,7 +108,10 @@ Evaluated evaluated(const EvaluateOptions& options, Model& model, const std::str
   for (const int i : chosen) truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
   const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
-      thread_local std::vector<float> sway;
+      struct Scratch {
+        std::vector<float> sway;
+      };
+      std::vector<float>& sway = per_thread<Scratch>().sway;
       sway.resize(static_cast<std::size_t>(data.samples));
       const auto place = static_cast<std::size_t>(i);
       stored.read(chosen[static_cast<std::size_t>(indices[place])], sway);

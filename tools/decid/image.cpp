@@ -7,6 +7,7 @@
 #include "base/file.hpp"
 #include "base/json_object.hpp"
 #include "base/parallel.hpp"
+#include "base/per_thread.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "dataset/npz/arrays.hpp"
@@ -67,7 +68,10 @@ void write_images(const ImageOptions& options, const Model& model, const dataset
     images.resize(static_cast<std::size_t>(count) * values);
     const auto hand_over = [&](const dataset::TakeSway& take) {
       parallel_for(count, [&](int i) {
-        thread_local std::vector<float> sway;
+        struct Scratch {
+          std::vector<float> sway;
+        };
+        std::vector<float>& sway = per_thread<Scratch>().sway;
         sway.resize(static_cast<std::size_t>(data.samples));
         stored.read(first + i, sway);
         take(static_cast<std::size_t>(i), {sway, body.height});
