@@ -17,7 +17,7 @@ ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROO
 # "mpirun (Open MPI) 4.1.4", "mpiexec (OpenRTE) 4.1.4"
 IS_OPEN_MPI = re.search("Open MPI|OpenRTE", subprocess.run([MPIRUN, "--version"], capture_output=True, text=True).stdout)
 RANKS = (1, 2, 3, 5, 16)
-# tests/tools/decid/golden.cpp holds what it makes.
+# tests/golden/bits.cpp holds what it makes.
 GOLDEN = ["train", "--stream", "--preset", "small", "--stream-trials", "128", "--validation-trials", "32", "--epochs", "2",
           "--seed", "5", "--quiet"]
 LONG = ["train", "--stream", "--preset", "small", "--stream-trials", "96", "--validation-trials", "8", "--epochs", "60",
