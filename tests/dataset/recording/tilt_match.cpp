@@ -14,6 +14,10 @@ using namespace decid::test;
 
 namespace {
 
+Match match_tilt(const std::vector<double>& measured, const std::vector<double>& expected, int overhang) {
+  return TiltMatcher(expected, overhang).match(measured);
+}
+
 std::vector<double> noise(std::size_t samples, std::uint64_t item) {
   const Random random(3, Stream::sensor_noise, item);
   std::vector<double> signal(samples);
