@@ -27,6 +27,8 @@ function(decid_compile_options target)
   endif()
   if(DECID_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${DECID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    # For what they cannot run or make too slow to be worth it.
+    target_compile_definitions(${target} PRIVATE DECID_SANITIZED)
     target_link_options(${target} PUBLIC -fsanitize=${DECID_SANITIZE})
   endif()
   if(DECID_COVERAGE)

@@ -49,15 +49,16 @@ double Following::measure(const Simulated& simulated, std::span<const float> swa
   {
     const auto samples = static_cast<std::size_t>(fft_.length());
     WorkVector<double> in(lanes * samples), out(2 * lanes * bins), work(2 * lanes * work_length);
+    const std::vector<double> silence(samples);
     for (std::size_t g = 0; g < groups; ++g) {
-      const std::vector<double> silence(samples);
       std::array<const double*, lanes> sways;
       for (std::size_t l = 0; l < lanes; ++l) {
         const std::vector<double>& sway = simulated.sways_[g * lanes + l];
         sways[l] = stands(sway) ? sway.data() : silence.data();
       }
+      double* place = in.data();
       for (std::size_t k = 0; k < samples; ++k)
-        for (std::size_t l = 0; l < lanes; ++l) in[k * lanes + l] = sways[l][k];
+        for (std::size_t l = 0; l < lanes; ++l) *place++ = sways[l][k];
       fft_.forward_lanes(in, out, work);
       for (std::size_t k = 0; k < lines_; ++k)
         for (std::size_t l = 0; l < lanes; ++l)
