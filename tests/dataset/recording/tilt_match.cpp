@@ -138,6 +138,19 @@ TEST_CASE("tilt match: a stimulus that repeats is taken the first time it is as 
   CHECK(std::abs(found(0.1) - 200) < 0.5);  // 1e-2: another
 }
 
+TEST_CASE("tilt match: one matcher, recordings of any length") {
+  const std::vector<double> expected = pulse(200, 100);
+  const TiltMatcher matcher(expected, 20);
+  for (const std::size_t samples : {300U, 200U, 5000U, 300U}) {  // transforms of two lengths
+    CAPTURE(samples);
+    const std::vector<double> measured = joined(pulse(samples, 120), noise(samples, samples));
+    const Match match = matcher.match(measured), alone = match_tilt(measured, expected, 20);
+    CHECK(match.delay_samples == alone.delay_samples);
+    CHECK(match.correlation == alone.correlation);
+    CHECK(match.gain == alone.gain);
+  }
+}
+
 TEST_CASE("tilt match: nothing to be found") {
   const std::vector<double> expected = pulse(200, 100);
   for (const double value : {0.0, 1.0, 0.4, -1.0 / 3, 1e-9, 1e9}) {  // whose means are rounded
