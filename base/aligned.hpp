@@ -27,4 +27,20 @@ struct AlignedAllocator {
 template <class T>
 using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
+/// Leaves new values as the memory happens to be.
+template <class T>
+struct WorkAllocator : AlignedAllocator<T> {
+  WorkAllocator() = default;
+  template <class U>
+  WorkAllocator(const WorkAllocator<U>&) noexcept {}
+  template <class U>
+  void construct(U* place) noexcept {
+    ::new (static_cast<void*>(place)) U;
+  }
+};
+
+/// The same for work that is overwritten before it is read: setting megabytes to zero takes as long as using them.
+template <class T>
+using WorkVector = std::vector<T, WorkAllocator<T>>;
+
 }  // namespace decid

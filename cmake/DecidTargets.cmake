@@ -27,6 +27,8 @@ function(decid_compile_options target)
   endif()
   if(DECID_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${DECID_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    # For what they cannot run or make too slow to be worth it.
+    target_compile_definitions(${target} PRIVATE DECID_SANITIZED)
     target_link_options(${target} PUBLIC -fsanitize=${DECID_SANITIZE})
   endif()
   if(DECID_COVERAGE)
@@ -89,6 +91,16 @@ function(decid_library name)
     target_compile_options(decid_${name} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
   set_property(TARGET decid_${name} PROPERTY DECID_FINDS "${arg_FINDS}")
+endfunction()
+
+# decid_soname(result library): the name that the linker would write down for a shared library, for one that is not
+# linked but loaded where it is needed (base/shared_library.hpp).
+function(decid_soname result library)
+  execute_process(COMMAND ${CMAKE_READELF} -d ${library} OUTPUT_VARIABLE dynamic COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT dynamic MATCHES "\\(SONAME\\)[^[]*\\[([^]]+)\\]")
+    message(FATAL_ERROR "${library} is no shared library")
+  endif()
+  set(${result} ${CMAKE_MATCH_1} PARENT_SCOPE)
 endfunction()
 
 # decid_glue(target): code that reads options, writes pages and JSON or tests takes half as long to compile with -O1,

@@ -12,7 +12,6 @@ endif()
 # decid_test(name sources...): doctest program test_<name>, an entry "folder/file: case" for each of its cases, found
 # when it has been built. A suite is a second label: a case that takes more than 5 s says so, TEST_CASE(".." *
 # doctest::test_suite("slow")), and one that holds bits that every build must have is "golden".
-# DECID_SANITIZED is defined where sanitizers are on, for what they cannot run or make too slow to be worth it.
 function(decid_test name)
   if(NOT TARGET decid_test_main)
     add_library(decid_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/main.cpp)
@@ -26,7 +25,6 @@ function(decid_test name)
   set_target_properties(test_${name} PROPERTIES UNITY_BUILD OFF)
   target_link_libraries(test_${name} PRIVATE decid_test_main)
   if(DECID_SANITIZE)
-    target_compile_definitions(test_${name} PRIVATE DECID_SANITIZED)
     # What is tested is in the libraries; in the tests' own sources these checks are two fifths of the time to compile them.
     target_compile_options(test_${name} PRIVATE -fno-sanitize=undefined)
   endif()

@@ -111,12 +111,10 @@ Explainer::Explainer(const sim::Simulator& simulator) : simulator_(simulator) {
 }
 
 std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> answers) const {
-  std::vector<Simulated> all;
+  std::vector<Simulated> all(answers.size());
   std::vector<sim::Parameters> with_noise;
-  for (const Answer& answer : answers) {
-    all.push_back({{}, {}, Following::Simulated(simulator_.samples())});
+  for (const Answer& answer : answers)
     with_noise.push_back(simulator_.protocol().parameters().simulable(answer.parameters));
-  }
   simulator_.run_all(
       trials_of_answer * static_cast<int>(answers.size()),
       [&](int i) {

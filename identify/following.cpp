@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/aligned.hpp"
+
 namespace decid {
 namespace {
 
@@ -22,16 +24,8 @@ static_assert(groups * sim::fft_lanes == Following::trials);
 
 }  // namespace
 
-Following::Simulated::Simulated(int samples)
-    : samples_(samples),
-      lanes_(static_cast<std::size_t>(trials) * static_cast<std::size_t>(samples)),
-      stands_(trials) {}
-
 void Following::Simulated::put(int trial, std::span<const double> sway_rad) {
-  const auto place = static_cast<std::size_t>(trial);
-  double* const first = lanes_.data() + place / lanes * lanes * static_cast<std::size_t>(samples_) + place % lanes;
-  for (std::size_t k = 0; k < sway_rad.size(); ++k) first[k * lanes] = sway_rad[k];
-  stands_[place] = 1;
+  sways_[static_cast<std::size_t>(trial)].assign(sway_rad.begin(), sway_rad.end());
 }
 
 Following::Following(const sim::Protocol& protocol)
@@ -41,7 +35,8 @@ Following::Following(const sim::Protocol& protocol)
           1 + static_cast<std::size_t>(highest_hz * protocol.samples() / protocol.experiment.sample_rate_hz))) {}
 
 double Following::measure(const Simulated& simulated, std::span<const float> sway_rad) const {
-  const auto standing = std::ranges::count(simulated.stands_, 1);
+  const auto stands = [](const std::vector<double>& sway) { return !sway.empty(); };
+  const auto standing = std::ranges::count_if(simulated.sways_, stands);
   if (standing < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
 
   const auto bins = static_cast<std::size_t>(fft_.bins()), work_length = static_cast<std::size_t>(fft_.work_length());
@@ -52,10 +47,19 @@ double Following::measure(const Simulated& simulated, std::span<const float> swa
   }
   std::vector<sim::Complex> spectra(static_cast<std::size_t>(trials) * lines_);  // [line][trial]
   {
-    std::vector<double> out(2 * lanes * bins), work(2 * lanes * work_length);
-    const std::size_t group_values = lanes * static_cast<std::size_t>(fft_.length());
+    const auto samples = static_cast<std::size_t>(fft_.length());
+    WorkVector<double> in(lanes * samples), out(2 * lanes * bins), work(2 * lanes * work_length);
+    const std::vector<double> silence(samples);
     for (std::size_t g = 0; g < groups; ++g) {
-      fft_.forward_lanes(std::span(simulated.lanes_).subspan(g * group_values, group_values), out, work);
+      std::array<const double*, lanes> sways;
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const std::vector<double>& sway = simulated.sways_[g * lanes + l];
+        sways[l] = stands(sway) ? sway.data() : silence.data();
+      }
+      double* place = in.data();
+      for (std::size_t k = 0; k < samples; ++k)
+        for (std::size_t l = 0; l < lanes; ++l) *place++ = sways[l][k];
+      fft_.forward_lanes(in, out, work);
       for (std::size_t k = 0; k < lines_; ++k)
         for (std::size_t l = 0; l < lanes; ++l)
           spectra[k * trials + g * lanes + l] = {out[2 * k * lanes + l], out[(2 * k + 1) * lanes + l]};
@@ -69,7 +73,7 @@ double Following::measure(const Simulated& simulated, std::span<const float> swa
   for (std::size_t k = 1; k < lines_; ++k) {
     const auto each = [&](const auto& body) {
       for (std::size_t i = 0; i < trials; ++i)
-        if (simulated.stands_[i] != 0) body(spectra[k * trials + i]);
+        if (stands(simulated.sways_[i])) body(spectra[k * trials + i]);
     };
     each([&](const sim::Complex& s) { response[k] += s; });
     response[k] = response[k] * (1 / count);

@@ -4,6 +4,7 @@
 // Detection, Estimation, and Modulation Theory, Part I, ch. 4 (detection of a known signal in coloured noise).
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -21,18 +22,15 @@ class Following {
   /// Throws Error if the trial's length has a prime factor above largest_fft_prime.
   explicit Following(const sim::Protocol& protocol);
 
-  /// The sways of those trials, in the lanes in which they are transformed.
+  /// The sways of those trials.
   class Simulated {
    public:
-    explicit Simulated(int samples);
     /// A valid trial's sway; different trials may come from different threads. Trials that fell are left out.
     void put(int trial, std::span<const double> sway_rad);
 
    private:
     friend class Following;
-    int samples_;
-    std::vector<double> lanes_;
-    std::vector<char> stands_;  // of each trial; bytes, which threads may write side by side
+    std::array<std::vector<double>, trials> sways_;  // empty: it fell
   };
 
   /// With Y the recording's spectrum, S the response's and N the noise's power at each line up to 2.5 Hz:

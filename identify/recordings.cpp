@@ -55,6 +55,7 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
                                             const std::vector<std::filesystem::path>& files,
                                             const ReadOptions& options) {
   std::vector<Identification> all(files.size());
+  const dataset::ProtocolPlan plan(protocol);
   parallel_for(static_cast<int>(files.size()), [&](int place) {
     const auto i = static_cast<std::size_t>(place);
     Identification& id = all[i];
@@ -62,7 +63,7 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
     id.truth = options.truth;
     try {
       dataset::Recording recording = dataset::read_recording(files[i], options.recording);
-      id.estimate.trial = dataset::bring_to_protocol(recording, protocol, options.trial);
+      id.estimate.trial = dataset::bring_to_protocol(recording, plan, options.trial);
       id.column = recording.signals.at(dataset::com_sway).column;
       if (const auto* tilt = recording.signals.find(dataset::platform_tilt)) id.tilt_column = tilt->column;
       id.estimate.warnings = std::move(recording.warnings);

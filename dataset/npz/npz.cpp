@@ -2,8 +2,6 @@
 // Formats: numpy.lib.format (npy.hpp), zip by libzip.
 #include "dataset/npz/npz.hpp"
 
-#include <zip.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +14,7 @@
 #include "base/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
+#include "dataset/npz/libzip.hpp"
 #include "dataset/npz/npz_parts.hpp"
 #include "sim/protocol_json.hpp"
 
@@ -30,24 +29,24 @@ constexpr std::uint64_t deflate_limit = 1032;
 constexpr std::uint64_t most_text_bytes = std::uint64_t{1} << 24;  // as a journal's request
 
 struct Discard {
-  void operator()(zip_t* archive) const { zip_discard(archive); }
+  void operator()(zip_t* archive) const { libzip().discard(archive); }
 };
 using Archive = std::unique_ptr<zip_t, Discard>;
 
 struct Close {
-  void operator()(zip_file_t* file) const { zip_fclose(file); }
+  void operator()(zip_file_t* file) const { libzip().close_member(file); }
 };
 using Member = std::unique_ptr<zip_file_t, Close>;
 
 Archive open_archive(const std::string& path, int flags, const std::string& where) {
   int code = 0;
-  Archive archive(zip_open(path.c_str(), flags, &code));
+  Archive archive(libzip().open(path.c_str(), flags, &code));
   if (archive) return archive;
   if (code == ZIP_ER_MEMORY) throw std::bad_alloc();
   zip_error_t error;
-  zip_error_init_with_code(&error, code);
-  const std::string problem = zip_error_strerror(&error);
-  zip_error_fini(&error);
+  libzip().error_init(&error, code);
+  const std::string problem = libzip().text_of(&error);
+  libzip().error_fini(&error);
   throw Error(where, "cannot be opened as an .npz file: " + problem,
               "name a data set made by decid dataset; a download or copy may have been cut short");
 }
@@ -118,8 +117,8 @@ class Reader {
     zip_t* archive = source.archive.get();
     const std::string member = name + ".npy";
     zip_stat_t stat;
-    zip_stat_init(&stat);
-    if (zip_stat(archive, member.c_str(), 0, &stat) < 0) {
+    libzip().stat_init(&stat);
+    if (libzip().stat(archive, member.c_str(), 0, &stat) < 0) {
       throw Error(source.where, "has no array '" + name + "'", "name a data set made by decid dataset");
     }
     if (!(stat.valid & ZIP_STAT_SIZE) || !(stat.valid & ZIP_STAT_COMP_SIZE) || stat.comp_size > source.bytes ||
@@ -133,9 +132,9 @@ class Reader {
     size_ = stat.size;
     crc32_ = stat.crc;
     stored_ = stat.valid & ZIP_STAT_COMP_METHOD && stat.comp_method == ZIP_CM_STORE;
-    member_.reset(zip_fopen(archive, member.c_str(), 0));
-    if (!member_ && zip_error_code_zip(zip_get_error(archive)) == ZIP_ER_MEMORY) throw std::bad_alloc();
-    if (!member_) throw Error(where_, std::string("cannot be read: ") + zip_strerror(archive), regenerate);
+    member_.reset(libzip().open_member(archive, member.c_str(), 0));
+    if (!member_ && libzip().code_of(libzip().error_of(archive)) == ZIP_ER_MEMORY) throw std::bad_alloc();
+    if (!member_) throw Error(where_, std::string("cannot be read: ") + libzip().error_text(archive), regenerate);
     read_header();
   }
 
@@ -205,7 +204,7 @@ class Reader {
   void read_bytes(void* target, std::size_t bytes) {
     auto* position = static_cast<char*>(target);
     while (bytes > 0) {
-      const zip_int64_t count = zip_fread(member_.get(), position, bytes);
+      const zip_int64_t count = libzip().read(member_.get(), position, bytes);
       if (count <= 0) damaged();
       position += count;
       bytes -= static_cast<std::size_t>(count);
@@ -215,7 +214,7 @@ class Reader {
   void read_rest(void* target, std::size_t bytes) {
     read_bytes(target, bytes);
     char beyond;  // reading past the end makes libzip compare the checksum
-    if (zip_fread(member_.get(), &beyond, 1) != 0) damaged();
+    if (libzip().read(member_.get(), &beyond, 1) != 0) damaged();
   }
 
   [[noreturn]] void refuse(const std::string& found, const std::string& expected) const {
@@ -223,8 +222,8 @@ class Reader {
   }
 
   [[noreturn]] void damaged() const {
-    if (zip_error_code_zip(zip_file_get_error(member_.get())) == ZIP_ER_MEMORY) throw std::bad_alloc();
-    const std::string detail = zip_file_strerror(member_.get());
+    if (libzip().code_of(libzip().error_of_member(member_.get())) == ZIP_ER_MEMORY) throw std::bad_alloc();
+    const std::string detail = libzip().member_error_text(member_.get());
     throw Error(where_, "is damaged: " + detail, regenerate);
   }
 

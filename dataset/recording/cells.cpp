@@ -38,11 +38,6 @@ std::string outside_quotes(std::string_view line) {
   return outside;
 }
 
-/// Each separator ends a cell.
-bool is_plain(std::string_view line, char separator) {
-  return separator != ' ' && line.find('"') == line.npos;
-}
-
 }  // namespace
 
 std::string_view trim(std::string_view text) {
@@ -76,8 +71,12 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
   }
 }
 
-std::string_view cell_at(std::string_view line, char separator, std::size_t column) {
-  if (!is_plain(line, separator)) {
+bool is_plain(std::string_view text, char separator) {
+  return separator != ' ' && text.find('"') == text.npos;
+}
+
+std::string_view cell_at(std::string_view line, char separator, std::size_t column, bool plain) {
+  if (!plain) {
     std::vector<std::string_view> cells;
     split(line, separator, cells);
     return cells[column];
@@ -86,20 +85,26 @@ std::string_view cell_at(std::string_view line, char separator, std::size_t colu
   return trim(line.substr(0, line.find(separator)));
 }
 
-Parsed parse_number(std::string_view cell) {
-  if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
-  std::string with_point;
-  if (cell.find('.') == std::string_view::npos) {
-    if (const std::size_t comma = cell.find(','); comma != std::string_view::npos) {
-      with_point.assign(cell);
-      with_point[comma] = '.';
-      cell = with_point;
-    }
-  }
+namespace {
+
+Parsed parse_with_point(std::string_view cell) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error == std::errc::invalid_argument || end != cell.data() + cell.size()) return {false, 0.0};
   return {true, error == std::errc() ? value : std::numeric_limits<double>::infinity()};
+}
+
+}  // namespace
+
+Parsed parse_number(std::string_view cell) {
+  if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
+  const Parsed parsed = parse_with_point(cell);
+  if (parsed.is_number || cell.find('.') != std::string_view::npos) return parsed;
+  const std::size_t comma = cell.find(',');
+  if (comma == std::string_view::npos) return parsed;
+  std::string with_point(cell);
+  with_point[comma] = '.';
+  return parse_with_point(with_point);
 }
 
 bool is_missing(std::string_view cell) {

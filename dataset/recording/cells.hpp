@@ -17,11 +17,13 @@ std::string_view trim(std::string_view text);
 template <class Visit>
 void for_each_line(std::string_view text, const Visit& visit) {
   std::size_t line_number = 0;
+  std::size_t newline = text.find('\n');  // the first one from `begin` on
   for (std::size_t begin = 0; begin < text.size();) {
-    std::size_t end = begin;
-    while (end < text.size() && text[end] != '\n' && text[end] != '\r') ++end;
-    const std::string_view line = text.substr(begin, end - begin);
-    begin = end + (text.substr(end, 2) == "\r\n" ? 2 : 1);
+    if (newline < begin) newline = text.find('\n', begin);
+    std::string_view line = text.substr(begin, newline - begin);
+    line = line.substr(0, line.find('\r'));
+    begin += line.size();
+    begin += text.substr(begin, 2) == "\r\n" ? 2 : 1;
     ++line_number;
     const std::size_t first = line.find_first_not_of(" \t");
     if (first == line.npos || line[first] == '#' || line[first] == '%') continue;
@@ -33,8 +35,11 @@ void for_each_line(std::string_view text, const Visit& visit) {
 /// blanks separates once.
 void split(std::string_view line, char separator, std::vector<std::string_view>& cells);
 
-/// The cell that split() puts at `column`, which the line must have.
-std::string_view cell_at(std::string_view line, char separator, std::size_t column);
+/// Each separator ends a cell: neither quotes nor runs of blanks are to be thought of.
+bool is_plain(std::string_view text, char separator);
+
+/// The cell that split() puts at `column`, which the line must have. plain: is_plain() of the line.
+std::string_view cell_at(std::string_view line, char separator, std::size_t column, bool plain);
 
 struct Parsed {
   bool is_number;  ///< also if it is not finite, or too large for a double

@@ -1,5 +1,5 @@
-// Tables of numbers as text. One pass finds the separator, one counts rows and checks their length, one more for each
-// column parses its numbers: memory is the text and the columns asked for.
+// Tables of numbers as text. One pass over the text finds its rows and checks their length, one over these for each
+// column parses its numbers: memory is the text, where its rows are, and the columns asked for.
 #include "dataset/recording/csv.hpp"
 
 #include <algorithm>
@@ -23,9 +23,21 @@ std::string shown(std::string_view cell) {
   return "'" + std::string(cell) + "' is not a finite number";
 }
 
-/// Refuses lines far longer than those of a table of 1000 columns.
+/// Far longer than those of a table of 1000 columns.
+constexpr std::size_t most_bytes = std::size_t{1} << 17;
+
+bool has_long_line(std::string_view text) {
+  for (std::size_t begin = 0; text.size() - begin > most_bytes;) {
+    const std::size_t end = text.find_last_of("\r\n", begin + most_bytes);
+    if (end == text.npos || end < begin) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+/// Refuses long lines, but for comments.
 std::string with_short_lines(std::string text, const std::string& where) {
-  constexpr std::size_t most_bytes = std::size_t{1} << 17;
+  if (!has_long_line(text)) return text;
   for_each_line(text, [&](std::string_view line, std::size_t line_number) {
     if (line.size() > most_bytes)
       throw Error(where, "line " + std::to_string(line_number) + " has more than 131,072 bytes",
@@ -56,6 +68,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   check_columns(names_.size());
   has_header_ = !names_.empty();
   separator_ = find_separator();
+  is_plain_ = is_plain(text_, separator_);
   std::vector<std::string_view> cells;
   visit_lines([&](std::string_view line, std::size_t line_number) {
     if (names_.empty()) {
@@ -65,30 +78,39 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
         return true;
       }
     }
-    split(line, separator_, cells);
-    if (rows_ == 0 && header_lines_ == 1 && read_units(cells)) {
-      ++header_lines_;
-      return true;
+    const bool fits =
+        !rows_.empty() && is_plain_ && std::count(line.begin(), line.end(), separator_) + 1 == std::ssize(names_);
+    if (!fits) {
+      split(line, separator_, cells);
+      if (rows_.empty() && header_lines_ == 1 && read_units(cells)) {
+        ++header_lines_;
+        return true;
+      }
+      check_row(cells, line_number);
     }
-    const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
-    if (cells.size() != names_.size() && !ends_in_separator) {
-      const char* const between = separator_ == ';'    ? "semicolons"
-                                  : separator_ == '\t' ? "tabs"
-                                  : separator_ == ' '  ? "blanks"
-                                                       : "commas";
-      throw Error(
-          where_,
-          "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
-              ", the lines before it " + std::to_string(names_.size()) + " (between " + between +
-              ", as in its first lines)",
-          "correct the line, put # before lines that are not data, or give --skip-lines N if the table begins below");
-    }
-    if (++rows_ > most_rows) {
+    rows_.push_back(line);
+    if (rows_.size() > most_rows) {
       throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
     }
     return true;
   });
-  if (rows_ == 0) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
+  if (rows_.empty()) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
+}
+
+/// Throws Error unless the row has as many cells as the table, or one more, an empty one.
+void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const {
+  const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
+  if (cells.size() == names_.size() || ends_in_separator) return;
+  const char* const between = separator_ == ';'    ? "semicolons"
+                              : separator_ == '\t' ? "tabs"
+                              : separator_ == ' '  ? "blanks"
+                                                   : "commas";
+  throw Error(
+      where_,
+      "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
+          ", the lines before it " + std::to_string(names_.size()) + " (between " + between +
+          ", as in its first lines)",
+      "correct the line, put # before lines that are not data, or give --skip-lines N if the table begins below");
 }
 
 void CsvTable::check_columns(std::size_t count) const {
@@ -147,54 +169,43 @@ bool CsvTable::read_units(const std::vector<std::string_view>& cells) {
   return true;
 }
 
-double CsvTable::number(std::string_view cell, int column, std::size_t line, Missing missing) const {
-  const Parsed parsed = parse_number(cell);
+double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row,
+                        Missing missing) const {
   if (parsed.is_number && std::isfinite(parsed.value)) return parsed.value;
   if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
-  throw Error(where_,
-              "line " + std::to_string(line) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
+  throw Error(where_, place_of(row) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
               is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
-}
-
-/// Calls take(cell, line) for the cells of a column.
-template <class Take>
-void CsvTable::visit_cells(int column, const Take& take) const {
-  int skipped = header_lines_;
-  visit_lines([&](std::string_view line, std::size_t line_number) {
-    if (skipped > 0) {
-      --skipped;
-    } else {
-      take(cell_at(line, separator_, static_cast<std::size_t>(column)), line_number);
-    }
-    return true;
-  });
 }
 
 std::vector<double> CsvTable::numbers(int column, Missing missing) const {
   std::vector<double> values;
-  values.reserve(rows_);
-  visit_cells(column,
-              [&](std::string_view cell, std::size_t line) { values.push_back(number(cell, column, line, missing)); });
+  values.reserve(rows_.size());
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
+    values.push_back(finite(parse_number(cell), cell, column, row, missing));
+  }
   return values;
 }
 
 std::vector<double> CsvTable::times(int column) const {
   constexpr double day_s = 86400.0;
   std::vector<double> values;
-  values.reserve(rows_);
+  values.reserve(rows_.size());
   std::optional<double> first_day;
   double midnights = 0.0;  // passed so far, of times without a date
-  visit_cells(column, [&](std::string_view cell, std::size_t line) {
-    const std::optional<ClockTime> time = parse_number(cell).is_number ? std::nullopt : clock_time(cell);
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
+    const Parsed parsed = parse_number(cell);
+    const std::optional<ClockTime> time = parsed.is_number ? std::nullopt : clock_time(cell);
     if (time && !first_day) first_day = time->day;
-    double value =
-        time ? (time->day - *first_day + midnights) * day_s + time->s : number(cell, column, line, Missing::refused);
+    double value = time ? (time->day - *first_day + midnights) * day_s + time->s
+                        : finite(parsed, cell, column, row, Missing::refused);
     if (time && !values.empty() && value < values.back() - 0.5 * day_s) {
       midnights += 1.0;
       value += day_s;
     }
     values.push_back(value);
-  });
+  }
   return values;
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dataset/recording/cells.hpp"
 #include "dataset/recording/preamble.hpp"
 #include "dataset/recording/table.hpp"
 
@@ -24,7 +25,7 @@ class CsvTable final : public Table {
   /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found.
   CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {});
 
-  std::size_t rows(int) const override { return rows_; }
+  std::size_t rows(int) const override { return rows_.size(); }
   bool has_header() const override { return has_header_; }
   /// From the header, else "column 1", "column 2", ...
   const std::vector<std::string>& names() const override { return names_; }
@@ -40,21 +41,21 @@ class CsvTable final : public Table {
  private:
   template <class Visit>
   void visit_lines(const Visit& visit) const;
-  template <class Take>
-  void visit_cells(int column, const Take& take) const;
   char find_separator() const;
   void read_header(std::string_view line);
   void check_columns(std::size_t count) const;
   bool read_units(const std::vector<std::string_view>& cells);
-  double number(std::string_view cell, int column, std::size_t line, Missing missing) const;
+  void check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const;
+  double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
 
   std::string text_, where_;
   Preamble preamble_;
   char separator_;
+  bool is_plain_ = false;  ///< the text, for its separator
   bool has_header_ = false;
   int header_lines_ = 0;  ///< of names and of units, that are not in the preamble
   std::vector<std::string> names_;
-  std::size_t rows_ = 0;
+  std::vector<std::string_view> rows_;
 };
 
 }  // namespace decid::dataset

@@ -3,7 +3,6 @@
 // loaded with the first such file: it brings HDF5 and 30 libraries more, which every other start would wait for.
 #include "dataset/recording/mat_73.hpp"
 
-#include <dlfcn.h>
 #include <matio.h>
 
 #include <cstdint>
@@ -11,6 +10,7 @@
 #include <memory>
 
 #include "base/error.hpp"
+#include "base/shared_library.hpp"
 #include "dataset/recording/child.hpp"
 
 namespace decid::dataset {
@@ -19,26 +19,17 @@ namespace {
 /// The functions of matio that are called here. DECID_MATIO_SONAME: the name of the library that its header was found
 /// with, major version included.
 class Matio {
-  void* library_ = ::dlopen(DECID_MATIO_SONAME, RTLD_NOW | RTLD_LOCAL);
+  SharedLibrary library_{DECID_MATIO_SONAME, "MAT-files of version 7.3", "need matio",
+                         "install it (Debian: libmatio11), or save the file with '-v7', or as CSV"};
 
  public:
-  decltype(&Mat_Open) open = find<decltype(&Mat_Open)>("Mat_Open");
-  decltype(&Mat_Close) close = find<decltype(&Mat_Close)>("Mat_Close");
-  decltype(&Mat_VarReadNextInfo) read_next_info = find<decltype(&Mat_VarReadNextInfo)>("Mat_VarReadNextInfo");
-  decltype(&Mat_VarReadDataAll) read_data_all = find<decltype(&Mat_VarReadDataAll)>("Mat_VarReadDataAll");
+  decltype(&Mat_Open) open = library_.find<decltype(&Mat_Open)>("Mat_Open");
+  decltype(&Mat_Close) close = library_.find<decltype(&Mat_Close)>("Mat_Close");
+  decltype(&Mat_VarReadNextInfo) read_next_info = library_.find<decltype(&Mat_VarReadNextInfo)>("Mat_VarReadNextInfo");
+  decltype(&Mat_VarReadDataAll) read_data_all = library_.find<decltype(&Mat_VarReadDataAll)>("Mat_VarReadDataAll");
   decltype(&Mat_VarGetNumberOfFields) number_of_fields =
-      find<decltype(&Mat_VarGetNumberOfFields)>("Mat_VarGetNumberOfFields");
-  decltype(&Mat_VarFree) free = find<decltype(&Mat_VarFree)>("Mat_VarFree");
-
- private:
-  template <class Function>
-  Function find(const char* name) {
-    void* const found = library_ != nullptr ? ::dlsym(library_, name) : nullptr;
-    if (found != nullptr) return reinterpret_cast<Function>(found);
-    const char* const why = ::dlerror();
-    throw Error("MAT-files of version 7.3", std::string("need matio, which cannot be loaded: ") + (why ? why : name),
-                "install it (Debian: libmatio11), or save the file with '-v7', or as CSV");
-  }
+      library_.find<decltype(&Mat_VarGetNumberOfFields)>("Mat_VarGetNumberOfFields");
+  decltype(&Mat_VarFree) free = library_.find<decltype(&Mat_VarFree)>("Mat_VarFree");
 };
 
 /// Loaded once; throws Error, at each call, if it cannot be.

@@ -31,11 +31,13 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, Warnings& war
     runs.push_back(k - begin);
     begin = k;
   }
-  // The run in which a sample usually is: half of the samples are in shorter ones.
-  std::vector<std::size_t> sorted = runs;
-  std::ranges::sort(sorted);
-  std::size_t usual = 0;
-  for (std::size_t i = 0, samples = 0; 2 * samples < sway.size(); samples += usual) usual = sorted[i++];
+  // The run in which a sample usually is: half of the samples are in shorter ones. Mostly that is 1.
+  std::size_t usual = 1;
+  if (2 * std::ranges::count(runs, std::size_t{1}) < std::ssize(sway)) {
+    std::vector<std::size_t> sorted = runs;
+    std::ranges::sort(sorted);
+    for (std::size_t i = 0, samples = 0; 2 * samples < sway.size(); samples += usual) usual = sorted[i++];
+  }
   const double least =
       std::max({static_cast<double>(frozen_samples), frozen_s * rate_hz, frozen_runs * static_cast<double>(usual - 1)});
   std::size_t stretches = 0, frozen = 0, longest = 0, at = 0, first = 0;
@@ -63,10 +65,16 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, Warnings& war
 
 /// The step in rad; 0 if there is none.
 double look_for_steps(std::span<const double> sway, Warnings& warnings) {
+  const auto [lowest, highest] = std::ranges::minmax(sway);
+  double step = highest - lowest;
+  const double same = 1e-9 * step;
+  // Most sensors are so fine that two samples in a row say so, and nothing need be sorted: of the values between them,
+  // fewer than there are samples, two are farther apart than `same` and nearer to each other than these two.
+  const double some = 2.0 * static_cast<double>(sway.size()) * same, fine = 0.9 * step_deg * sim::rad_per_deg;
+  const auto is_fine = [&](double a, double b) { return std::abs(a - b) > some && std::abs(a - b) < fine; };
+  if (std::ranges::adjacent_find(sway, is_fine) != sway.end()) return 0.0;
   std::vector<double> values(sway.begin(), sway.end());
   std::ranges::sort(values);
-  double step = values.back() - values.front();
-  const double same = 1e-9 * step;
   for (std::size_t k = 1; k < values.size(); ++k)
     if (const double apart = values[k] - values[k - 1]; apart > same) step = std::min(step, apart);
   const double degrees = step / sim::rad_per_deg;

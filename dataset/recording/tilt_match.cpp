@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sim/fft.hpp"
 
@@ -15,50 +16,77 @@ constexpr double still = 1e-20;
 
 }  // namespace
 
-Match match_tilt(std::span<const double> measured, std::span<const double> expected, int overhang) {
-  const std::size_t n = expected.size(), over = static_cast<std::size_t>(overhang);
+struct TiltMatcher::Spectrum {
+  sim::RealFft fft;
+  std::vector<sim::Complex> conjugates;
+};
+
+TiltMatcher::TiltMatcher(std::vector<double> expected, int overhang)
+    : expected_(std::move(expected)), overhang_(static_cast<std::size_t>(overhang)) {
+  double mean = 0.0;
+  for (const double value : expected_) mean += value / static_cast<double>(expected_.size());
+  for (double& value : expected_) {
+    size_ += value * value;
+    value -= mean;
+    energy_ += value * value;
+  }
+}
+
+TiltMatcher::~TiltMatcher() = default;
+
+/// Of a power of two from `least_length` on.
+const TiltMatcher::Spectrum& TiltMatcher::spectrum(std::size_t least_length) const {
+  int length = 2;
+  while (static_cast<std::size_t>(length) < least_length) length *= 2;
+  const std::lock_guard lock(mutex_);
+  std::unique_ptr<const Spectrum>& known = spectra_[length];
+  if (known == nullptr) {
+    auto made = std::make_unique<Spectrum>(Spectrum{sim::RealFft(length), {}});
+    made->conjugates.resize(static_cast<std::size_t>(made->fft.bins()));
+    std::vector<double> padded = expected_;
+    padded.resize(static_cast<std::size_t>(length), 0.0);
+    std::vector<sim::Complex> work(static_cast<std::size_t>(made->fft.work_length()));
+    made->fft.forward(padded, made->conjugates, work);
+    for (sim::Complex& value : made->conjugates) value = std::conj(value);
+    known = std::move(made);
+  }
+  return *known;
+}
+
+Match TiltMatcher::match(std::span<const double> measured) const {
+  const std::size_t n = expected_.size(), over = overhang_;
   std::vector<double> held(over, measured.front());
   held.insert(held.end(), measured.begin(), measured.end());
   held.insert(held.end(), over, measured.back());
   if (n == 0 || held.size() < n) return {};
   const std::size_t delays = held.size() - n + 1;
 
+  const auto& [fft, conjugates] = spectrum(held.size() + n);
+
   // Means are subtracted first, so that the sums of squares below are differences of numbers of their own size.
-  double held_mean = 0.0, expected_mean = 0.0;
+  double held_mean = 0.0;
   for (const double value : held) held_mean += value / static_cast<double>(held.size());
-  for (const double value : expected) expected_mean += value / static_cast<double>(n);
-  int length = 2;
-  while (static_cast<std::size_t>(length) < held.size() + n) length *= 2;
-  const sim::RealFft fft(length);
-  std::vector<double> a(static_cast<std::size_t>(length), 0.0), b(a.size(), 0.0);
-  double energy = 0.0, held_size = 0.0, expected_size = 0.0;
-  for (std::size_t k = 0; k < held.size(); ++k) {
-    a[k] = held[k] - held_mean;
-    held_size += held[k] * held[k];
-  }
-  for (std::size_t k = 0; k < n; ++k) {
-    b[k] = expected[k] - expected_mean;
-    energy += b[k] * b[k];
-    expected_size += expected[k] * expected[k];
-  }
   std::vector<double> sum(held.size() + 1, 0.0), squares(held.size() + 1, 0.0);
+  double held_size = 0.0;
   for (std::size_t k = 0; k < held.size(); ++k) {
-    sum[k + 1] = sum[k] + a[k];
-    squares[k + 1] = squares[k] + a[k] * a[k];
+    held_size += held[k] * held[k];
+    held[k] -= held_mean;
+    sum[k + 1] = sum[k] + held[k];
+    squares[k + 1] = squares[k] + held[k] * held[k];
   }
-  if (energy <= still * expected_size || squares.back() <= still * held_size) return {};
-  std::vector<sim::Complex> spectrum_a(static_cast<std::size_t>(fft.bins())), spectrum_b(spectrum_a.size()),
-      work(static_cast<std::size_t>(fft.work_length()));
-  fft.forward(a, spectrum_a, work);
-  fft.forward(b, spectrum_b, work);
-  for (std::size_t k = 0; k < spectrum_a.size(); ++k) spectrum_a[k] *= std::conj(spectrum_b[k]);
-  fft.inverse(spectrum_a, a, work);
+  if (energy_ <= still * size_ || squares.back() <= still * held_size) return {};
+  std::vector<double> a = std::move(held);
+  a.resize(static_cast<std::size_t>(fft.length()), 0.0);
+  std::vector<sim::Complex> product(conjugates.size()), work(static_cast<std::size_t>(fft.work_length()));
+  fft.forward(a, product, work);
+  for (std::size_t k = 0; k < product.size(); ++k) product[k] *= conjugates[k];
+  fft.inverse(product, a, work);
 
   std::vector<double> correlation(delays, 0.0);
   for (std::size_t d = 0; d < delays; ++d) {
     const double total = sum[d + n] - sum[d];
     const double variance = squares[d + n] - squares[d] - total * total / static_cast<double>(n);
-    const double scale = variance * energy;
+    const double scale = variance * energy_;
     if (variance > 1e-12 * squares.back() && scale > 0.0) correlation[d] = a[d] / std::sqrt(scale);
   }
   double largest = 0.0;
@@ -72,7 +100,7 @@ Match match_tilt(std::span<const double> measured, std::span<const double> expec
     const double curvature = before - 2.0 * std::abs(correlation[best]) + after;
     if (curvature < 0.0) between = std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5);
   }
-  return {static_cast<double>(best) - static_cast<double>(over) + between, correlation[best], a[best] / energy};
+  return {static_cast<double>(best) - static_cast<double>(over) + between, correlation[best], a[best] / energy_};
 }
 
 }  // namespace decid::dataset

@@ -112,15 +112,20 @@ std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
   return tilt;
 }
 
+/// How many of a protocol's samples may lie beyond a measured tilt's ends: more than may be missing, so that what is
+/// missing is reported, not overlooked.
+std::size_t overhang_of(std::size_t samples) {
+  return samples / 4;
+}
+
 /// Finds the protocol's tilt in the recording's.
-TiltMatch find_start(const Signal<double>& tilt, const sim::Protocol& protocol, double from_hz, Recording& recording) {
+TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
+  const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<std::size_t>(protocol.samples());
-  // More than may be missing, so that what is missing is reported, not overlooked.
-  const int overhang = static_cast<int>(needed / 4);
   const std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
-  if (measured.size() + 2 * static_cast<std::size_t>(overhang) < needed) refuse_length(recording, protocol, 0.0);
-  const Match match = match_tilt(measured, prescribed_tilt(protocol), overhang);
+  if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
+  const Match match = plan.tilt().match(measured);
   TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (std::abs(match.correlation) < least_correlation) {
@@ -153,10 +158,10 @@ TiltMatch find_start(const Signal<double>& tilt, const sim::Protocol& protocol, 
 }
 
 /// The same of a tilt that was found by its name alone: one that does not follow the protocol is left out.
-std::optional<TiltMatch> try_start(const sim::Protocol& protocol, double from_hz, Recording& recording) {
+std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const Signal<double>& tilt = *recording.signals.find(platform_tilt);
   try {
-    const TiltMatch match = find_start(tilt, protocol, from_hz, recording);
+    const TiltMatch match = find_start(tilt, plan, from_hz, recording);
     add_info(recording.warnings, "tilt_found",
              "the column " + tilt.column + " is taken as the platform's tilt and says where the protocol starts");
     return match;
@@ -247,7 +252,24 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
 
 }  // namespace
 
+ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol) {}
+
+ProtocolPlan::~ProtocolPlan() = default;
+
+const TiltMatcher& ProtocolPlan::tilt() const {
+  std::call_once(made_, [&] {
+    const std::size_t overhang = overhang_of(static_cast<std::size_t>(protocol_.samples()));
+    tilt_ = std::make_unique<const TiltMatcher>(prescribed_tilt(protocol_), static_cast<int>(overhang));
+  });
+  return *tilt_;
+}
+
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options) {
+  return bring_to_protocol(recording, ProtocolPlan(protocol), options);
+}
+
+Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const TrialOptions& options) {
+  const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<long long>(protocol.samples());
   const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
@@ -270,8 +292,8 @@ Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, con
   trial.is_large = recording.is_large;
   Place place{options.start_s.value_or(0.0), 0, needed - 1};
   if (tilt) {
-    trial.tilt = recording.tilt_was_found ? try_start(protocol, from_hz, recording)
-                                          : find_start(*tilt, protocol, from_hz, recording);
+    trial.tilt =
+        recording.tilt_was_found ? try_start(plan, from_hz, recording) : find_start(*tilt, plan, from_hz, recording);
     tilt = recording.signals.find(platform_tilt);
   }
   if (trial.tilt) place.start_s = trial.tilt->delay_s;

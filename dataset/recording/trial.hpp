@@ -1,6 +1,8 @@
 // Recordings brought to a protocol: its rate, its length, its start.
 #pragma once
 
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -42,6 +44,24 @@ struct Trial {
 /// A trial of the protocol's samples of sway alone.
 Trial trial_of(std::vector<float> sway_rad);
 
+class TiltMatcher;
+
+/// A protocol that many recordings are brought to: what is looked for in their tilts is made once, with the first that
+/// has one. One serves all threads. The protocol must outlive it.
+class ProtocolPlan {
+ public:
+  explicit ProtocolPlan(const sim::Protocol& protocol);
+  ~ProtocolPlan();
+
+  const sim::Protocol& protocol() const noexcept { return protocol_; }
+  const TiltMatcher& tilt() const;
+
+ private:
+  const sim::Protocol& protocol_;
+  mutable std::once_flag made_;
+  mutable std::unique_ptr<const TiltMatcher> tilt_;
+};
+
 /// The recording at the protocol's rate (resampled if the rates differ by more than 0.01%) and length.
 /// A longer recording is cut: from start_s, or from where its tilt follows the protocol's best, else from its first
 /// sample, with a warning that says what was left out. One that lacks up to 1% of the trial at either end is
@@ -54,5 +74,6 @@ Trial trial_of(std::vector<float> sway_rad);
 /// Warns of what is cut, made up or resampled, of a correlation below 0.95 and of a gain that is off by more than 10%:
 /// these warnings are appended to the recording's.
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
+Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const TrialOptions& options = {});
 
 }  // namespace decid::dataset

@@ -41,13 +41,13 @@ if(EXISTS ${BUILD}/tools/decid)
 endif()
 
 # Two of them, without what only others need.
-set(without -D CMAKE_DISABLE_FIND_PACKAGE_libzip=ON -D CMAKE_DISABLE_FIND_PACKAGE_ZLIB=ON
-            -D CMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON -D CMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON)
+set(without -D CMAKE_DISABLE_FIND_PACKAGE_ZLIB=ON -D CMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON
+            -D CMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON)
 run(${configure} -B ${scratch}/parts -D WANTED=image,nn ${without})
 run(${CMAKE_COMMAND} --build ${scratch}/parts --config ${CONFIG})
 run(${scratch}/parts/inference)
 if(EXISTS ${scratch}/moved/lib/libdecid_npz.a)
-  refuse("libzip" -D WANTED=image,nn,npz ${without})
+  refuse("ZLIB" -D WANTED=image,nn,npz ${without})
 endif()
 refuse("it has no component 'imgae'; the components installed here are base, sim, posterior, nn" -D WANTED=imgae,nn)
 

@@ -12,7 +12,7 @@ class FollowingAlone {
   explicit FollowingAlone(const sim::Simulator& simulator) : simulator_(simulator), following_(simulator.protocol()) {}
 
   double measure(const sim::Parameters& parameters, std::span<const float> sway_rad) const {
-    Following::Simulated simulated(simulator_.samples());
+    Following::Simulated simulated;
     simulator_.run_all(
         Following::trials,
         [&](int i) {

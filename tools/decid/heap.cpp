@@ -2,6 +2,7 @@
 // C library maps such blocks from the system and gives them back, and each page of 4 KB that is touched is a trap.
 #include "tools/decid/heap.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 
@@ -15,20 +16,26 @@ namespace decid::tools {
 
 void prepare_heap() {
 #if defined(__GLIBC__)
-  constexpr int block = 32 << 20;  // what the C library's own threshold grows to, in time
-  constexpr std::uintptr_t page = 2 << 20;
+  constexpr int block = 32 << 20;   // what the C library's own threshold grows to, in time
+  constexpr int large = 128 << 20;  // of addresses, which cost nothing: the results of 400 recordings
+  constexpr std::uintptr_t page = 2 << 20, least = 256 << 10, small_page = 4 << 10;
   mallopt(M_MMAP_THRESHOLD, block);
-  mallopt(M_TRIM_THRESHOLD, 2 * block);
-  const auto beyond_page = [](const char* place) { return reinterpret_cast<std::uintptr_t>(place) % page; };
-  char* const begin = static_cast<char*>(sbrk(0));
-  mallopt(M_TOP_PAD, block);
-  void* volatile some = std::malloc(page);  // the heap grows by both; volatile, or no compiler would ask for it
-  std::free(some);
+  mallopt(M_TRIM_THRESHOLD, large + 2 * block);
+  // Eight cores share a heap, as only the first one has large pages: small blocks a thread keeps for itself, and of
+  // large ones it takes a few hundred for a recording, so that they seldom wait for each other.
+  mallopt(M_ARENA_MAX, static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN) / 8)));
+  char* const begin = static_cast<char*>(sbrk(0));  // the heap's end
+  const std::uintptr_t to_page = page - reinterpret_cast<std::uintptr_t>(begin) % page;
+  char* const first = begin + (to_page < least ? to_page + page : to_page);
+  // What lies before the first large page stays unused, as it would be touched 4 KB at a time. It is more than is left
+  // of the heap, which grows by it and by `large`, and ends before that page, which nothing has touched yet: pages that
+  // hold a small one are not made large. volatile, or no compiler would ask for what is not used.
+  mallopt(M_TOP_PAD, large);
+  void* volatile unused = std::malloc(static_cast<std::size_t>(first - begin) - small_page);
   mallopt(M_TOP_PAD, 1 << 20);
   char* const end = static_cast<char*>(sbrk(0));
-  char* const first = begin + (page - beyond_page(begin)) % page;
   // A refusal changes nothing but the time it takes.
-  if (first + page <= end)
+  if (unused != nullptr && first + page <= end)
     static_cast<void>(madvise(first, static_cast<std::size_t>(end - first) / page * page, MADV_HUGEPAGE));
 #endif
 }

@@ -14,6 +14,10 @@ using namespace decid::test;
 
 namespace {
 
+Match match_tilt(const std::vector<double>& measured, const std::vector<double>& expected, int overhang) {
+  return TiltMatcher(expected, overhang).match(measured);
+}
+
 std::vector<double> noise(std::size_t samples, std::uint64_t item) {
   const Random random(3, Stream::sensor_noise, item);
   std::vector<double> signal(samples);
@@ -132,6 +136,19 @@ TEST_CASE("tilt match: a stimulus that repeats is taken the first time it is as 
   CHECK(std::abs(found(0)) < 0.5);
   CHECK(std::abs(found(1e-4)) < 0.5);       // 1e-8 or so less, as of roundings in a file
   CHECK(std::abs(found(0.1) - 200) < 0.5);  // 1e-2: another
+}
+
+TEST_CASE("tilt match: one matcher, recordings of any length") {
+  const std::vector<double> expected = pulse(200, 100);
+  const TiltMatcher matcher(expected, 20);
+  for (const std::size_t samples : {300U, 200U, 5000U, 300U}) {  // transforms of two lengths
+    CAPTURE(samples);
+    const std::vector<double> measured = joined(pulse(samples, 120), noise(samples, samples));
+    const Match match = matcher.match(measured), alone = match_tilt(measured, expected, 20);
+    CHECK(match.delay_samples == alone.delay_samples);
+    CHECK(match.correlation == alone.correlation);
+    CHECK(match.gain == alone.gain);
+  }
 }
 
 TEST_CASE("tilt match: nothing to be found") {

@@ -1,0 +1,47 @@
+// A shared library that is loaded where it is needed: linked, it and all that it brings would be mapped and relocated
+// at each start of a program.
+#pragma once
+
+#ifndef __wasm__
+#include <dlfcn.h>
+#endif
+
+#include <string>
+#include <utility>
+
+#include "base/error.hpp"
+
+namespace decid {
+
+class SharedLibrary {
+ public:
+  /// file: its name, major version included. Of an Error: where, what is needed ("need matio"), and what to do.
+  SharedLibrary(const char* file, std::string where, std::string need, std::string remedy)
+      : where_(std::move(where)), need_(std::move(need)), remedy_(std::move(remedy)) {
+#ifndef __wasm__  // a page loads nothing
+    library_ = ::dlopen(file, RTLD_NOW | RTLD_LOCAL);
+    if (library_ == nullptr) refuse(::dlerror());
+#else
+    refuse(file);
+#endif
+  }
+
+  /// A function that the library's header declares. Throws Error if there is none.
+  template <class Function>
+  Function find(const char* name) const {
+#ifndef __wasm__
+    if (void* const found = ::dlsym(library_, name)) return reinterpret_cast<Function>(found);
+#endif
+    refuse(name);
+  }
+
+ private:
+  [[noreturn]] void refuse(const char* why) const {
+    throw Error(where_, need_ + ", which cannot be loaded: " + (why ? why : ""), remedy_);
+  }
+
+  void* library_ = nullptr;
+  std::string where_, need_, remedy_;
+};
+
+}  // namespace decid
