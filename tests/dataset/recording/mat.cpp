@@ -3,7 +3,10 @@
 #include <matio.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
+#include "dataset/recording/mat_73.hpp"
 #include "dataset/recording/recording.hpp"
 #include "sim/protocol.hpp"
 #include "tests/helpers.hpp"
@@ -94,6 +97,146 @@ TEST_CASE("a MAT-file of version 7.3") {
   Mat_Close(file);
   REQUIRE(read_text(path).starts_with("MATLAB 7.3"));
   check_made(read_recording(path, {}));
+}
+
+namespace {
+
+/// A file of version 7.3 by matio.
+class Mat73 {
+ public:
+  explicit Mat73(const std::filesystem::path& path) : file_(Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT73)) {
+    REQUIRE(file_ != nullptr);
+  }
+  ~Mat73() { Mat_Close(file_); }
+  Mat73(const Mat73&) = delete;
+  Mat73& operator=(const Mat73&) = delete;
+
+  void write(matvar_t* variable) {
+    REQUIRE(Mat_VarWrite(file_, variable, MAT_COMPRESSION_NONE) == 0);
+    Mat_VarFree(variable);
+  }
+
+ private:
+  mat_t* file_;
+};
+
+/// A column: `first`, first + 1, ... as T.
+template <class T>
+matvar_t* column_of(const char* name, matio_classes kind, matio_types type, int first) {
+  std::vector<T> values;
+  for (int k = 0; k < 20; ++k) values.push_back(static_cast<T>(first + k));
+  std::size_t size[] = {values.size(), 1};
+  return Mat_VarCreate(name, kind, type, 2, size, values.data(), 0);
+}
+
+template <class T>
+void check_class(const std::filesystem::path& path, matio_classes kind, matio_types type, int first) {
+  {
+    Mat73 file(path);
+    file.write(column_of<T>("COM_x", kind, type, first));
+  }
+  const Recording recording = read_recording(path, {.rate_hz = 50.0});
+  REQUIRE(recording.signals.at(com_sway).rad.size() == 20);
+  for (int k = 0; k < 20; ++k)
+    CHECK(recording.signals.at(com_sway).rad[static_cast<std::size_t>(k)] == (first + k) * sim::rad_per_deg);
+}
+
+}  // namespace
+
+TEST_CASE("version 7.3: numbers of every class") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder / "class.mat";
+  check_class<float>(path, MAT_C_SINGLE, MAT_T_SINGLE, -9);
+  check_class<std::int8_t>(path, MAT_C_INT8, MAT_T_INT8, -9);
+  check_class<std::uint8_t>(path, MAT_C_UINT8, MAT_T_UINT8, 0);
+  check_class<std::int16_t>(path, MAT_C_INT16, MAT_T_INT16, -9);
+  check_class<std::uint16_t>(path, MAT_C_UINT16, MAT_T_UINT16, 0);
+  check_class<std::int32_t>(path, MAT_C_INT32, MAT_T_INT32, -9);
+  check_class<std::uint32_t>(path, MAT_C_UINT32, MAT_T_UINT32, 0);
+  check_class<std::int64_t>(path, MAT_C_INT64, MAT_T_INT64, -9);
+  check_class<std::uint64_t>(path, MAT_C_UINT64, MAT_T_UINT64, 0);
+}
+
+TEST_CASE("version 7.3: fields of structures are columns; what holds no real numbers is named") {
+  const TemporaryFolder folder;
+  std::size_t one[] = {1, 1}, text[] = {1, 6}, twenty[] = {20, 1};
+  const char* fields[] = {"time", "COM_x"};
+  {
+    Mat73 file(folder / "structure.mat");
+    matvar_t* trial = Mat_VarCreateStruct("trial", 2, one, fields, 2);
+    std::vector<double> time, sway;
+    for (int k = 0; k < 20; ++k) {
+      time.push_back(k / 50.0);
+      sway.push_back((k + 1) / 8.0);
+    }
+    Mat_VarSetStructFieldByName(trial, "time", 0,
+                                Mat_VarCreate("time", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, twenty, time.data(), 0));
+    Mat_VarSetStructFieldByName(trial, "COM_x", 0,
+                                Mat_VarCreate("COM_x", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, twenty, sway.data(), 0));
+    file.write(trial);
+  }
+  check_made(read_recording(folder / "structure.mat", {}));
+  {
+    Mat73 file(folder / "nothing.mat");
+    file.write(Mat_VarCreate("note", MAT_C_CHAR, MAT_T_UTF8, 2, text, "a note", 0));
+    matvar_t* cell = Mat_VarCreate("cells", MAT_C_CELL, MAT_T_CELL, 2, one, nullptr, 0);
+    Mat_VarSetCell(cell, 0, column_of<double>("", MAT_C_DOUBLE, MAT_T_DOUBLE, 0));
+    file.write(cell);
+    std::vector<double> part(20, 1.0);
+    mat_complex_split_t parts{part.data(), part.data()};
+    file.write(Mat_VarCreate("z", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, twenty, &parts, MAT_F_COMPLEX));
+  }
+  check_error(reading(folder / "nothing.mat"), {"nothing.mat", "no vector or matrix of numbers", "note (1 x 6 text)",
+                                                "cells (1 x 1 cell)", "z (20 x 1 complex)"});
+}
+
+TEST_CASE("version 7.3: an answer of the process that reads it is taken whole or not at all") {
+  const std::vector<MatVariable> variables{
+      {.name = "time", .height = 2, .width = 1, .values = {0.0, 0.5}},
+      {.name = "trial",
+       .kind = MatVariable::Kind::structure,
+       .height = 1,
+       .width = 1,
+       .fields = {{.name = "note", .kind = MatVariable::Kind::text, .is_matrix = false}}}};
+  const std::string bytes = to_bytes(variables);
+  std::vector<MatVariable> read;
+  REQUIRE(from_bytes(bytes, read));
+  REQUIRE(read.size() == 2);
+  CHECK(read[0].values == variables[0].values);
+  CHECK(read[1].kind == MatVariable::Kind::structure);
+  REQUIRE(read[1].fields.size() == 1);
+  CHECK(read[1].fields[0].name == "note");
+  CHECK_FALSE(read[1].fields[0].is_matrix);
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    read.clear();
+    CHECK_FALSE(from_bytes(bytes.substr(0, length), read));
+  }
+  read.clear();
+  CHECK_FALSE(from_bytes(bytes + '\0', read));
+  // Places in the bytes of the first variable, behind how many there are, the name's length and the name: 8 each.
+  const auto changed = [&](std::size_t place, std::uint64_t to) {
+    std::string other = bytes;
+    std::memcpy(other.data() + place, &to, sizeof to);
+    read.clear();
+    return from_bytes(other, read);
+  };
+  constexpr std::size_t kind = 8 + 8 + 4, is_matrix = kind + 8, height = is_matrix + 8, width = height + 8;
+  CHECK(changed(kind, 0));
+  CHECK_FALSE(changed(kind, 8));
+  CHECK_FALSE(changed(is_matrix, 2));
+  CHECK_FALSE(changed(height, 3));
+  CHECK_FALSE(changed(width, 0));
+  CHECK_FALSE(changed(width, 3));
+  CHECK_FALSE(changed(0, ~std::uint64_t{0}));
+  // Structures within structures, deeper than any that are read.
+  MatVariable deep{.name = "d", .kind = MatVariable::Kind::structure, .height = 1, .width = 1};
+  for (int depth = 0; depth < deepest_structure + 1; ++depth) {
+    MatVariable outer{.name = "d", .kind = MatVariable::Kind::structure, .height = 1, .width = 1};
+    outer.fields.push_back(std::move(deep));
+    deep = std::move(outer);
+  }
+  read.clear();
+  CHECK_FALSE(from_bytes(to_bytes({deep}), read));
 }
 
 TEST_CASE("files without numbers, damaged ones and those that are none are refused") {
