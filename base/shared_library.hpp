@@ -40,7 +40,7 @@ class SharedLibrary {
     throw Error(where_, need_ + ", which cannot be loaded: " + (why ? why : ""), remedy_);
   }
 
-  void* library_ = nullptr;
+  [[maybe_unused]] void* library_ = nullptr;  // a page has none
   std::string where_, need_, remedy_;
 };
 
