@@ -178,7 +178,8 @@ TEST_CASE("version 7.3: fields of structures are columns; what holds no real num
   check_made(read_recording(folder / "structure.mat", {}));
   {
     Mat73 file(folder / "nothing.mat");
-    file.write(Mat_VarCreate("note", MAT_C_CHAR, MAT_T_UTF8, 2, text, "a note", 0));
+    char note[] = "a note";
+    file.write(Mat_VarCreate("note", MAT_C_CHAR, MAT_T_UTF8, 2, text, note, 0));
     matvar_t* cell = Mat_VarCreate("cells", MAT_C_CELL, MAT_T_CELL, 2, one, nullptr, 0);
     Mat_VarSetCell(cell, 0, column_of<double>("", MAT_C_DOUBLE, MAT_T_DOUBLE, 0));
     file.write(cell);
