@@ -5,6 +5,7 @@
 
 #ifndef __wasm__
 #include <pthread.h>
+
 #include <type_traits>
 
 static_assert(std::is_same_v<pthread_key_t, unsigned>);

@@ -1,5 +1,5 @@
-// An object of each thread's own. A thread_local with a destructor would do, but glibc registers destructors with memory
-// that it must get: where there is none it ends the process, and with it whoever uses the library.
+// An object of each thread's own. A thread_local with a destructor would do, but glibc registers destructors with
+// memory that it must get: where there is none it ends the process, and with it whoever uses the library.
 #pragma once
 
 #include <memory>
@@ -22,8 +22,8 @@ class ThreadKey {
   unsigned key_ = 0;
 };
 
-/// The calling thread's T: made at the thread's first call, destroyed with the thread, the main thread's with the program.
-/// One for each T, so give it a type that its user alone knows. Throws std::bad_alloc.
+/// The calling thread's T: made at the thread's first call, destroyed with the thread, the main thread's with the
+/// program. One for each T, so give it a type that its user alone knows. Throws std::bad_alloc.
 template <class T>
 T& per_thread() {
   thread_local T* own = nullptr;
