@@ -1,12 +1,13 @@
 // The heap: see heap.hpp. A recording's way to its result takes some 20 MB in blocks of up to 3 MB. Left to itself the
 // C library maps such blocks from the system and gives them back, and each page of 4 KB that is touched is a trap.
+// A sanitizer's heap is its own.
 #include "tools/decid/heap.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 
-#if defined(__GLIBC__)
+#if defined(__GLIBC__) && !defined(DECID_SANITIZED)
 #include <malloc.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -15,7 +16,7 @@
 namespace decid::tools {
 
 void prepare_heap() {
-#if defined(__GLIBC__)
+#if defined(__GLIBC__) && !defined(DECID_SANITIZED)
   constexpr int block = 32 << 20;   // what the C library's own threshold grows to, in time
   constexpr int large = 128 << 20;  // of addresses, which cost nothing: the results of 400 recordings
   constexpr std::uintptr_t page = 2 << 20, least = 256 << 10, small_page = 4 << 10;
