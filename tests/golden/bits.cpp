@@ -51,6 +51,12 @@ TEST_CASE("golden: two epochs on fresh trials, with any number of threads" * doc
 }
 
 TEST_CASE("golden: decid selftest" * doctest::test_suite("golden")) {
+  const auto said = run_decid("selftest");
+  CAPTURE(said.out);
+  CHECK(said.code == 0);
+  CHECK(said.out.starts_with("ok "));
+  CHECK(said.out.find("WRONG") == std::string::npos);
+  CHECK(said.out.find(" as they are to be, in ") != std::string::npos);
   const auto tested = run_decid("selftest --json");
   CAPTURE(tested.out);
   CHECK(tested.code == 0);

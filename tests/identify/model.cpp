@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
@@ -129,6 +130,55 @@ TEST_CASE("a scaling of another number of targets than parameters is refused") {
       CHECK_THROWS_WITH_AS(model_from_bytes(nn::to_safetensors(file), "m"), doctest::Contains("target scaling"), Error);
     }
   }
+}
+
+TEST_CASE("a model file whose parts do not stand is refused, each with its reason") {
+  Model whole = example();
+  const auto features = static_cast<std::size_t>(feature_count(whole.network));
+  whole.familiarity = {.mean = std::vector<float>(features, 0.5F),
+                       .whitening = std::vector<float>(features * (features + 1) / 2, 1.0F),
+                       .usual = 2.0};
+  const std::string bytes = to_bytes(whole);
+  CHECK(model_from_bytes(bytes, "m").familiarity.usual == 2.0);
+  const auto refused = [&](const char* reason, const auto& change) {
+    nn::TensorFile file = nn::from_safetensors(bytes, "m");
+    file.metadata.erase(nn::content_hash_key);
+    change(file);
+    CAPTURE(reason);
+    CHECK_THROWS_WITH_AS(model_from_bytes(nn::to_safetensors(file), "m"), doctest::Contains(reason), Error);
+  };
+  const auto tensor = [](nn::TensorFile& file, const char* name) -> std::vector<float>& {
+    return std::ranges::find(file.tensors, name, &nn::NamedTensor::name)->values;
+  };
+  refused("of format 'another'", [](auto& file) { file.metadata["format"] = "another"; });
+  for (const char* key : {"format", "architecture", "image", "protocol", "targets", "origin"}) {
+    const std::string reason = "not a decid model: it has no " + std::string(key);
+    refused(reason.c_str(), [&](auto& file) { file.metadata.erase(key); });
+  }
+  refused("target scaling that cannot be read", [](auto& file) { file.metadata["targets"] = "{}"; });
+  for (const double deviation : {0.0, -1.0})
+    refused("target scaling that is not positive", [&](auto& file) {
+      Json targets = Json::parse(file.metadata["targets"]);
+      targets["deviation"][3] = deviation;
+      file.metadata["targets"] = targets.dump();
+    });
+  refused("image scaling that is not positive", [&](auto& file) { tensor(file, "image.row_deviation")[5] = 0.0F; });
+  refused("image scaling that is not positive",
+          [&](auto& file) { tensor(file, "image.row_mean")[5] = std::numeric_limits<float>::quiet_NaN(); });
+  refused("familiarity that cannot be read", [](auto& file) { file.metadata["familiarity"] = R"({"usual": "two"})"; });
+  refused("familiarity that cannot be read", [](auto& file) { file.metadata["familiarity"] = "{}"; });
+  refused("familiarity that is not positive", [](auto& file) { file.metadata["familiarity"] = R"({"usual": 0.0})"; });
+  refused("recalibration of distributions that its head does not give",
+          [](auto& file) { file.metadata["recalibration"] = "{}"; });
+  refused("outputs of the kind 'another'", [](auto& file) { file.metadata["head"] = "another"; });
+  // A network of one layer has no features.
+  Model flat(sim::short_protocol(), {.window = 1000}, "fc 7");
+  flat.targets = whole.targets;
+  nn::TensorFile file = nn::from_safetensors(to_bytes(flat), "m");
+  file.metadata.erase(nn::content_hash_key);
+  file.metadata["familiarity"] = R"({"usual": 2.0})";
+  CHECK_THROWS_WITH_AS(model_from_bytes(nn::to_safetensors(file), "m"), doctest::Contains("familiarity of features"),
+                       Error);
 }
 
 TEST_CASE("outputs of another number than the network's are not decoded") {

@@ -113,6 +113,30 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   CHECK(nn::weights_sha256(middle.model.network) + sha256(log_csv(middle.log, 7)) == straight);
 }
 
+TEST_CASE("weights of a model of another shape are refused, and so is the middle of an epoch that is none") {
+  const auto source = quick_source();
+  const TrainingSettings settings = quick_settings();
+  const TrainingState own = start_training(*source, settings);
+  CHECK(start_training(*source, settings, own.model, "m").model.rows.mean == own.model.rows.mean);
+  const auto refused = [&](const TrainingSettings& changed, const char* what, const char* remedy) {
+    CHECK_THROWS_WITH_AS(start_training(*source, changed, own.model, "m"), doctest::Contains(what), Error);
+    CHECK_THROWS_WITH_AS(start_training(*source, changed, own.model, "m"), doctest::Contains(remedy), Error);
+  };
+  TrainingSettings changed = settings;
+  changed.preset.architecture = "conv 4 5x5 stride 4x4; relu; fc 7";
+  refused(changed, "another architecture", "--architecture, --head and --image");
+  changed = settings;
+  changed.preset.image.standardize_rows = !changed.preset.image.standardize_rows;
+  refused(changed, "another image", "--architecture, --head and --image");
+  for (const int trials : {20 + 1, 10'000}) {
+    TrainingState state = start_training(*source, settings);
+    state.part.trials = trials;
+    CHECK_THROWS_WITH_AS(run_training(
+                             *source, settings, state, [](int, int) { return true; }, [] {}),
+                         doctest::Contains("give a checkpoint of the same training"), Error);
+  }
+}
+
 TEST_CASE("patience ends a training that no longer improves, resumed or not") {
   const auto source = quick_source();
   TrainingSettings settings = quick_settings();

@@ -213,6 +213,15 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   CHECK(parted.code == 0);
   CHECK(Json::parse(parted.out)["parts"]["damping_ratio"].size() == 3);
   CHECK(read_text(folder / "c.svg").find("theta") != std::string::npos);
+  // In words: every parameter, the scores, and the parts that three trials make.
+  const auto said = run_decid(std::string(command).replace(command.find(" --json"), 7, "") + " --trials 3 --resume");
+  CAPTURE(said.err);
+  CHECK(said.code == 0);
+  CHECK(said.out.starts_with("3 trials, chains of "));
+  for (const decid::sim::ParameterInfo& info : decid::sim::single_pendulum().parameters)
+    CHECK(said.out.find("| " + std::string(info.name) + " |") != std::string::npos);
+  CHECK(said.out.find("log score ") != std::string::npos);
+  CHECK(said.out.find("| promised | network | in 90 % |") != std::string::npos);
   std::filesystem::create_symlink("c.json", folder / "same");
   check_refused(command + " --trials 3 --resume --figure " + folder / "same", {"another name"});
   check_refused(command + " --trials 2 --resume --seed 4", {"c.json", "other settings"});
@@ -292,6 +301,15 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   check_refused(study + " --comparison " + folder / "other.json", {"other.json", "not a comparison"});
   write_text(folder / "other.json", "{");
   check_refused(study + " --comparison " + folder / "other.json", {"other.json", "not valid JSON"});
+  // On trials of a data set, which have their own noise; in words.
+  REQUIRE(run_decid("dataset --quiet --count 2 --seed 77 -o " + folder / "d.npz").code == 0);
+  const std::string on_data = "compare --trials 1 --quiet --data " + folder / "d.npz" + small;
+  const auto said = run_decid(on_data);
+  CAPTURE(said.err);
+  CHECK(said.code == 0);
+  CHECK(said.out.find("d.npz") != std::string::npos);
+  CHECK(said.out.find("iterative fit from network") != std::string::npos);
+  check_refused(on_data + " --sensor-noise 0.02", {"--sensor-noise", "those of --data have their own"});
   // Whoever looks at the page needs nothing else.
   const std::string page = read_text(folder / "c.html");
   CHECK(page.find("fit from network") != std::string::npos);

@@ -267,6 +267,29 @@ TEST_CASE("what export c prints as JSON: sizes, and whose parameters the file gi
   CHECK(told["familiarity_bytes"] == 4 * (176 + 176 * 177 / 2));
 }
 
+TEST_CASE("what export c says in words, and what a file is called that is given no name") {
+  const Folder folder;
+  const std::string odd = folder / "7 odd-name.safetensors";
+  std::filesystem::copy_file(test::firmware_model, odd);
+  const test::Result own = run_decid("export c '" + odd + "' -o " + folder / "c");
+  CAPTURE(own.err);
+  CHECK(own.code == 0);
+  CHECK(own.out.starts_with("model_7_odd_name.h and model_7_odd_name.c written to "));
+  CHECK(own.out.find("familiar") == std::string::npos);
+  const std::string source = test::read_text(folder / "c/model_7_odd_name.c");
+  CHECK(source.find("from 7 odd-name.safetensors, weights SHA-256") != std::string::npos);
+  CHECK(source.find("for a body of") == std::string::npos);
+  const test::Result told =
+      run_decid("export c '" + odd + "' --familiarity --mass 60 --height 1.8 --name m -o " + folder / "c");
+  CHECK(told.code == 0);
+  CHECK(told.out.find("bytes more tell how familiar a trial is\n") != std::string::npos);
+  CHECK(test::read_text(folder / "c/m.c").find("for a body of 60 kg and 1.8 m") != std::string::npos);
+  const test::Result whole = run_decid("export c '" + odd + "' --int8 --quiet --name i -o " + folder / "c");
+  CHECK(whole.code == 0);
+  CHECK(whole.out.empty());
+  CHECK(test::read_text(folder / "c/i.c").find(", in 8-bit integers.") != std::string::npos);
+}
+
 TEST_CASE("an exported model is small, and needs nothing") {
   const Folder folder;
   Model model = load_model(test::firmware_model);
