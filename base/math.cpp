@@ -17,7 +17,9 @@ constexpr double log2_e = 1.4426950408889634;
 
 // Where the processor has a fused multiply-add, that in place of a call of fma(), which gives the same bits. Which one
 // is chosen as the program starts, when sanitizers are not ready yet.
-#if defined(__x86_64__) && defined(__GLIBC__) && !defined(DECID_SANITIZED)
+// clang before 18 makes no such choice, or one that others do not find.
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(DECID_SANITIZED) && \
+    (!defined(__clang__) || __clang_major__ >= 18)
 #define DECID_WITH_FMA [[gnu::target_clones("default", "fma")]]
 #else
 #define DECID_WITH_FMA

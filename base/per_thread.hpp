@@ -23,12 +23,16 @@ class ThreadKey {
 };
 
 /// The calling thread's T: made at the thread's first call, destroyed with the thread, the main thread's with the
-/// program. One for each T, so give it a type that its user alone knows. Throws std::bad_alloc.
+/// program. One for each T, so give it a type that its user alone knows. A call from what else the thread destroys at
+/// its end makes another, which goes as well. Throws std::bad_alloc.
 template <class T>
 T& per_thread() {
   thread_local T* own = nullptr;
   if (own == nullptr) {
-    static const ThreadKey key([](void* object) { delete static_cast<T*>(object); });
+    static const ThreadKey key([](void* object) {
+      own = nullptr;
+      delete static_cast<T*>(object);
+    });
     auto made = std::make_unique<T>();
     key.put(made.get());
     own = made.release();

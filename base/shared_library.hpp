@@ -6,7 +6,9 @@
 #include <dlfcn.h>
 #endif
 
+#include <new>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/error.hpp"
@@ -15,7 +17,8 @@ namespace decid {
 
 class SharedLibrary {
  public:
-  /// file: its name, major version included. Of an Error: where, what is needed ("need matio"), and what to do.
+  /// file: its name, major version included. Of an Error: where, what is needed ("need matio"), and what to do. Throws
+  /// std::bad_alloc if there is no memory to load it.
   SharedLibrary(const char* file, std::string where, std::string need, std::string remedy)
       : where_(std::move(where)), need_(std::move(need)), remedy_(std::move(remedy)) {
 #ifndef __wasm__  // a page loads nothing
@@ -37,7 +40,11 @@ class SharedLibrary {
 
  private:
   [[noreturn]] void refuse(const char* why) const {
-    throw Error(where_, need_ + ", which cannot be loaded: " + (why ? why : ""), remedy_);
+    const std::string_view reason = why != nullptr ? why : "";
+    for (const char* no_memory :
+         {"failed to map segment", "annot allocate memory"})  // glibc's; musl has strerror's alone
+      if (reason.find(no_memory) != std::string_view::npos) throw std::bad_alloc();
+    throw Error(where_, need_ + ", which cannot be loaded: " + std::string(reason), remedy_);
   }
 
   [[maybe_unused]] void* library_ = nullptr;  // a page has none

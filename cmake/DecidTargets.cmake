@@ -39,6 +39,14 @@ function(decid_compile_options target)
   endif()
 endfunction()
 
+# decid_no_empty_rpath(target): one that is linked with no shared library of the build tree has its installed paths there too.
+# Otherwise CMake makes room for them with empty ones, and the loader takes each for the current folder.
+function(decid_no_empty_rpath target)
+  if(NOT BUILD_SHARED_LIBS)
+    set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
+  endif()
+endfunction()
+
 # decid_component(name folder needs...): a step of the ladder; what it stands on has been named before it.
 macro(decid_component name folder)
   list(APPEND DECID_LADDER ${name})

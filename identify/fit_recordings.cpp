@@ -37,6 +37,16 @@ void warn_of_disagreement(const sim::ParameterTable& table, FitFigures::Answer a
                      answer == FitFigures::Answer::network ? "the network's values" : "means over all of them"));
 }
 
+/// What the network finds unlike anything it was trained on is not to be used if the draws are odd as well; by itself
+/// that is so for four of a hundred sound trials.
+void warn_of_unfamiliarity(const Explanation& networks, bool draws_are_odd, Explanation& explanation) {
+  explanation.unfamiliarity = networks.unfamiliarity;
+  for (const Warning& warning : networks.warnings)
+    if (warning.code == "unfamiliar")
+      explanation.warnings.push_back(
+          {draws_are_odd ? Severity::invalid : Severity::caution, warning.code, "by the network, " + warning.text});
+}
+
 void warn_of_noise(const posterior::Observation& observation, const Posterior& found, Warnings& warnings) {
   const double noise_deg = found.mean(Density::sensor_noise);
   if (noise_deg < least_believed_noise_deg)
@@ -84,15 +94,23 @@ class Fitter {
     const sim::ParameterTable& table = density.protocol().parameters();
     id.estimate.parameters = sim::Parameters(table.size());
     for (std::size_t p = 0; p < table.size(); ++p) id.estimate.parameters[p] = found.mean(static_cast<int>(p));
-    if (!found.agreed() && network_) {
-      figures.answer = FitFigures::Answer::network;
+    std::optional<Explanation> networks;
+    if (network_) {
       const std::lock_guard lock(one_at_a_time_);
-      id.estimate.parameters = network_->estimate({trial}).front().parameters;
+      Estimate answer = std::move(network_->estimate({trial}).front());
+      networks = std::move(network_->explain(std::span(&answer, 1)).front());
+      if (!found.agreed()) {
+        figures.answer = FitFigures::Answer::network;
+        id.estimate.parameters = std::move(answer.parameters);
+        id.estimate.distribution = std::move(answer.distribution);
+      }
     }
     id.explanation = explainer_.explain({id.estimate.parameters, trial});
     figures.check = checker_.check(found.states(), trial, request_.settings.seed);
-    if (const std::string odd = figures.check.warning(); !odd.empty())
+    const std::string odd = figures.check.warning();
+    if (!odd.empty())
       id.explanation.warnings.insert(id.explanation.warnings.begin(), {Severity::caution, "unlike_simulated", odd});
+    if (networks) warn_of_unfamiliarity(*networks, !odd.empty() || !found.agreed(), id.explanation);
     warn_unless_following(id.explanation);
     if (!found.agreed()) warn_of_disagreement(table, figures.answer, found, id.explanation.warnings);
     warn_of_noise(observation, found, id.explanation.warnings);

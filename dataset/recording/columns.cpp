@@ -48,10 +48,13 @@ std::string_view unit_behind(std::string_view name) {
   return open == std::string_view::npos ? std::string_view() : name.substr(open + 1, name.size() - open - 2);
 }
 
-/// What a column is by its name, if that is no angle: "a length". Columns called "m" alone are not.
+}  // namespace
+
 const char* other_quantity(std::string_view name) {
   const std::vector<std::string> parts = words(name);
   const std::string& last = parts.back();
+  for (const std::string& word : parts)
+    if (one_of(word, {"cop", "copx", "copy", "copap", "copml"})) return centre_of_pressure;
   if (parts.size() > 1 && metres_of(last)) return "a length";
   const std::string_view unit = unit_behind(name);
   for (const auto& [quantity, units] : {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|"},
@@ -67,6 +70,11 @@ const char* other_quantity(std::string_view name) {
     for (const char* quantity : {"velocity", "speed", "acceleration"})
       if (word.find(quantity) != std::string::npos)
         return word.ends_with("acceleration") ? "an acceleration" : "a velocity";
+    if (one_of(word, {"vel", "gyro", "gyr", "geschwindigkeit", "winkelgeschwindigkeit"})) return "a velocity";
+    if (one_of(word, {"acc", "accel", "accx", "accy", "accz", "beschleunigung"})) return "an acceleration";
+    if (one_of(word, {"torque", "moment", "drehmoment"})) return "a torque";
+    if (one_of(word, {"force", "grf", "kraft"})) return "a force";
+    if (word == "emg") return "muscle activity";
   }
   // "deg/s", "deg_s", "rad per s", "deg/s^2"
   for (std::size_t i = 1; i < parts.size(); ++i) {
@@ -78,8 +86,6 @@ const char* other_quantity(std::string_view name) {
   }
   return last == "dps" ? "a velocity" : nullptr;
 }
-
-}  // namespace
 
 bool is_time_name(std::string_view name) {
   const std::vector<std::string> parts = words(name);
@@ -132,6 +138,8 @@ std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, 
         where, name + " is " + quantity + " by its name, not an angle",
         std::string_view(quantity) == "a length" && setting == "--unit"
             ? "give the height of the centre of mass above the ankles as --com-height, or --unit if it is an angle"
+        : quantity == centre_of_pressure
+            ? "estimate the centre of mass first: a force plate's centre of pressure moves farther and faster"
             : "name a column of angles, or give " + setting + " if it is one");
   }
   return unit_in(name);

@@ -39,8 +39,9 @@ const char* text_of(MatVariable::Kind kind) {
 
 bool is_rate(const std::string& name) {
   const std::string plain = name_without_unit(name);
-  return one_of(plain, {"fs", "rate", "rate_hz", "fs_hz", "sample_rate", "samplerate", "sample_rate_hz", "samplingrate",
-                        "sampling_rate", "sampling_rate_hz", "sf", "freq", "frequency", "sample_frequency"});
+  return one_of(plain,
+                {"fs", "sr", "rate", "rate_hz", "fs_hz", "sample_rate", "samplerate", "sample_rate_hz", "samplingrate",
+                 "sampling_rate", "sampling_rate_hz", "sf", "freq", "frequency", "sample_frequency"});
 }
 
 /// What a file holds, before its columns are named.

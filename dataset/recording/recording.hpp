@@ -44,7 +44,7 @@ struct Recording {
   double rate_hz = 0.0;
   Signals<double> signals;      ///< com_sway, and platform_tilt if it was asked for
   bool is_large = false;        ///< its sway is larger than a standing body's; a warning says so
-  bool tilt_was_found = false;  ///< by its name alone: if it does not follow the protocol it is left out, and said so
+  bool tilt_was_found = false;  ///< by its name alone: if it does not follow the protocol the trial is not usable
   Warnings warnings;            ///< what was assumed, what looks odd
 };
 

@@ -32,10 +32,21 @@ void refuse_response(const Table& table, const std::string& where) {
 }
 
 void refuse_ankle(const std::string& name, const std::string& where) {
+  if (other_quantity(name) != nullptr) return;  // which is what is said then
   if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "osg", "dorsiflexion", "plantarflexion"}))
     return;
   throw Error(where, name + " is an angle of the ankle by its name: the body's against the platform, not in space",
               "add the platform's tilt to it, and call the sum sway");
+}
+
+/// The model sways as a whole, about the ankles.
+void warn_of_part(const std::string& name, Recording& recording) {
+  for (const char* part :
+       {"head", "kopf", "neck", "trunk", "rumpf", "foot", "fuss", "fu\xC3\x9F", "knee", "knie", "thigh", "pelvis"})
+    if (has_word(name, {part}))
+      add_caution(recording.warnings, "sway_of_a_part",
+                  name + " is of the " + part +
+                      " by its name, and the sway that is identified is that of the body's centre of mass");
 }
 
 /// Displacements too: they may be the only column, and the unit is looked at later.
@@ -49,17 +60,25 @@ int find_sway(const Table& table, int time, Recording& recording) {
   if (candidates == 0) {
     throw Error(recording.file, "has a column of time but none of sway", "add the sway, or name it with --column");
   }
-  if (candidates > 1) {
-    throw Error(recording.file, "has several columns that may be the sway: " + list_of(table, time),
-                "name one with --column, or what the sway is made of with --leg and --trunk, or --hip and --shoulder");
+  const int tilt = find_tilt_column(table, time, recording.file, "--column");
+  if (candidates > 2 || (candidates == 2 && tilt < 0)) {
+    // "0,01,0,02": names are half as many as their cells, so that they are no header.
+    const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0;
+    throw Error(
+        recording.file, "has several columns that may be the sway: " + list_of(table, time),
+        std::string(
+            "name one with --column, or what the sway is made of with --leg and --trunk, or --hip and --shoulder") +
+            (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : ""));
   }
-  const int sway = time == 0 ? 1 : 0;
-  if (find_tilt_column(table, time, recording.file, "--column") == sway)
-    throw Error(recording.file, "has a column of the platform's tilt, '" + name_of(table, sway) + "', but none of sway",
+  if (candidates == 1 && tilt >= 0)
+    throw Error(recording.file, "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but none of sway",
                 "add the sway, or name it with --column");
+  int sway = 0;
+  while (sway == time || sway == tilt) ++sway;
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
-             "column '" + name_of(table, sway) + "' is taken as the sway: it is the only one");
+             "column '" + name_of(table, sway) + "' is taken as the sway: it is the only one" +
+                 (tilt >= 0 ? " beside the platform's tilt" : ""));
   }
   return sway;
 }
@@ -154,7 +173,11 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     } else {
       add(options.column, "--column");
     }
-    if (!options.com_height_m) refuse_ankle(name_of(table, source.columns.front()), where);
+    const std::string& name = name_of(table, source.columns.front());
+    if (!options.com_height_m) refuse_ankle(name, where);
+    if (options.com_height_m && other_quantity(name) == centre_of_pressure)
+      static_cast<void>(unit_of(name, {}, where, "--unit"));
+    warn_of_part(name, recording);
   }
   if (!options.ankle_column.empty()) add(options.ankle_column, "--ankle");
   const int first = source.columns.front();

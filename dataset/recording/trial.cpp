@@ -118,7 +118,12 @@ std::size_t overhang_of(std::size_t samples) {
   return samples / 4;
 }
 
-/// Finds the protocol's tilt in the recording's.
+/// The platform played something else.
+class OtherStimulus : public Error {
+  using Error::Error;
+};
+
+/// Finds the protocol's tilt in the recording's. Throws OtherStimulus if it is not there.
 TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
@@ -129,18 +134,18 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (std::abs(match.correlation) < least_correlation) {
-    throw Error(
+    throw OtherStimulus(
         where(recording),
         "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
         either(recording, "give another tilt, or a model for the protocol that was played",
                "name another --tilt-column, or a model for the protocol that was played"));
   }
   if (match.correlation < 0.0) {
-    throw Error(where(recording),
-                "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
-                either(recording, "invert it if only its sensor is mounted the other way round, else the sway too",
-                       "give --invert tilt if only its sensor is mounted the other way round, --invert both if the "
-                       "sway is positive in that direction too"));
+    throw OtherStimulus(
+        where(recording), "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
+        either(recording, "invert it if only its sensor is mounted the other way round, else the sway too",
+               "give --invert tilt if only its sensor is mounted the other way round, --invert both if the "
+               "sway is positive in that direction too"));
   }
   if (match.correlation < good_correlation) {
     add_caution(recording.warnings, "tilt_follows_roughly",
@@ -152,12 +157,14 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
                 "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
                     " times as far as the protocol says; the model knows its amplitude only: train one "
                     "for yours, or check " +
-                    either(recording, "the tilt's unit", "--tilt-unit"));
+                    either(recording, "the tilt's unit", "--tilt-unit") +
+                    (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", as these may be radians" : ""));
   }
   return result;
 }
 
-/// The same of a tilt that was found by its name alone: one that does not follow the protocol is left out.
+/// The same of a tilt that was found by its name alone: if it does not follow the protocol, nothing else is known of
+/// the stimulus.
 std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const Signal<double>& tilt = *recording.signals.find(platform_tilt);
   try {
@@ -165,6 +172,13 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
     add_info(recording.warnings, "tilt_found",
              "the column " + tilt.column + " is taken as the platform's tilt and says where the protocol starts");
     return match;
+  } catch (const OtherStimulus& error) {
+    add_invalid(recording.warnings, "tilt_not_used",
+                "another stimulus was played, if its column is the platform's: " + error.problem() + "; " +
+                    error.remedy() +
+                    either(recording, ", or leave it out", ", or --tilt-column none if it is no tilt"));
+    recording.signals.remove(platform_tilt);
+    return {};
   } catch (const Error& error) {
     add_caution(recording.warnings, "tilt_not_used",
                 "a column that may be the platform's tilt is not used: " + error.problem() + "; " + error.remedy());

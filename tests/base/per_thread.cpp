@@ -1,6 +1,7 @@
 #include "base/per_thread.hpp"
 
 #include <doctest/doctest.h>
+#include <pthread.h>
 
 #include <atomic>
 #include <thread>
@@ -53,5 +54,20 @@ TEST_CASE("per_thread: more threads than a process has keys") {
     for (int i = 0; i < 20; ++i) threads.emplace_back([] { per_thread<Counted>().value = 4; });
     for (std::thread& thread : threads) thread.join();
   }
+  CHECK(alive == before);
+}
+
+TEST_CASE(
+    "per_thread: what a thread destroys after its object may ask for it again, and gets a fresh one, which goes too") {
+  const int before = alive;
+  static int seen = 0;
+  std::thread([] {
+    per_thread<Counted>().value = 8;
+    // Keys are destroyed in the order in which they were made: this one after per_thread's.
+    static pthread_key_t key;
+    REQUIRE(pthread_key_create(&key, [](void*) { seen = 1 + per_thread<Counted>().value; }) == 0);
+    REQUIRE(pthread_setspecific(key, &key) == 0);
+  }).join();
+  CHECK(seen == 1);
   CHECK(alive == before);
 }

@@ -90,6 +90,7 @@ struct Stopwatch {
 };
 
 ComparisonFigures compare(const CompareOptions& options) {
+  iterative::check_budget({options.simulations, options.seed}, static_cast<std::size_t>(options.starts));
   const Model model = model_or_built_in(options.model);
   const dataset::Dataset data = trials_of(options, model);
   const int trials = data.trials();

@@ -91,7 +91,7 @@ sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   return protocol;
 }
 
-void run_table(const FitOptions& options) {
+void run_table(const FitOptions& options, const Command& command) {
   if (!is_root()) return;  // one answer, on one rank
   std::vector<std::string> inputs{options.frf};
   const sim::Protocol named = dataset::load_protocol(options.protocol.empty() ? "default" : options.protocol, &inputs);
@@ -103,7 +103,9 @@ void run_table(const FitOptions& options) {
                .truth = {},
                .priors = {.gain = options.request.priors.gain, .error = options.prior_error},
                .walkers = {.seed = options.request.settings.seed},
-               .json = options.common.json};
+               .json = options.common.json,
+               .options = command.given(beside_answers),
+               .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
   asked.truth = options.recordings.known(asked.protocol.parameters());
   run_frf_fit(asked);
 }
@@ -383,7 +385,7 @@ void add_fit(const Command& program) {
         std::min(options->request.settings.least_draws, options->request.settings.most_draws);
     apply(options->common);
     if (options->frf.empty()) return run_fit(*options, command);
-    run_table(*options);
+    run_table(*options, command);
   });
 }
 

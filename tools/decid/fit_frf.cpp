@@ -14,7 +14,7 @@ void run_frf_fit(const FrfFit& asked) {
   const frf::Density density(asked.protocol, frf::read_table(asked.table), asked.priors);
   const frf::Fit found = frf::fit(density, asked.walkers);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-  const FrfReport report{density, found, asked.truth, taken.count()};
+  const FrfReport report{density, found, asked.truth, taken.count(), asked.options, asked.body_assumed};
   const std::string json = frf_fit_json(report);
   if (!asked.output.empty()) write_file(asked.output, json);
   if (!asked.draws.empty()) write_frf_draws(asked.draws, report);

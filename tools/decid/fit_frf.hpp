@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "base/json.hpp"
 #include "identify/frf/fit.hpp"
 
 namespace decid::tools {
@@ -16,6 +17,8 @@ struct FrfFit {
   frf::Priors priors;
   frf::WalkerSettings walkers;
   bool json = false;
+  Json options;               ///< as they were given
+  bool body_assumed = false;  ///< the protocol's own body
 };
 
 /// Fits, writes the files and prints. Throws Error for a table or protocol that cannot be used.

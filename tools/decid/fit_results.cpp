@@ -62,13 +62,15 @@ std::string check_text(const PredictiveCheck& check) {
 void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol) {
   const Posterior& found = fitted.posterior;
   const sim::ParameterTable table = protocol.ranges();
-  for (std::size_t p = 0; p < table.size(); ++p)
-    add_found(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
+  if (fitted.answer == FitFigures::Answer::posterior) {  // else values, deviations and intervals are the network's
+    for (std::size_t p = 0; p < table.size(); ++p)
+      add_found(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
+    recording["correlations"] = correlations_json(found, table.size());
+  }
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
   recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
   recording["start_s"] = quantity_json(found, Density::start);
   recording["gain"] = quantity_json(found, Density::gain);
-  recording["correlations"] = correlations_json(found, table.size());
   recording["diagnostics"] = diagnostics_json(found, table);
   recording["predictive_check"] = check_json(fitted.check);
   recording["log_predictive_density"] = left_out_json(fitted);
@@ -78,11 +80,15 @@ void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protoco
 std::string text_of(const Identification& id, const FitFigures& fitted, const sim::Protocol& protocol) {
   const Posterior& found = fitted.posterior;
   std::string text = headline(id);
-  text += table_heading(fitted.answer == FitFigures::Answer::network ? "network" : "mean", "90 % of the draws",
-                        id.truth.has_value());
+  const bool networks = id.estimate.distribution.has_value();
+  text += table_heading(fitted.answer == FitFigures::Answer::network ? "network" : "mean",
+                        networks ? "90 % interval" : "90 % of the draws", id.truth.has_value());
   const sim::ParameterTable table = protocol.ranges();
-  for (std::size_t p = 0; p < table.size(); ++p)
-    text += parameter_line(found, p, table[p], id.estimate.parameters[p], protocol.experiment.body.mgh(), id.truth);
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const double value = id.estimate.parameters[p], mgh = protocol.experiment.body.mgh();
+    text += networks ? parameter_line(*id.estimate.distribution, p, table[p], value, mgh, id.truth)
+                     : parameter_line(found, p, table[p], value, mgh, id.truth);
+  }
   const auto line = [&](const char* what, int quantity, const char* unit) {
     if (found.deviation(quantity) > 0.0)
       text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/version.hpp"
 #include "dataset/npz/arrays.hpp"
 #include "tools/decid/posterior_results.hpp"
 #include "tools/decid/results.hpp"
@@ -98,10 +99,14 @@ std::string frf_fit_json(const FrfReport& report) {
   Json parameters = parameters_json(ranges, means(report), mgh, report.truth);
   for (std::size_t p = 0; p < ranges.size(); ++p) {
     add_found(parameters[p], found, p, ranges[p], mgh);
+    parameters[p]["range"] = {ranges[p].low, ranges[p].high};
     parameters[p]["prior_sd"] = found.prior_deviation(static_cast<int>(p));
     parameters[p]["told"] = found.told(static_cast<int>(p));
   }
-  const Json json{{"file", table.file},
+  const Json json{{"decid", version},
+                  {"options", report.options},
+                  {"body", body_json(protocol.experiment.body, report.body_assumed)},
+                  {"file", table.file},
                   {"protocol", protocol.name},
                   {"confidence", table.has_confidence() ? Json(table.confidence) : Json(nullptr)},
                   {"parameters", std::move(parameters)},
@@ -153,7 +158,7 @@ std::string frf_fit_text(const FrfReport& report) {
   text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less; %.1f s\n", found.chains(),
                  found.draws(), *std::ranges::min_element(found.effective_draws()),
                  *std::ranges::max_element(found.rhat()), report.seconds);
-  return text + warnings_text(found.warnings());
+  return text + warnings_text(found.warnings()) + body_text(protocol.experiment.body, report.body_assumed);
 }
 
 void write_frf_draws(const std::filesystem::path& path, const FrfReport& report) {

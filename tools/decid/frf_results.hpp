@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "base/json.hpp"
 #include "identify/frf/fit.hpp"
 
 namespace decid::tools {
@@ -14,6 +15,8 @@ struct FrfReport {
   const frf::Fit& found;
   std::optional<sim::Parameters> truth;
   double seconds;
+  Json options;
+  bool body_assumed;
 };
 
 /// The keys of a recording's fit where they mean the same, and "misfit", "frf"; each parameter also has "prior_sd" and

@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/text.hpp"
+
 namespace decid::tools {
 
 Option& Option::required() {
@@ -29,8 +31,15 @@ Option& Option::range(long long low, long long high) {
   return *this;
 }
 
-Option& Option::range(double low, double high) {
-  option_->check(CLI::Range(low, high));
+Option& Option::range(double low, double high, const char* unit) {
+  const std::string between = format("%g to %g%s%s", low, high, *unit == '\0' ? "" : " ", unit);
+  option_->check(CLI::Validator(
+      [=](const std::string& text) {
+        double value = 0.0;
+        const bool is_number = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+        return is_number ? std::string() : text + " is not from " + between;
+      },
+      "in " + between));
   return *this;
 }
 

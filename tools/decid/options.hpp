@@ -25,7 +25,7 @@ class Option {
   /// Numbers from low to high.
   Option& range(int low, int high);
   Option& range(long long low, long long high);
-  Option& range(double low, double high);
+  Option& range(double low, double high, const char* unit = "");
   Option& one_of(const std::vector<std::string>& words);
   /// So many values, one after the other.
   Option& values(int least, int most);

@@ -90,7 +90,7 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
   command
       .add_option("--com-height", flags.com_height,
                   "The sway column is a position, of the centre of mass or a marker, this many m above the ankles")
-      .range(0.01, 3.0);
+      .range(0.01, 3.0, "m");
   command.add_option("--leg", flags.leg,
                      "Angle of the legs in space, by name or number; with --trunk, in place of a sway");
   command.add_option("--trunk", flags.trunk, "Angle of the trunk in space");
@@ -121,14 +121,14 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
   command
       .add_option("--detrend", flags.detrend,
                   "offset: subtract the mean of the whole cycles; linear: a drift too (which costs the built-in model "
-                  "nothing, models for ideal recordings much); default: none")
+                  "nothing, spectra.safetensors much); default: none")
       .one_of({"none", "offset", "linear"});
 }
 
 void add_body_options(const Command& command, BodyFlags& flags) {
   command.add_option("--mass", flags.mass_kg, "The subject's mass in kg, with --height; default: the protocol's body")
       .range(1.0, 500.0);
-  command.add_option("--height", flags.height_m, "The subject's height in m").range(0.3, 3.0);
+  command.add_option("--height", flags.height_m, "The subject's height in m").range(0.3, 3.0, "m");
 }
 
 void add_truth_option(const Command& command, RecordingFlags& flags) {

@@ -97,10 +97,13 @@ std::string recordings_json(const MadeWith& with, const Identifications& all, co
 }
 
 std::string body_text(const Identifications& all) {
-  const sim::Body& body = all.protocol.experiment.body;
+  return body_text(all.protocol.experiment.body, all.body_assumed);
+}
+
+std::string body_text(const sim::Body& body, bool assumed) {
   const std::string text = format("Body: %.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad",
                                   body.mass_kg, body.com_height_m, body.mgh());
-  if (!all.body_assumed) return text + ".\n";
+  if (!assumed) return text + ".\n";
   return text +
          ". It is assumed: stiffness and damping of another body of that height are these over its m g h "
          "(--mass, --height).\n";

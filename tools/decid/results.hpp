@@ -47,5 +47,6 @@ std::string trust_text(const Warnings& warnings);
 std::string warnings_text(const Warnings& warnings);
 /// Whose stiffness and damping the tables show: a line below them.
 std::string body_text(const Identifications& all);
+std::string body_text(const sim::Body& body, bool assumed);
 
 }  // namespace decid::tools

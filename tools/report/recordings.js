@@ -192,9 +192,9 @@ function showNamed() {
 function howToRead(whence) {
   const items = [
     ["The coloured box", "says whether the recording can be used at all. Read it first."],
-    ["Value and 90 % interval", `${whence} Nine of ten such intervals hold the true value, if people are as the model says. Two recordings whose intervals overlap widely do not differ.`],
+    ["Value and 90 % interval", `${whence} About nine of ten hold the true value, if people are as the model says. Two recordings whose intervals overlap widely do not differ.`],
     ["Kp, Kd", "active stiffness and damping: how strongly muscles answer to lean and to its speed, by way of the nerves."],
-    ["Kp_pass, Kd_pass", "passive stiffness and damping of ankle, muscle and tendon, without nerves. A recording says little of Kp_pass: its interval is nearly the whole range."],
+    ["Kp_pass, Kd_pass", "passive stiffness and damping of ankle, muscle and tendon, without nerves. Most recordings say little of Kp_pass."],
     ["Nv, theta", "noise of the sense of balance, and the velocity of tilt below which the platform\u2019s movement is not perceived."],
     ["delay", "the time from sensing to torque, all of it in one number."],
     ["Value / (m g h)", "stiffness and damping over the torque of gravity on this body: compare persons by these."],

@@ -125,6 +125,33 @@ TEST_CASE("units that are no angle's are refused, a column of tilt alone too; mi
   CHECK(near(read("time (min),sway_deg\n0,1\n0.01,2\n0.02,3\n").rate_hz, 100.0 / 60.0, 1e-12));
 }
 
+TEST_CASE("what is no sway by its name is refused, the only column too; of a part of the body it is warned of") {
+  for (const auto& [name, quantity] : {std::pair{"torque_ap", "a torque"},
+                                       {"ankle_torque", "a torque"},
+                                       {"acc_x", "an acceleration"},
+                                       {"EMG_TA", "muscle activity"},
+                                       {"GRF", "a force"},
+                                       {"gyro_y", "a velocity"},
+                                       {"CoP_AP", "a centre of pressure"},
+                                       {"COPx (mm)", "a centre of pressure"}})
+    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), {name, quantity, "by its name"});
+  check_error(reading("time,COPx_mm\n0,1\n0.01,2\n", {.column = "COPx_mm", .com_height_m = 0.9}),
+              {"COPx_mm is a centre of pressure", "estimate the centre of mass first"});
+  for (const char* name : {"head_deg", "trunk_angle_deg", "foot_deg"})
+    CHECK(warning(read("time," + std::string(name) + "\n0,1\n0.01,2\n").warnings, "sway_of_a_part") != nullptr);
+  CHECK(warning(read("time,lean_deg\n0,1\n0.01,2\n").warnings, "sway_of_a_part") == nullptr);
+}
+
+TEST_CASE("of two columns one of which is the platform's tilt, the other is the sway") {
+  const Recording recording = read("time,lean_deg,platform_deg\n0,1,0\n0.01,2,0.1\n0.02,3,0.2\n");
+  CHECK(recording.signals.at(com_sway).column == "lean_deg");
+  CHECK(recording.signals.at(platform_tilt).column == "platform_deg");
+  CHECK(read("time,platform_deg,lean_deg\n0,0,1\n0.01,0.1,2\n").signals.at(com_sway).column == "lean_deg");
+  check_error(reading("time,lean_deg,other_deg\n0,1,0\n0.01,2,0.1\n"), {"several columns that may be the sway"});
+  // Decimal commas between commas: four cells where two names are.
+  check_error(reading("time,lean\n0,01,0,12\n0,02,0,13\n0,03,0,14\n"), {"several columns", "semicolons"});
+}
+
 TEST_CASE("a unit that is not the name's is used, and warned of") {
   const Recording as_given =
       read("time,sway_deg,tilt\n0,.1,1\n0.01,.2,2\n", {.unit = Unit::radian, .tilt_unit = Unit::degree});
@@ -290,14 +317,17 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
     REQUIRE(warning(recording.warnings, "tilt_found") != nullptr);
     CHECK(trust_of({*warning(recording.warnings, "tilt_found")}) == Trust::usable);
   }
-  // Another movement, the other sign: a word, and the recording as it is.
+  // Another movement, the other sign: the recording is not to be used, unless that is no tilt.
   for (const double gain : {-1.0, 0.0}) {
     Recording recording = read(text("platform_deg", gain, 0));
     const Trial trial = bring_to_protocol(recording, protocol);
     CHECK_FALSE(trial.tilt);
     CHECK(trial.signals.find(platform_tilt) == nullptr);
     REQUIRE(warning(recording.warnings, "tilt_not_used") != nullptr);
-    CHECK(warning(recording.warnings, "tilt_not_used")->severity == Severity::caution);
+    CHECK(warning(recording.warnings, "tilt_not_used")->severity == Severity::invalid);
+    Recording without = read(text("platform_deg", gain, 0), {.find_tilt = false});
+    CHECK_FALSE(bring_to_protocol(without, protocol).tilt);
+    CHECK(trust_of(without.warnings) != Trust::not_usable);
     // Named, it is an error.
     Recording named = read(text("platform_deg", gain, 0), {.tilt_column = "platform_deg"});
     CHECK_THROWS_AS(bring_to_protocol(named, protocol), Error);
