@@ -94,10 +94,11 @@ void check_size(const Signal<double>& sway, bool guessed, Recording& recording) 
   }
   if (peak_deg > largest_deg) {
     const auto at = (-*least > *most ? least : most) - sway.rad.begin();
-    throw Error(where,
-                sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
-                    std::to_string(at + 1),
-                in_memory ? other : other + std::string("; if it stands for a missing value, leave that out (--fill-gaps)"));
+    throw Error(
+        where,
+        sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
+            std::to_string(at + 1),
+        in_memory ? other : other + std::string("; if it stands for a missing value, leave that out (--fill-gaps)"));
   }
   if (peak_deg > largest_plausible_deg) {
     recording.is_large = true;

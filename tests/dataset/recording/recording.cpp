@@ -195,7 +195,8 @@ TEST_CASE("files that are no recordings are refused") {
   check_error(reading("time,sway\nfirst,trial\n0,1\n0.01,2\n"), {"line 2", "'first' is not a finite number", "#"});
   check_error(reading("time,sway\ns,deg\n0,1\n0.01,x\n"), {"line 4, sway (deg)", "'x' is not a finite number"});
   check_error(reading("time,sway\n0,1\n0.01,1\n0.02,1\n"), {"sway is constant, 1 degrees", "--column"});
-  check_error(reading("time,sway\n0,1\n0.01,91\n"), {"sway reaches 91 degrees", "at sample 2", "--unit", "--fill-gaps"});
+  check_error(reading("time,sway\n0,1\n0.01,91\n"),
+              {"sway reaches 91 degrees", "at sample 2", "--unit", "--fill-gaps"});
   check_error(reading("time,sway\n0,1\n0.01,2\n", {.unit = Unit::radian}), {"sway reaches 115 degrees"});
 }
 
