@@ -87,8 +87,9 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double multiple = std::round(steps[i] / usual);
     if (usual <= 0.0 && steps[i] > 0.0) continue;  // the one to be reported is one of the others
-    // Written so that a step that is not a number fails.
-    if (steps[i] > 0.0 && multiple >= 1.0 && std::abs(steps[i] - multiple * usual) <= gross * usual) {
+    // Written so that a step that is not a number fails. No gap is as long as the longest recording.
+    if (steps[i] > 0.0 && multiple >= 1.0 && std::abs(steps[i] - multiple * usual) <= gross * usual &&
+        places + multiple < static_cast<double>(most_rows)) {
       places += multiple;
       continue;
     }

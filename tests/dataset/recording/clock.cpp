@@ -131,6 +131,10 @@ TEST_CASE("missing cells are gaps, in the middle and at the ends") {
 }
 
 TEST_CASE("no clock's times are refused") {
+  // Farther away than any recording is long: found by fuzzing.
+  for (const char* far : {"1e9", "1e30", "1e300"})
+    check_error([&] { read("time,sway_deg\n0,1\n0.01,2\n0.02,3\n" + std::string(far) + ",4\n", {.fill_gaps_s = 1.0}); },
+                {"line 5", "'time' steps by 1e+"});
   std::vector<double> times{0.0, 0.01, 0.02, 0.0345, 0.04, 0.05};
   check_error([&] { read(sine_at(times)); }, {"line 5", "steps by 0.0145", "--rate"});
   times[3] = 0.015;
