@@ -11,9 +11,10 @@ endif()
 
 # decid_test_headers(target): what nearly every test includes is compiled once, where CMAKE_UNITY_BUILD asks for speed; tests'
 # sources themselves stay apart, as each names its helpers as it likes. That is half of the time clang takes for them; g++
-# 12 reads 100 MB for each source then, gains nothing and warns of what is in the system's headers.
+# 12 reads 100 MB for each source then, gains nothing and warns of what is in the system's headers. A page's few tests define
+# what doctest's header is read with.
 function(decid_test_headers target)
-  if(NOT CMAKE_UNITY_BUILD OR NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+  if(NOT CMAKE_UNITY_BUILD OR NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang OR CMAKE_SYSTEM_PROCESSOR STREQUAL wasm32)
     return()
   endif()
   if(NOT TARGET decid_test_headers)
