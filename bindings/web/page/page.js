@@ -33,6 +33,14 @@ const unpacked = async id => {
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 };
 
+// Bytes 0, 4, 8 ..., then 1, 5, 9 ...: pack.py has put them apart.
+function together(apart) {
+  const bytes = new Uint8Array(apart.length);
+  for (let first = 0, from = 0; first < 4; ++first)
+    for (let at = first; at < bytes.length; at += 4) bytes[at] = apart[from++];
+  return bytes;
+}
+
 // Whether relaxed multiply-adds are one rounding here: where the product is rounded first, these differ.
 async function fuses() {
   const bytes = await unpacked("probe");
@@ -49,7 +57,7 @@ const program = (async () => {
   document.body.dataset.kernels = relaxed ? "relaxed" : "wasm";
   const module = await WebAssembly.compile(await unpacked(relaxed ? "relaxed" : "plain"));
   at(relaxed ? "plain" : "relaxed").remove();
-  return { module, model: new Uint8Array(await unpacked("model")), environment: [] };
+  return { module, model: together(new Uint8Array(await unpacked("model"))), environment: [] };
 })();
 
 let worker;
