@@ -183,6 +183,31 @@ TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_s
   CHECK(near(mgh, 838.98, 1e-3));
 }
 
+TEST_CASE("fit: where chains disagree, the network's values have its intervals; sway of the other sign is not usable" *
+          doctest::test_suite("slow")) {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 7 --quiet -o " + folder / "t.csv").code == 0);
+  const auto first = [](const std::string& command) {
+    const auto result = run_decid(command + " --json");
+    CAPTURE(result.err);
+    REQUIRE(result.code == 0);
+    return Json::parse(result.out)["recordings"].at(0);
+  };
+  const std::string few = "fit --quiet --most-draws 8 " + folder / "t.csv";  // too few to agree
+  const Json fitted = first(few), identified = first("identify " + folder / "t.csv"),
+             turned = first(few + " --invert sway");
+  CHECK(fitted["fit"]["answer"] == "network");
+  CHECK(fitted["diagnostics"]["agreed"] == false);
+  for (std::size_t p = 0; p < fitted["parameters"].size(); ++p)
+    for (const char* key : {"value", "sd", "interval50", "interval90", "normalized_interval90"})
+      CHECK(fitted["parameters"][p].at(key) == identified["parameters"][p].at(key));
+  CHECK(fitted["correlations"] == identified["correlations"]);
+  CHECK(fitted["unfamiliarity"] == identified["unfamiliarity"]);
+  CHECK(fitted["trust"] == "caution");
+  CHECK(turned["trust"] == "not usable");
+  CHECK(turned["unfamiliarity"].get<double>() > 1.0);
+}
+
 TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest::test_suite("slow")) {
   const Folder folder;
   const std::string command =
