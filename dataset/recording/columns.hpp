@@ -36,7 +36,7 @@ std::optional<Unit> unit_in(std::string_view name);
 /// alone are not.
 const char* other_quantity(std::string_view name);
 /// That of a force plate's point of force, an angle or a length by its unit.
-inline constexpr const char* centre_of_pressure = "a centre of pressure";
+inline constexpr char centre_of_pressure[] = "a centre of pressure";
 /// The unit of a column of angles: the one given, else the name's, if any. Throws Error for a name that says that it is
 /// none ("COM_x (mm)", "sway_deg_s", "tilt speed"); `where` names the file, `setting` how units are given: "--unit".
 std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
