@@ -101,7 +101,7 @@ class Fitter {
       networks = std::move(network_->explain(std::span(&answer, 1)).front());
       if (!found.agreed()) {
         figures.answer = FitFigures::Answer::network;
-        id.estimate.parameters = std::move(answer.parameters);
+        id.estimate.parameters = answer.parameters;
         id.estimate.distribution = std::move(answer.distribution);
       }
     }
