@@ -68,7 +68,6 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   check_columns(names_.size());
   has_header_ = !names_.empty();
   separator_ = find_separator();
-  rows_.reserve(std::min(most_rows, static_cast<std::size_t>(std::count(text_.begin(), text_.end(), '\n')) + 1));
   std::vector<std::string_view> cells;
   visit_lines([&](std::string_view line, std::size_t line_number) {
     if (names_.empty()) {
@@ -88,9 +87,13 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
       }
       check_row(cells, line_number);
     }
-    if (rows_.empty())  // names are often quoted where the numbers are not
-      is_plain_ =
-          is_plain(std::string_view(text_).substr(static_cast<std::size_t>(line.data() - text_.data())), separator_);
+    if (rows_.empty()) {
+      // Names are often quoted where the numbers are not. Rows are about as long as the first one.
+      const std::string_view rest =
+          std::string_view(text_).substr(static_cast<std::size_t>(line.data() - text_.data()));
+      is_plain_ = is_plain(rest, separator_);
+      rows_.reserve(std::min(most_rows, rest.size() / (line.size() + 1) + 1));
+    }
     rows_.push_back(line);
     if (rows_.size() > most_rows) {
       throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
