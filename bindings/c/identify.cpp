@@ -73,9 +73,9 @@ std::vector<decid_parameter> parameters_of(const decid_result& result) {
     parameter.low = info.low;
     parameter.high = info.high;
     parameter.normalized = parameter.value / mgh;
-    if (result.fit)
+    if (result.fit && result.fit->answer == decid::FitFigures::Answer::posterior)
       describe(parameter, result.fit->posterior, static_cast<int>(p), mgh);
-    else if (estimate.distribution)
+    else if (estimate.distribution)  // of a fit whose chains disagree, too
       describe(parameter, *estimate.distribution, static_cast<int>(p), mgh);
   }
   return list;
@@ -281,7 +281,9 @@ const decid_parameter* decid_result_parameter(const decid_result* result, size_t
 double decid_result_correlation(const decid_result* result, size_t a, size_t b) {
   if (result == nullptr || a >= result->quantities.size() || b >= result->quantities.size()) return unknown;
   const int first = static_cast<int>(a), second = static_cast<int>(b);
-  if (result->fit) return result->fit->posterior.correlation(first, second);
+  const bool of_parameters = a < result->ranges.size() && b < result->ranges.size();
+  if (result->fit && !(of_parameters && result->fit->answer == decid::FitFigures::Answer::network))
+    return result->fit->posterior.correlation(first, second);
   const auto& distribution = result->identification.estimate.distribution;
   return distribution ? distribution->correlation(first, second) : unknown;
 }
