@@ -176,7 +176,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     const std::string& name = name_of(table, source.columns.front());
     if (!options.com_height_m) refuse_ankle(name, where);
     if (options.com_height_m && other_quantity(name) == centre_of_pressure)
-      static_cast<void>(unit_of(name, {}, where, "--unit"));
+      static_cast<void>(unit_of(name, {}, where, "--unit"));  // throws: it is no position of the centre of mass
     warn_of_part(name, recording);
   }
   if (!options.ankle_column.empty()) add(options.ankle_column, "--ankle");
