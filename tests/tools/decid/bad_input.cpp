@@ -116,6 +116,8 @@ TEST_CASE("wrong usage") {
   check_refused("simulate --kp '' -o x.csv", {"--kp ''", "is empty"});
   check_refused("simulate --kp= -o x.csv", {"--kp=", "is empty"});
   check_refused("dataset --count 5 --sensor-noise '' -o x.npz", {"--sensor-noise ''", "is empty"});
+  check_refused("identify x.csv --mass 70 --height 175", {"--height: 175 is not from 0.3 to 3 m"});
+  check_refused("identify x.csv --mass 70 --height tall", {"--height", "tall"});
   check_refused("dataset --count 5 -o ''", {"-o ''", "is empty"});
   check_refused("''", {"is empty"});
   for (const std::string seed : {"-1", "18446744073709551616", "1.5", "1x"})
