@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "base/json.hpp"
+#include "base/json_object.hpp"
 #include "identify/frf/fit.hpp"
 
 namespace decid::tools {
