@@ -55,7 +55,6 @@ const char* other_quantity(std::string_view name) {
   const std::string& last = parts.back();
   for (const std::string& word : parts)
     if (one_of(word, {"cop", "copx", "copy", "copap", "copml"})) return centre_of_pressure;
-  if (parts.size() > 1 && metres_of(last)) return "a length";
   const std::string_view unit = unit_behind(name);
   for (const auto& [quantity, units] : {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|"},
                                         {"a force", "|n|kn|"},
@@ -66,6 +65,7 @@ const char* other_quantity(std::string_view name) {
                                         {"a share", "|%|"}})
     if (!unit.empty() && std::string_view(units).find(lower('|' + std::string(unit) + '|')) != std::string_view::npos)
       return quantity;
+  if (parts.size() > 1 && metres_of(last)) return "a length";
   for (const std::string& word : parts) {
     for (const char* quantity : {"velocity", "speed", "acceleration"})
       if (word.find(quantity) != std::string::npos)

@@ -240,6 +240,14 @@ TEST_CASE("version 7.3: an answer of the process that reads it is taken whole or
   CHECK_FALSE(from_bytes(to_bytes({deep}), read));
 }
 
+TEST_CASE("what Octave saves in formats of its own is said to be that") {
+  const TemporaryFolder folder;
+  for (const char* text :
+       {"# Created by Octave 7.3.0, Wed Nov 25 2026\n# name: sway\n# type: matrix\n# rows: 1\n", "Octave-1-L"})
+    for (const char* name : {"a.mat", "a.txt"})
+      check_error(reading(write_text(folder / name, text)), {name, "Octave's own format", "save -v7 file.mat"});
+}
+
 TEST_CASE("files without numbers, damaged ones and those that are none are refused") {
   const TemporaryFolder folder;
   check_error(reading(folder / "absent.mat"), {"absent.mat"});

@@ -38,6 +38,19 @@ TEST_CASE("a measured tilt is read from the file beside its protocol") {
   for (std::size_t k = 100; k < 900; ++k)
     CHECK(std::abs(resampled[k] - 0.017 * std::sin(0.01 * static_cast<double>(k)) / sim::rad_per_deg) <
           (0.5e-6 + 0.017e-4) / sim::rad_per_deg);
+  // In thousandths of a radian, and a column of time that is said to be the tilt: both are degrees in the end.
+  write_text(folder / "milli.csv", "time,tilt_mrad\n0,0\n0.01,10\n0.02,20\n");
+  const sim::Protocol milli = load(R"("file": "milli.csv", "lead_out_s": 2)");
+  const auto& radians = std::get<sim::MeasuredTilt>(milli.experiment.stimulus).tilt_deg;
+  REQUIRE(radians.size() == 3);
+  CHECK(radians[2] == 20.0 * 1e-3 / sim::rad_per_deg);
+  const sim::Protocol times =
+      load(R"("file": "milli.csv", "column": "time", "unit": "deg", "rate_hz": 100, "lead_out_s": 2)");
+  CHECK(std::get<sim::MeasuredTilt>(times.experiment.stimulus).tilt_deg == std::vector{0.0, 0.01, 0.02});
+  // A column alone is the tilt, whatever it is called.
+  write_text(folder / "alone.csv", "time,platform_deg\n0,0\n0.01,1\n0.02,2\n");
+  CHECK(std::get<sim::MeasuredTilt>(load(R"("file": "alone.csv", "lead_out_s": 2)").experiment.stimulus).tilt_deg ==
+        std::vector{0.0, 1.0, 2.0});
   // An absolute name is itself.
   CHECK(load("\"file\": \"" + (folder / "plain.txt").string() + R"(", "column": "2", "unit": "rad", "rate_hz": 50)")
             .experiment.stimulus == slow.experiment.stimulus);
@@ -91,6 +104,7 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, {"t.csv", "'a_deg', 'b_deg'", "measured.column"});
   check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the unit of tilt", "measured.unit"});
   check("time,tilt_deg\n0,0\n0.01,50\n", file, {"p.json", "sample 1 is 50", "unit"});
+  check("time\n0\n0.01\n0.02\n", file, {"t.csv", "a column of time but none of tilt", "measured.column"});
   // The sample rate's error comes first.
   const auto path = write_text(folder / "p.json", R"({"sample_rate_hz": -5, "measured": {"file": "t.csv"}})");
   check_error([&] { load_protocol(path.string()); }, {"sample_rate_hz", "is -5"});

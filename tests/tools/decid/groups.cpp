@@ -44,6 +44,7 @@ TEST_CASE("groups are read from what spreadsheets write") {
              "Group;Age;File\r\nold;70;a.csv\r\n\"young, fit\";30;in/b.csv\r\n;;in/c.csv\r\n;;\r\n",
              recordings) == groups);
   CHECK(read("file\tgroup\n a.csv \told\n./in/b.csv\tyoung, fit\nin/c.csv\t\nd.csv\tnobody\n", recordings) == groups);
+  CHECK(read("sep=;\r\nfile;group\r\na.csv;old\r\nb.csv;young, fit\r\nc.csv;\r\n", recordings) == groups);
   CHECK(read("group,file\n\"a \"\"x\"\"\",a.csv\nb,b.csv\nb,c.csv", recordings) == Names{"a \"x\"", "b", "b"});
 }
 
@@ -62,6 +63,8 @@ TEST_CASE("groups that cannot be read are refused") {
   CHECK(refusal("name,group\na.csv,x\n", recordings).find("g.csv, line 1: has no column \"file\"") !=
         std::string::npos);
   CHECK(refusal("", recordings).find("no column") != std::string::npos);
+  for (const char* empty : {"", "sep=;", "sep=;\n", "\n"})
+    CHECK(refusal(empty, recordings).find("g.csv, line 1: has no column \"file\"") != std::string::npos);
   CHECK(refusal("file,group\na.csv\n", recordings).find("line 2: is too short") != std::string::npos);
   CHECK(refusal("file,group\n,x\n", recordings).find("line 2: names no file") != std::string::npos);
   CHECK(refusal("file,group\na.csv,x\n", recordings).find("no line for b.csv (it lacks 1 recording);") !=
