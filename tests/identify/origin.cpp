@@ -46,6 +46,41 @@ TEST_CASE("origin: what is written is read back") {
   CHECK(to_json(made).find('\n') == std::string::npos);
 }
 
+TEST_CASE("origin: each setting that differs makes another origin, and is named") {
+  const Origin same = origin();
+  CHECK(difference(same, origin()).empty());
+  struct Change {
+    const char* named;
+    void (*make)(Origin&);
+  };
+  for (const auto& [named, make] :
+       {Change{"preset", [](Origin& o) { o.preset = "series"; }}, Change{"seed", [](Origin& o) { o.seed = 2; }},
+        Change{"epochs", [](Origin& o) { o.epochs = 4; }}, Change{"batch", [](Origin& o) { o.batch = 32; }},
+        Change{"learning_rate", [](Origin& o) { o.learning_rate = 0.1; }},
+        Change{"momentum", [](Origin& o) { o.momentum = 0.5; }},
+        Change{"weight_decay", [](Origin& o) { o.weight_decay = 0.0; }},
+        Change{"schedule", [](Origin& o) { o.schedule = "step"; }},
+        Change{"warmup_epochs", [](Origin& o) { o.warmup_epochs = 2; }},
+        Change{"architecture", [](Origin& o) { o.architecture = "fc 7"; }},
+        Change{"trials", [](Origin& o) { o.trials.seed = 8; }},
+        Change{"training_trials", [](Origin& o) { o.training_trials = 1; }},
+        Change{"validation_trials", [](Origin& o) { o.validation_trials = 1; }},
+        Change{"patience", [](Origin& o) { o.patience = 9; }},
+        Change{"",
+               [](Origin& o) {
+                 o.extensions = {{1, 2}};
+               }},
+        Change{"", [](Origin& o) {
+                 o.from = Origin::Start{"ab", {}};
+               }}}) {
+    INFO(std::string(named));
+    Origin other = origin();
+    make(other);
+    CHECK(other != same);
+    CHECK(difference(same, other).find(named) != std::string::npos);
+  }
+}
+
 TEST_CASE("origin: a fine tuning names what it began with, a longer training where it went on") {
   Origin made = origin();
   CHECK(to_json(made).find("extensions") == std::string::npos);

@@ -339,7 +339,8 @@ TEST_CASE("Density: errors") {
   check_error([&] { Density one_line(protocol, {}); }, {"vestibular_noise", "single frequency"});
   for (const Priors& wrong :
        {Priors{.sensor_noise_deg = 0.0}, Priors{.sensor_noise_factor = 1.0}, Priors{.start_s = -0.1},
-        Priors{.start_s = 1.1}, Priors{.gain = 1.0}, Priors{.gain = std::nan("")}, Priors{.drift_hz = -1.0}})
+        Priors{.start_s = 1.1}, Priors{.gain = 1.0}, Priors{.gain = std::nan("")}, Priors{.drift_hz = -1.0},
+        Priors{.sensor_noise_deg = HUGE_VAL}, Priors{.sensor_noise_factor = HUGE_VAL}, Priors{.drift_hz = HUGE_VAL}})
     check_error([&] { Density(sines_protocol(), wrong); }, {"priors, ", "give"});
 
   const Observation observation = density.observe(recorded(sines_protocol(), some_parameters(), 0.02, 0));
