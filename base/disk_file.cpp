@@ -133,8 +133,8 @@ bool DiskFile::try_lock() {
 bool DiskFile::is_still_at_its_path() const {
   struct stat open {
   }, named{};
-  return ::fstat(descriptor_, &open) == 0 && ::stat(path_.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
-         open.st_ino == named.st_ino;
+  if (::fstat(descriptor_, &open) != 0) fail_at_position(path_, errno);
+  return ::stat(path_.c_str(), &named) == 0 && open.st_dev == named.st_dev && open.st_ino == named.st_ino;
 }
 
 }  // namespace decid

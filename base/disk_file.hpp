@@ -40,7 +40,7 @@ class DiskFile {
   void sync();
   /// False if another process holds it. Held until the file is closed, by a kill too.
   bool try_lock();
-  /// False if the name now stands for another file, or none.
+  /// False if the name now stands for another file, or none. Throws Error if the system does not tell.
   bool is_still_at_its_path() const;
 
  private:

@@ -22,7 +22,7 @@ class Arrows(unittest.TestCase):
             subprocess.run(["git", "init", "--quiet", folder], check=True)
             (root / "CMakeLists.txt").write_text(LADDER)
             for name, text in files.items():
-                path = root / (name.replace("__", "/") + ".cpp")
+                path = root / (name.replace("__", "/").removesuffix("_hpp") + (".hpp" if name.endswith("_hpp") else ".cpp"))
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(text + "\n")
             done = subprocess.run([ARROWS, root], capture_output=True, text=True)
@@ -74,6 +74,12 @@ class Arrows(unittest.TestCase):
 
     def test_a_relative_include_is_refused(self):
         self.check_refused("is not written from the root", sim__a='#include "fft.hpp"')
+
+    def test_a_header_with_a_value_of_json_includes_its_type(self):
+        self.check_refused("identify/a.hpp:3: a value of Json needs base/json_object.hpp",
+                           identify__a_hpp='#include "base/json.hpp"\nstruct A {\n  Json value;\n};')
+        self.check_clean(identify__a_hpp='#include "base/json_object.hpp"\nstruct A {\n  Json value;\n};',
+                         identify__b_hpp='#include "base/json.hpp"\nJson made(const Json& from);')
 
     def test_approx_is_refused_in_tests(self):
         self.check_refused("adds 1 to the scale", tests__sim__a="CHECK(a == Approx(b));")

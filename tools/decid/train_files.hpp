@@ -36,17 +36,28 @@ struct TrainFiles {
 class OutputLock {
  public:
   explicit OutputLock(const TrainFiles& files) : file_(files.lock, DiskFile::Access::write) {
-    if (!file_.try_lock() || !file_.is_still_at_its_path())
+    if (!file_.try_lock() || !is_ours())
       throw Error(files.model, "is being trained by another decid", "wait for it, or choose another output (-o)");
   }
-  ~OutputLock() {
-    std::error_code ignored;
-    std::filesystem::remove(file_.path(), ignored);
-  }
+  ~OutputLock() { remove(); }
   OutputLock(const OutputLock&) = delete;
   OutputLock& operator=(const OutputLock&) = delete;
 
  private:
+  /// The one that ended in between may have taken the file away.
+  bool is_ours() const {
+    try {
+      return file_.is_still_at_its_path();
+    } catch (const Error&) {
+      remove();
+      throw;
+    }
+  }
+  void remove() const {
+    std::error_code ignored;
+    std::filesystem::remove(file_.path(), ignored);
+  }
+
   DiskFile file_;
 };
 
