@@ -271,10 +271,13 @@ ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol) 
 ProtocolPlan::~ProtocolPlan() = default;
 
 const TiltMatcher& ProtocolPlan::tilt() const {
-  std::call_once(made_, [&] {
+  // Not std::call_once: what is thrown in there passes through a function of the C library, which ends a program that
+  // has gcc's unwinder within, and hangs with glibc before 2.34.
+  const std::lock_guard lock(making_);
+  if (!tilt_) {
     const std::size_t overhang = overhang_of(static_cast<std::size_t>(protocol_.samples()));
     tilt_ = std::make_unique<const TiltMatcher>(prescribed_tilt(protocol_), static_cast<int>(overhang));
-  });
+  }
   return *tilt_;
 }
 

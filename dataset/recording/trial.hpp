@@ -58,7 +58,7 @@ class ProtocolPlan {
 
  private:
   const sim::Protocol& protocol_;
-  mutable std::once_flag made_;
+  mutable std::mutex making_;
   mutable std::unique_ptr<const TiltMatcher> tilt_;
 };
 
