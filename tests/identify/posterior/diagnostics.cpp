@@ -67,6 +67,24 @@ TEST_CASE("effective_draws: as theory has it for autoregressions") {
   CHECK(effective_draws(apart) < 100.0);
 }
 
+TEST_CASE(
+    "rhat, effective_draws: figures of a few draws, by the formulas of Vehtari et al. 2021 written anew in Python") {
+  // Three chains of twelve: with so few, every divisor counts.
+  ChainDraws mixed, slow;
+  for (int c = 0; c < 3; ++c) {
+    mixed.emplace_back();
+    slow.emplace_back();
+    for (int i = 0; i < 12; ++i) {
+      mixed.back().push_back((7 * i * i + 3 * i + 5 * c * c + 11 * c) % 29 / 4.0 + 0.3 * c * (i % 3));
+      slow.back().push_back((c * 5 + i * (2 + c)) % 31 + 3.0 * i);
+    }
+  }
+  CHECK(near(rhat(mixed), 1.0233572392476087, 1e-12));
+  CHECK(near(effective_draws(mixed), 47.935836103734765, 1e-12));
+  CHECK(near(rhat(slow), 1.3941868407090134, 1e-12));
+  CHECK(near(effective_draws(slow), 6.74049223467292, 1e-12));
+}
+
 TEST_CASE("energy_fraction: 2 for independent energies, small for a slow walk") {
   CHECK(near(energy_fraction(autoregression(0.0, 4, 4000)), 2.0, 0.1));
   CHECK(energy_fraction(autoregression(0.98, 4, 2000)) < 0.1);
