@@ -53,7 +53,7 @@ TEST_CASE("origin: each setting that differs makes another origin, and is named"
     const char* named;
     void (*make)(Origin&);
   };
-  for (const auto& [named, make] :
+  for (const Change& change :
        {Change{"preset", [](Origin& o) { o.preset = "series"; }}, Change{"seed", [](Origin& o) { o.seed = 2; }},
         Change{"epochs", [](Origin& o) { o.epochs = 4; }}, Change{"batch", [](Origin& o) { o.batch = 32; }},
         Change{"learning_rate", [](Origin& o) { o.learning_rate = 0.1; }},
@@ -73,11 +73,11 @@ TEST_CASE("origin: each setting that differs makes another origin, and is named"
         Change{"", [](Origin& o) {
                  o.from = Origin::Start{"ab", {}};
                }}}) {
-    INFO(std::string(named));
+    INFO(std::string(change.named));
     Origin other = origin();
-    make(other);
+    change.make(other);
     CHECK(other != same);
-    CHECK(difference(same, other).find(named) != std::string::npos);
+    CHECK(difference(same, other).find(change.named) != std::string::npos);
   }
 }
 
