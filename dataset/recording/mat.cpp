@@ -92,9 +92,6 @@ void collect(MatVariable&& variable, const std::string& outer, Columns& columns)
 MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : where_(path.string()) {
   const char* remedy = "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";
   const MatVersion version = mat_version(bytes);
-  if (bytes.starts_with("# Created by Octave") || bytes.starts_with("Octave-1-"))
-    throw Error(where_, "is in Octave's own format, not MATLAB's",
-                "save it in Octave with save -v7 file.mat time sway");
   if (version == MatVersion::none) throw Error(where_, "is not a MAT-file that can be read, or is damaged", remedy);
   Columns columns;
   for (MatVariable& variable : version == MatVersion::v73  ? read_mat_73(path, bytes.size())

@@ -43,8 +43,10 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   // Reading it first gives the reason if a file cannot be read or is too large.
   std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
-  if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ") ||
-      text.starts_with("# Created by Octave") || text.starts_with("Octave-1-")) {
+  if (text.starts_with("# Created by Octave") || text.starts_with("Octave-1-")) {
+    throw Error(where, "is in Octave's own format, not MATLAB's", "save it in Octave with save -v7 file.mat time sway");
+  }
+  if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
     if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
     return std::make_unique<MatTable>(text, path);
   }
