@@ -17,9 +17,11 @@ constexpr double lowering = 2.0, highest_noise_deg = 3.0;
 constexpr int annealing_leaps = 20;
 constexpr int windows = 3, window_informations = 3, first_window_leaps = 48, most_window_leaps = 96;
 constexpr int settling_moves = 12, fewest_leaps = 16;
-constexpr double leaps_per_width = 2.5;  // steps that cross the widest direction's deviation so often
+constexpr double leaps_per_width = 1.4;  // steps that cross the widest direction's deviation so often
 constexpr double target_acceptance = 0.8;
-constexpr double stuck_log_noise = 0.04, stranded_log_noise = 0.2;
+constexpr double stuck_nats = 40.0;
+constexpr double stranded_log_noise = 0.2;
+constexpr double first_slow_noise = 0.02;  // over the white noise of a block
 
 // Random numbers besides those of the groups' samplers.
 constexpr std::uint64_t starting = std::uint64_t{1} << 32, restarting = std::uint64_t{2} << 32;
@@ -135,16 +137,30 @@ void ChainGroup::warm_up(std::span<const State> starts, const Report& report) {
       learn(move, settings_.window_moves);
     }
     sampler_.end_adapting();
+    if (window + 1 == windows && !stopped_) hold_slow_noise();
     if (!stopped_) end_window();
     report("warming up", 0.3 + 0.7 * (window + 1) / windows);
   }
+}
+
+/// The slow noise becomes what the window's chains have on average.
+void ChainGroup::hold_slow_noise() {
+  const std::span<double> x = sampler_.coordinates();
+  for (std::size_t global = 0; global < Density::globals; ++global) {
+    if (!Density::is_held(global)) continue;
+    double sum = 0.0;
+    for (const Globals& point : globals_) sum += point[global];
+    const double mean = sum / static_cast<double>(globals_.size());
+    const std::size_t first = (static_cast<std::size_t>(density_.noise_size()) + global) * lanes;
+    for (std::size_t l = 0; l < lanes; ++l) x[first + l] = mean;
+  }
+  sampler_.hold_last();
 }
 
 void ChainGroup::begin_window() {
   fit_.next_window();
   globals_.clear();
   places_.clear();
-  log_noise_.fill(0.0);
 }
 
 /// After move 1, 2, ... of a window of so many: in the first third chains are on their way, then every move is a point
@@ -156,7 +172,6 @@ void ChainGroup::learn(int move, int moves) {
   if (3 * move > moves) {
     const auto noises = static_cast<std::size_t>(density_.noise_size());
     for (std::size_t l = 0; l < lanes; ++l) {
-      log_noise_[l] += decid::log(density_.block_noise_rad(density_.state(x, static_cast<int>(l)).sensor_noise_deg));
       Globals& point = globals_.emplace_back();
       for (std::size_t q = 0; q < point.size(); ++q) point[q] = x[(noises + q) * lanes + l];
     }
@@ -168,11 +183,13 @@ void ChainGroup::learn(int move, int moves) {
 /// A chart and a metric from the window, and the length of transitions.
 void ChainGroup::end_window() {
   const std::size_t size = triangle(static_cast<std::size_t>(density_.size()));
+  Sampler::Lanes log_mass{};
   std::vector<std::vector<double>> informations(places_.size(), std::vector<double>(size * lanes));
   for (std::size_t i = 0; i < places_.size(); ++i) {
     sampler_.information(places_[i], informations[i]);
     std::vector<double> factors = informations[i];
     fit_.add(places_[i], factors);
+    add_log_mass(places_[i], factors, log_mass);
   }
   const Chart chart = fit_.fit();
   Chart::Workspace work;
@@ -183,54 +200,57 @@ void ChainGroup::end_window() {
   }
   for (double& value : metric) value /= static_cast<double>(places_.size());
   if (sampler_.set_metric(metric)) sampler_.set_chart(chart);
-  restart_stuck();
+  for (double& sum : log_mass) sum = -sum / static_cast<double>(places_.size());
+  restart(log_mass, stuck_nats);
   const double leaps = leaps_per_width * sampler_.widest(globals_) / sampler_.middle_step();
   leaps_ = static_cast<int>(std::clamp(leaps, static_cast<double>(std::min(fewest_leaps, settings_.most_leaps)),
                                        static_cast<double>(settings_.most_leaps)));
   ++windows_;
 }
 
-/// Chains whose logarithm of the sensor's noise is further above the least one go on from where one of the others is.
-void ChainGroup::restart(const Sampler::Lanes& log_noise, double limit) {
-  const double highest = *std::ranges::min_element(log_noise) + limit;
+/// Chains that are worse than the best by more than the limit go on from where one of the others is.
+void ChainGroup::restart(const Sampler::Lanes& badness, double limit) {
+  const double highest = *std::ranges::min_element(badness) + limit;
   std::vector<std::size_t> good;
   for (std::size_t l = 0; l < lanes; ++l)
-    if (log_noise[l] <= highest) good.push_back(l);
+    if (badness[l] <= highest) good.push_back(l);
   const Random random(settings_.seed, Stream::posterior,
                       restarting + number_ * most_windows + static_cast<std::uint64_t>(windows_));
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {
-    if (log_noise[l] <= highest || good.empty()) continue;
+    if (badness[l] <= highest || good.empty()) continue;
     const std::size_t from = good[static_cast<std::size_t>(random.below(l, good.size()))];
     for (std::size_t i = 0; i < x.size(); i += lanes) x[i + l] = x[i + from];
     ++restarts_;
   }
 }
 
-/// The annealing's end: the sensor's noise, which said nothing so far, becomes what each chain leaves unexplained;
+/// The annealing's end: the measurement noise, which said nothing so far, becomes what each chain leaves unexplained;
 /// chains that explain less than others do are elsewhere.
 void ChainGroup::release_noise() {
   const double of_sensor = sim::rad_per_deg / density_.block_noise_rad(1.0);
   const Sampler::Lanes unexplained = unexplained_deg();
-  const std::size_t first = static_cast<std::size_t>(density_.noise_size() + Density::sensor_noise) * lanes;
   Sampler::Lanes log_noise;
   for (std::size_t l = 0; l < lanes; ++l) {
-    const double noise = std::max(least_noise_deg, of_sensor * unexplained[l]);
     log_noise[l] = decid::log(unexplained[l]);
-    sampler_.coordinates()[first + l] = density_.noise_coordinate(noise);
+    density_.set_noise(std::max(least_noise_deg, of_sensor * unexplained[l]), first_slow_noise * unexplained[l],
+                       sampler_.coordinates(), static_cast<int>(l));
   }
   sampler_.fix_noise({});
   restart(log_noise, stranded_log_noise);
   ++windows_;
 }
 
-/// A chain that takes more of the recording for the sensor's noise than others do is in a place that explains less of
-/// it. The mean of the logarithm of the noise over a window is known to 0.01, and 0.04 more stand for a likelihood that
-/// is e^-48 of theirs at 1210 blocks.
-void ChainGroup::restart_stuck() {
-  Sampler::Lanes log_noise = log_noise_;
-  for (double& sum : log_noise) sum /= static_cast<double>(globals_.size()) / lanes;
-  restart(log_noise, stuck_log_noise);
+/// Adds the logarithm of the probability about each chain's place, as Laplace has it: of a Gaussian with the density
+/// and the information there. From point to point it varies by the square root of half the dimensions, 12 nats.
+void ChainGroup::add_log_mass(std::span<const double> x, std::span<const double> factors, Sampler::Lanes& log_mass) {
+  const Sampler::Lanes potential = sampler_.potential(x);
+  const auto size = static_cast<std::size_t>(density_.size());
+  for (std::size_t l = 0; l < lanes; ++l) {
+    double half_log_determinant = 0.0;
+    for (std::size_t i = 0; i < size; ++i) half_log_determinant += decid::log(factors[(triangle(i) + i) * lanes + l]);
+    log_mass[l] -= potential[l] + half_log_determinant;
+  }
 }
 
 void ChainGroup::begin_round(bool last) {

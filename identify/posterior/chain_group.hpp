@@ -50,12 +50,13 @@ class ChainGroup {
   void anneal(const Report& report);
   void metric_from_here();
   void adapt(int moves, int leaps);
+  void hold_slow_noise();
   void begin_window();
   void learn(int move, int moves);
   void end_window();
-  void restart(const Sampler::Lanes& log_noise, double limit);
+  void add_log_mass(std::span<const double> x, std::span<const double> factors, Sampler::Lanes& log_mass);
+  void restart(const Sampler::Lanes& badness, double limit);
   void release_noise();
-  void restart_stuck();
   void keep();
 
   const Density& density_;
@@ -72,7 +73,6 @@ class ChainGroup {
   ChartFit fit_;
   std::vector<Globals> globals_;
   std::vector<AlignedVector<double>> places_;  // where the information is needed
-  Sampler::Lanes log_noise_{};                 // sums of each chain over the points of globals_
 
   // Of the round that runs.
   std::array<std::vector<State>, lanes> states_;

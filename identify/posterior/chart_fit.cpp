@@ -69,7 +69,7 @@ struct ChartFit::LeastSquares {
 
 ChartFit::ChartFit(const Density& density) : density_(density) {
   for (std::size_t global = 0; global < Density::globals; ++global)
-    if (density.infers(static_cast<Density::Global>(global))) variable_.push_back(global);
+    if (density.infers(static_cast<Density::Global>(global)) && !Density::is_held(global)) variable_.push_back(global);
 }
 
 void ChartFit::add(std::span<const double> x) {

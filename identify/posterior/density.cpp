@@ -19,28 +19,19 @@ namespace {
 
 using sim::Complex;
 
-constexpr double full_hz = 3.0, top_hz = 5.0, block_ms = 100.0, bin_ms = 50.0;
+constexpr double evidence_hz = 2.5;  // of the coefficients that are looked at
+constexpr double full_hz = 2.6, top_hz = 4.4, block_ms = 100.0, bin_ms = 50.0;
 constexpr double whole_damping = 10.0;  // c times the transforms' length: what wraps around is e^-10 of itself
 constexpr int spare_blocks = 40;        // of the transforms, beside the trial: more than the latest start
 constexpr double nv_scale = 0.05;       // kappa: below it the noise's coefficients are non-centred
 constexpr int fewest_blocks = 20;
 
-constexpr double model_error_deg = 0.0005;                  // of a block's mean (the test compares with the simulator)
-constexpr double latest_start_s = 1.0, largest_gain = 0.9;  // so that the loop's turns are small, and the gain positive
+constexpr double model_error_deg = 0.0005;  // of a block's mean (the test compares with the simulator)
 
-const Priors& checked(const Priors& priors) {
-  const auto check = [](bool right, const char* setting, double value, const char* remedy) {
-    if (!right) throw Error(std::string("priors, ") + setting, format("is %g", value), remedy);
-  };
-  check(priors.sensor_noise_deg > 0.0 && std::isfinite(priors.sensor_noise_deg), "sensor_noise_deg",
-        priors.sensor_noise_deg, "give degrees above 0");
-  check(priors.sensor_noise_factor > 1.0 && std::isfinite(priors.sensor_noise_factor), "sensor_noise_factor",
-        priors.sensor_noise_factor, "give a factor above 1");
-  check(priors.start_s >= 0.0 && priors.start_s <= latest_start_s, "start_s", priors.start_s, "give 0 to 1 s");
-  check(priors.gain >= 0.0 && priors.gain <= largest_gain, "gain", priors.gain, "give 0 to 0.9");
-  check(priors.drift_hz >= 0.0 && std::isfinite(priors.drift_hz), "drift_hz", priors.drift_hz, "give 0 Hz or more");
-  return priors;
-}
+// Slow noise forgets within these: its corner frequency is 0.4 Hz to 0.005 Hz.
+constexpr double shortest_memory_s = 0.4, longest_memory_s = 30.0;
+constexpr double least_slow_ratio = 1e-2;  // over the prior's median: far below what is seen
+const double log_memory_range = decid::log(longest_memory_s / shortest_memory_s);
 
 /// Samples in a block, for blocks of about 100 ms.
 int samples_per_block(const sim::Experiment& experiment) {
@@ -109,21 +100,29 @@ const sim::Protocol& of_single_pendulum(const sim::Protocol& protocol) {
 Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     : protocol_(of_single_pendulum(protocol)),
       priors_(checked(priors)),
-      ranges_(protocol.ranges()),
+      ranges_(ranges_of(priors, protocol.ranges())),
       isa_(isa),
+      quantiles_{},
       block_samples_(samples_per_block(protocol.experiment)),
       bin_steps_(steps_per_bin(block_samples_ * protocol.experiment.steps_per_sample())),
+      blocks_(NoiseSpectrum::fast_blocks(protocol.samples() / block_samples_)),
+      lead_blocks_(static_cast<int>(std::ceil(
+          priors.standing_s / (block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s)))),
+      lead_steps_(lead_blocks_ * block_samples_ * protocol.experiment.steps_per_sample()),
       first_step_(0),
       bins_(0),
       padded_bins_(0),
-      padded_blocks_(sim::smooth_length(protocol.samples() / block_samples_ + spare_blocks)),
-      blocks_(protocol.samples() / block_samples_),
+      padded_blocks_(sim::smooth_length(lead_blocks_ + protocol.samples() / block_samples_ + spare_blocks)),
       frequencies_(0),
       damping_(0.0),
-      drift_decay_(0.0),
-      noise_(protocol, bin_steps_, protocol.experiment.steps() / bin_steps_ + 8, top_hz),
+      noise_(protocol, bin_steps_, (lead_steps_ + protocol.experiment.steps()) / bin_steps_ + 8,
+             protocol.experiment.steps() / bin_steps_ + 8, top_hz),
       bins_fft_(padded_blocks_ * (block_samples_ * protocol.experiment.steps_per_sample() / bin_steps_)),
-      blocks_fft_(padded_blocks_) {
+      blocks_fft_(padded_blocks_),
+      spectrum_(blocks_, block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s, evidence_hz,
+                priors.drift_hz) {
+  for (std::size_t i = 0; i < quantiles_.size(); ++i)
+    quantiles_[i] = quantile_of(priors, ranges_[i].name, ranges_[i].low, ranges_[i].range());
   if (blocks_ < fewest_blocks) {
     throw Error("protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
                 "the posterior needs 2 s at least");
@@ -139,14 +138,22 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   const long long padded_steps = static_cast<long long>(padded_blocks_) * block_steps;
   padded_bins_ = bins_fft_.length();
   damping_ = whole_damping / padded_s;
-  drift_decay_ = decid::exp(-2.0 * sim::pi * priors.drift_hz * block_s);
   frequencies_ = std::min(static_cast<int>(top_hz * padded_s), padded_blocks_ / 2);
 
   const sim::Stimulus stimulus = sim::make_stimulus(experiment);
-  const int steps = experiment.steps();
+  // Steps are counted from the begin of the standing.
+  const int steps = lead_steps_ + experiment.steps();
   first_step_ = first_step_of(stimulus, bin_steps_);
   bins_ = (steps - first_step_ + bin_steps_ - 1) / bin_steps_ + 5;
-  const auto rate_at = [&](int step) { return stimulus.rate_at(std::clamp(step, 0, steps - 1)); };
+  const int last_step = experiment.steps() - 1,
+            cycle = static_cast<int>(std::floor(experiment.cycle_s() * sim::steps_per_second + 0.5));
+  const bool moved = priors.moved_before && experiment.lead_in_s() == 0.0;
+  const auto rate_at = [&](int counted) {
+    int step = counted - lead_steps_;
+    if (step < 0 && !moved) return 0.0;
+    while (step < 0) step += cycle;
+    return stimulus.rate_at(std::min(step, last_step));
+  };
   for (int half = 0; half < 2 * bins_; ++half) {
     // The line of least squares through the half's steps.
     const int bin_from = first_step_ + half / 2 * bin_steps_, first = bin_steps_ / 2;
@@ -193,7 +200,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     put(observe_, mean * (kept(k / padded_s) / block_samples_));
     put(platform_, spectrum[static_cast<std::size_t>(k)]);
   }
-  for (int block = 0; block < blocks_; ++block)
+  for (int block = lead_blocks_; block < lead_blocks_ + blocks_; ++block)
     undamp_.push_back(decid::exp(damping_ * block_s * block) * padded_blocks_ / static_cast<double>(padded_steps));
 }
 
@@ -205,6 +212,25 @@ double Density::block_noise_rad(double sensor_noise_deg) const {
   const double of_sensor = sensor_noise_deg / std::sqrt(static_cast<double>(block_samples_));
   return std::sqrt(of_sensor * of_sensor + model_error_deg * model_error_deg) * sim::rad_per_deg;
 }
+
+namespace {
+
+/// Takes the straight line of least squares from the blocks.
+void subtract_line(Observation& observation) {
+  const auto count = static_cast<double>(observation.sway.size());
+  const double middle = 0.5 * (count - 1.0);
+  double sum = 0.0, along = 0.0;
+  for (std::size_t m = 0; m < observation.sway.size(); ++m) {
+    sum += observation.sway[m];
+    along = std::fma(static_cast<double>(m) - middle, observation.sway[m], along);
+  }
+  observation.level_rad = sum / count;
+  observation.slope_rad = along / (count * (count * count - 1.0) / 12.0);
+  for (std::size_t m = 0; m < observation.sway.size(); ++m)
+    observation.sway[m] -= observation.level_rad + observation.slope_rad * (static_cast<double>(m) - middle);
+}
+
+}  // namespace
 
 Observation Density::observe(std::span<const float> sway_rad) const {
   if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
@@ -218,12 +244,8 @@ Observation Density::observe(std::span<const float> sway_rad) const {
       sum += double{sway_rad[static_cast<std::size_t>(block * block_samples_ + j)]};
     observation.sway.push_back(sum / block_samples_);
   }
-  double squares = 0.0;
-  for (std::size_t i = 2; i < sway_rad.size(); ++i) {
-    const double second = double{sway_rad[i]} - 2.0 * double{sway_rad[i - 1]} + double{sway_rad[i - 2]};
-    squares += second * second;
-  }
-  observation.noise_deg = std::sqrt(squares / 6.0 / static_cast<double>(sway_rad.size() - 2)) / sim::rad_per_deg;
+  subtract_line(observation);
+  observation.noise_deg = noise_of_highest(observation.sway);
 
   const double block_s = block_samples_ / protocol_.experiment.sample_rate_hz;
   const double middle_s = 0.5 * (block_samples_ - 1) / protocol_.experiment.sample_rate_hz;
@@ -234,8 +256,9 @@ Observation Density::observe(std::span<const float> sway_rad) const {
     int count = 0;
     for (int j = std::max(0, block - 1); j <= std::min(blocks_ - 1, block + 1); ++j, ++count)
       sum += observation.sway[static_cast<std::size_t>(j)];
-    torque[static_cast<std::size_t>(block)] =
-        mgh * sine_excess(sum / count) * decid::exp(-damping_ * (block_s * block + middle_s));
+    const int place = lead_blocks_ + block;
+    torque[static_cast<std::size_t>(place)] =
+        mgh * sine_excess(sum / count) * decid::exp(-damping_ * (block_s * place + middle_s));
   }
   std::vector<Complex> spectrum(static_cast<std::size_t>(blocks_fft_.bins()));
   std::vector<Complex> work(static_cast<std::size_t>(blocks_fft_.work_length()));
@@ -250,17 +273,37 @@ Observation Density::observe(std::span<const float> sway_rad) const {
   return observation;
 }
 
+double Density::noise_of_highest(std::span<const double> sway) const {
+  NoiseWorkspace work = spectrum_.workspace();
+  AlignedVector<double> none(sway.size() * lanes, 0.0), unfolded(none.size());
+  kernels(isa_).unfold(blocks_, sway.data(), none.data(), undamp_.data(), unfolded.data());
+  NoiseLevels levels;
+  levels.white.fill(1.0);
+  levels.slow.fill(0.0);
+  levels.memory.fill(0.0);
+  spectrum_.misfit(levels, unfolded, work, isa_);
+  const auto rows = static_cast<std::size_t>(spectrum_.rows());
+  const std::size_t first = rows - std::max<std::size_t>(1, rows / 5);
+  double squares = 0.0;
+  for (std::size_t k = first; k < rows; ++k)
+    squares = std::fma(work.coefficient[k * lanes], work.coefficient[k * lanes], squares);
+  const double of_block_rad = std::sqrt(squares / static_cast<double>(rows - first));
+  return of_block_rad * std::sqrt(static_cast<double>(block_samples_)) / sim::rad_per_deg;
+}
+
 State Density::state(std::span<const double> x, int chain) const {
   const auto at = [&](int global) { return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)]; };
   State state;
-  const sim::ParameterTable& table = ranges_;
-  state.parameters = sim::Parameters(table.size());
-  for (std::size_t i = 0; i < table.size(); ++i)
-    state.parameters[i] = table[i].low + table[i].range() * normal_distribution(at(static_cast<int>(i)));
+  state.parameters = sim::Parameters(quantiles_.size());
+  for (std::size_t i = 0; i < quantiles_.size(); ++i)
+    state.parameters[i] = quantiles_[i].value(at(static_cast<int>(i)));
   state.sensor_noise_deg =
       priors_.sensor_noise_deg * decid::exp(decid::log(priors_.sensor_noise_factor) * at(sensor_noise));
   state.start_s = priors_.start_s * (2.0 * normal_distribution(at(start)) - 1.0);
-  state.gain = 1.0 + priors_.gain * (2.0 * normal_distribution(at(gain)) - 1.0);
+  state.gain = decid::exp(priors_.gain * at(gain));
+  state.slow_noise_deg =
+      state.sensor_noise_deg * priors_.slow_ratio * decid::exp(decid::log(priors_.slow_ratio_factor) * at(slow_noise));
+  state.slow_memory_s = shortest_memory_s * decid::exp(log_memory_range * normal_distribution(at(slow_memory)));
   return state;
 }
 
@@ -269,16 +312,21 @@ void Density::set(const State& state, std::span<double> x, int chain) const {
     return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
   };
   const auto probit = [](double share) { return inverse_normal(std::clamp(share, 0.01, 0.99)); };
-  const sim::ParameterTable& table = ranges_;
-  for (std::size_t i = 0; i < table.size(); ++i)
-    at(static_cast<int>(i)) = probit((state.parameters[i] - table[i].low) / table[i].range());
-  at(sensor_noise) = noise_coordinate(state.sensor_noise_deg);
+  for (std::size_t i = 0; i < quantiles_.size(); ++i)
+    at(static_cast<int>(i)) = quantiles_[i].coordinate(state.parameters[i]);
+  set_noise(state.sensor_noise_deg, state.slow_noise_deg, x, chain);
   at(start) = priors_.start_s > 0.0 ? probit(0.5 * (1.0 + state.start_s / priors_.start_s)) : 0.0;
-  at(gain) = priors_.gain > 0.0 ? probit(0.5 * (1.0 + (state.gain - 1.0) / priors_.gain)) : 0.0;
+  at(gain) = priors_.gain > 0.0 ? decid::log(state.gain) / priors_.gain : 0.0;
+  at(slow_memory) = probit(decid::log(state.slow_memory_s / shortest_memory_s) / log_memory_range);
 }
 
-double Density::noise_coordinate(double sensor_noise_deg) const {
-  return decid::log(sensor_noise_deg / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
+void Density::set_noise(double sensor_noise_deg, double slow_noise_deg, std::span<double> x, int chain) const {
+  const auto at = [&](int global) -> double& {
+    return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
+  };
+  at(sensor_noise) = decid::log(sensor_noise_deg / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
+  const double ratio = std::max(slow_noise_deg / sensor_noise_deg, least_slow_ratio * priors_.slow_ratio);
+  at(slow_noise) = decid::log(ratio / priors_.slow_ratio) / decid::log(priors_.slow_ratio_factor);
 }
 
 Density::Workspace::Workspace(const Density& d) {
@@ -293,36 +341,31 @@ Density::Workspace::Workspace(const Density& d) {
   for (auto* values : {&delayed, &inverse, &sway, &observe, &response}) values->assign(of(2 * d.frequencies_), 0.0);
   modelled.assign(of(d.padded_blocks_), 0.0);
   residual.assign(of(d.padded_blocks_), 0.0);
+  unfolded.assign(of(d.blocks_), 0.0);
+  noise = d.spectrum_.workspace();
   fft_work.assign(of(2 * std::max(d.bins_fft_.work_length(), d.blocks_fft_.work_length())), 0.0);
   noise_work.assign(d.noise_.work_size(), 0.0);
 }
 
 Density::Chains Density::chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const {
   Chains c;
-  const sim::ParameterTable& table = ranges_;
   const double padded_s = padded_bins_ * bin_steps_ * sim::integration_step_s;
   for (std::size_t l = 0; l < lanes; ++l) {
     const auto coordinate = [&](int global) { return x[static_cast<std::size_t>(noise_.size() + global) * lanes + l]; };
-    const auto uniform = [&](std::size_t global, double low, double range) {
-      const double at = coordinate(static_cast<int>(global));
-      c.value[global][l] = low + range * normal_distribution(at);
-      c.by_coordinate[global][l] = range * normal_density(at);
-    };
-    for (std::size_t i = 0; i < table.size(); ++i) uniform(i, table[i].low, table[i].range());
-    uniform(start, -priors_.start_s, 2.0 * priors_.start_s);
-    uniform(gain, 1.0 - priors_.gain, 2.0 * priors_.gain);
-    const double spread = decid::log(priors_.sensor_noise_factor);
-    const double noise_deg =
-        fixed_noise_deg.value_or(priors_.sensor_noise_deg * decid::exp(spread * coordinate(sensor_noise)));
-    c.value[sensor_noise][l] = noise_deg;
-    c.noise_rad[l] = block_noise_rad(noise_deg);
-    const double of_model = model_error_deg * sim::rad_per_deg / c.noise_rad[l];
-    // Of the logarithm of the block's noise.
-    c.by_coordinate[sensor_noise][l] = fixed_noise_deg ? 0.0 : spread * (1.0 - of_model * of_model);
+    for (std::size_t i = 0; i < quantiles_.size(); ++i) {
+      const double at = coordinate(static_cast<int>(i));
+      c.value[i][l] = quantiles_[i].value(at);
+      c.d_coordinate[i][l] = quantiles_[i].slope(at);
+    }
+    c.value[start][l] = priors_.start_s * (2.0 * normal_distribution(coordinate(start)) - 1.0);
+    c.d_coordinate[start][l] = 2.0 * priors_.start_s * normal_density(coordinate(start));
+    c.value[gain][l] = decid::exp(priors_.gain * coordinate(gain));
+    c.d_coordinate[gain][l] = priors_.gain * c.value[gain][l];
+    set_noise(c, l, coordinate(sensor_noise), coordinate(slow_noise), coordinate(slow_memory), fixed_noise_deg);
     const double nv = c.value[sim::Nv][l], radius = std::sqrt(nv * nv + nv_scale * nv_scale);
     c.radius[l] = radius;
     c.noise_gain[l] = nv / radius;
-    c.by_nv[l] = nv_scale * nv_scale / (radius * radius * radius);
+    c.d_nv[l] = nv_scale * nv_scale / (radius * radius * radius);
     const double angle = 2.0 * sim::pi / padded_s;
     const double delay_s = c.value[sim::Delay][l], start_s = c.value[start][l];
     c.delay_first[0][l] = decid::exp(-damping_ * delay_s);
@@ -335,6 +378,28 @@ Density::Chains Density::chains(std::span<const double> x, std::optional<double>
     c.start_turn[1][l] = sin_small(angle * start_s);
   }
   return c;
+}
+
+void Density::set_noise(Chains& c, std::size_t l, double white, double slow, double memory,
+                        std::optional<double> fixed_noise_deg) const {
+  const double spread = decid::log(priors_.sensor_noise_factor), slow_spread = decid::log(priors_.slow_ratio_factor);
+  const double noise_deg = fixed_noise_deg.value_or(priors_.sensor_noise_deg * decid::exp(spread * white));
+  const double noise_rad = block_noise_rad(noise_deg);
+  const double of_model = model_error_deg * sim::rad_per_deg / noise_rad;
+  c.value[sensor_noise][l] = noise_deg;
+  c.levels.white[l] = noise_rad * noise_rad;
+  const double slow_rad = noise_deg * priors_.slow_ratio * decid::exp(slow_spread * slow) * sim::rad_per_deg;
+  const double memory_s = shortest_memory_s * decid::exp(log_memory_range * normal_distribution(memory));
+  c.value[slow_noise][l] = slow_rad / sim::rad_per_deg;
+  c.value[slow_memory][l] = memory_s;
+  // What an Ornstein-Uhlenbeck process adds to the cosine transform of its blocks below its corner.
+  c.levels.slow[l] = fixed_noise_deg ? 0.0 : slow_rad * slow_rad * 2.0 * memory_s / block_s();
+  c.levels.memory[l] = memory_s * memory_s;
+  // Of the logarithms: white by its coordinate, slow by both of its own, memory by its own.
+  c.d_white[l] = fixed_noise_deg ? 0.0 : 2.0 * spread * (1.0 - of_model * of_model);
+  c.d_slow_white[l] = fixed_noise_deg ? 0.0 : 2.0 * spread;
+  c.d_slow[l] = fixed_noise_deg ? 0.0 : 2.0 * slow_spread;
+  c.d_memory[l] = fixed_noise_deg ? 0.0 : log_memory_range * normal_density(memory);
 }
 
 LoopParameters Density::loop_parameters(const Chains& c) const {
@@ -373,8 +438,8 @@ void Density::to_blocks(Workspace& work) const {
   blocks_fft_.inverse_lanes(work.sway_spectrum, work.modelled, work.fft_work, isa_);
 }
 
-void Density::forward(const Observation& observation, std::span<const double> x, const Chains& c, Workspace& work,
-                      double* squares) const {
+std::array<double, lanes> Density::forward(const Observation& observation, std::span<const double> x, const Chains& c,
+                                           Workspace& work) const {
   const Kernels& run = kernels(isa_);
   noise_.synthesize(x.data(), work.velocity.data(), work.noise_work.data(), isa_);
   run.refine(bins_ + 1, work.velocity.data(), work.fine.data());
@@ -385,8 +450,8 @@ void Density::forward(const Observation& observation, std::span<const double> x,
            {work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(), work.sway.data(), work.observe.data(),
             work.sway_spectrum.data()});
   to_blocks(work);
-  run.residual(blocks_, drift_decay_, observation.sway.data(), work.modelled.data(), undamp_.data(),
-               work.residual.data(), squares);
+  run.unfold(blocks_, observation.sway.data(), trial_of(work.modelled), undamp_.data(), work.unfolded.data());
+  return spectrum_.misfit(c.levels, work.unfolded, work.noise, isa_);
 }
 
 void Density::evaluate(const Observation& observation, std::span<const double> x, std::span<double> gradient,
@@ -394,11 +459,13 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   check(observation, x, gradient.size() + potential.size(), x.size() + lanes);
   const Kernels& run = kernels(isa_);
   const Chains c = chains(x, fixed_noise_deg);
-  std::array<double, lanes> squares, by_gain, by_theta;
-  forward(observation, x, c, work, squares.data());
+  std::array<double, lanes> d_gain, d_theta;
+  const std::array<double, lanes> misfit = forward(observation, x, c, work);
 
-  run.residual_gradient(blocks_, drift_decay_, undamp_.data(), work.residual.data());
-  std::fill(work.residual.begin() + blocks_ * lanes, work.residual.end(), 0.0);
+  const NoiseSpectrum::LevelGradient d_levels = spectrum_.gradient(c.levels, work.unfolded, work.noise, isa_);
+  std::fill(work.residual.begin(), work.residual.end(), 0.0);
+  run.fold(blocks_, work.unfolded.data(), undamp_.data(),
+           work.residual.data() + static_cast<std::ptrdiff_t>(lead_blocks_) * lanes);
   blocks_fft_.forward_lanes(work.residual, work.sway_spectrum, work.fft_work, isa_);
   std::array<double, 7 * lanes> sums;
   const LoopState state{work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(),
@@ -409,33 +476,32 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   bins_fft_.inverse_lanes(work.loop_spectrum, work.by_passed, work.fft_work, isa_);
   run.join_gradient(bins_, work.by_passed.data(), work.by_halves.data());
   run.dead_band_gradient(halves(), dead_band_values(c, work),
-                         {work.by_halves.data(), work.by_fine.data(), by_gain.data(), by_theta.data()});
+                         {work.by_halves.data(), work.by_fine.data(), d_gain.data(), d_theta.data()});
   run.refine_gradient(bins_ + 1, work.by_fine.data(), work.by_velocity.data());
   noise_.gradient(work.by_velocity.data(), gradient.data(), work.noise_work.data(), isa_);
 
   const auto noises = static_cast<std::size_t>(noise_.size());
   const double back = 0.5 * padded_bins_;  // of the inverse transform, and of the pairs of frequencies
-  std::array<double, lanes> coefficient_squares, by_noise, of_prior;
+  std::array<double, lanes> coefficient_squares, factor, of_prior;
   for (std::size_t l = 0; l < lanes; ++l) {
     of_prior[l] = 1.0 / (c.radius[l] * c.radius[l]);
-    by_noise[l] = -back * c.noise_gain[l] / (c.noise_rad[l] * c.noise_rad[l]);
+    factor[l] = -back * c.noise_gain[l];
   }
   run.squares(noise_.size(), x.data(), coefficient_squares.data());
-  run.with_prior(noise_.size(), by_noise.data(), of_prior.data(), x.data(), gradient.data());
+  run.with_prior(noise_.size(), factor.data(), of_prior.data(), x.data(), gradient.data());
   for (std::size_t l = 0; l < lanes; ++l) {
     const auto global = [&](std::size_t i) -> double& { return gradient[(noises + i) * lanes + l]; };
     const auto coordinate = [&](std::size_t i) { return x[(noises + i) * lanes + l]; };
-    const double precision = 1.0 / (c.noise_rad[l] * c.noise_rad[l]);
     const double count = static_cast<double>(noises);
-    double value = 0.5 * precision * squares[l] + blocks_ * decid::log(c.noise_rad[l]) +
-                   0.5 * coefficient_squares[l] * of_prior[l] + count * decid::log(c.radius[l]);
+    double value = misfit[l] + 0.5 * coefficient_squares[l] * of_prior[l] + count * decid::log(c.radius[l]);
     for (std::size_t i = 0; i < globals; ++i) {
       value += 0.5 * coordinate(i) * coordinate(i);
       global(i) = coordinate(i);
     }
     potential[l] = value;
-    const auto add = [&](std::size_t i, double by_value) {
-      global(i) = std::fma(-precision * by_value, c.by_coordinate[i][l], global(i));
+    // By the modelled blocks, with the residual's sign.
+    const auto add = [&](std::size_t i, double derivative) {
+      global(i) = std::fma(-derivative, c.d_coordinate[i][l], global(i));
     };
     const auto sum = [&](std::size_t i) { return sums[i * lanes + l]; };
     add(sim::Kp, sum(0));
@@ -445,22 +511,49 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
     add(sim::Delay, sum(4));
     add(start, sum(5));
     add(gain, sum(6));
-    add(sim::Theta, back * by_theta[l]);
-    add(sim::Nv, back * by_gain[l] * c.by_nv[l]);
+    add(sim::Theta, back * d_theta[l]);
+    add(sim::Nv, back * d_gain[l] * c.d_nv[l]);
     const double nv = c.value[sim::Nv][l];
-    global(sim::Nv) += (count - coefficient_squares[l] * of_prior[l]) * nv * of_prior[l] * c.by_coordinate[sim::Nv][l];
-    global(sensor_noise) += (blocks_ - precision * squares[l]) * c.by_coordinate[sensor_noise][l];
+    global(sim::Nv) += (count - coefficient_squares[l] * of_prior[l]) * nv * of_prior[l] * c.d_coordinate[sim::Nv][l];
+    const double d_slow = d_levels.slow[l] * c.levels.slow[l];
+    global(sensor_noise) += d_levels.white[l] * c.levels.white[l] * c.d_white[l] + d_slow * c.d_slow_white[l];
+    global(slow_noise) += d_slow * c.d_slow[l];
+    global(slow_memory) += (d_slow + 2.0 * d_levels.memory[l]) * c.d_memory[l];
   }
+}
+
+void Density::misfit(const Observation& observation, std::span<const double> x, std::span<double> misfit,
+                     Workspace& work) const {
+  check(observation, x, misfit.size(), lanes);
+  std::ranges::copy(forward(observation, x, chains(x, {}), work), misfit.begin());
 }
 
 void Density::model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,
                     std::span<double> residual_rad, Workspace& work) const {
   check(observation, x, sway_rad.size() + residual_rad.size(), 2 * static_cast<std::size_t>(blocks_) * lanes);
-  const Chains c = chains(x, {});
-  std::array<double, lanes> squares;
-  forward(observation, x, c, work, squares.data());
-  kernels(isa_).scale(blocks_, work.modelled.data(), undamp_.data(), sway_rad.data());
-  std::copy_n(work.residual.begin(), residual_rad.size(), residual_rad.begin());
+  const Kernels& run = kernels(isa_);
+  forward(observation, x, chains(x, {}), work);
+  run.scale(blocks_, trial_of(work.modelled), undamp_.data(), sway_rad.data());
+  const double root = std::sqrt(static_cast<double>(blocks_));
+  for (std::size_t m = 0; m < static_cast<std::size_t>(blocks_); ++m) {
+    const double place = (static_cast<double>(m) + 0.5) / blocks_ - 0.5;
+    const double recorded_line = observation.level_rad + observation.slope_rad * place * blocks_;
+    for (std::size_t l = 0; l < lanes; ++l) {
+      double& sway = sway_rad[m * lanes + l];
+      sway += work.noise.coefficient[l] / root + work.noise.line[l] * place;
+      residual_rad[m * lanes + l] = observation.sway[m] - sway;
+      sway += recorded_line;
+    }
+  }
+}
+
+void Density::leave_block_out(const Observation& observation, std::span<const double> x, std::span<double> log_density,
+                              Workspace& work) const {
+  check(observation, x, log_density.size(), static_cast<std::size_t>(blocks_) * lanes);
+  forward(observation, x, chains(x, {}), work);
+  spectrum_.leave_block_out(log_density, work.noise, isa_);
+  const double per_deg = decid::log(sim::rad_per_deg);
+  for (double& value : log_density) value += per_deg;
 }
 
 }  // namespace decid::posterior

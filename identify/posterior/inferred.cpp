@@ -18,15 +18,6 @@ void append(std::span<const double> side_by_side, int chains, std::vector<double
     for (std::size_t i = chain; i < side_by_side.size(); i += lanes) draws.push_back(side_by_side[i]);
 }
 
-/// log p of each block's residual, which is white.
-void append_likelihood(std::span<const double> residual_rad, double deviation_rad, std::vector<double>& draws) {
-  const double constant = -0.5 * decid::log(2.0 * sim::pi) - decid::log(deviation_rad / sim::rad_per_deg);
-  for (const double residual : residual_rad) {
-    const double z = residual / deviation_rad;
-    draws.push_back(constant - 0.5 * z * z);
-  }
-}
-
 }  // namespace
 
 Band band_of(std::span<const double> values, int times) {
@@ -49,7 +40,7 @@ Inferred infer(const Density& density, const Observation& observation, const Pos
   const auto size = static_cast<std::size_t>(density.size()) * lanes;
   const auto blocks = static_cast<std::size_t>(density.blocks()), edges = static_cast<std::size_t>(density.edges());
   std::vector<double> x(size), sway(blocks * lanes), residual(blocks * lanes), noise(edges * lanes), tilt(noise.size());
-  std::vector<double> all_sway, all_residual, all_noise, all_tilt, likelihood;
+  std::vector<double> left_out(blocks * lanes), all_sway, all_noise, all_tilt, likelihood;
   Density::Workspace work(density);
   for (int first = 0; first < found.points(); first += lanes) {
     const int here = std::min(lanes, found.points() - first);
@@ -65,15 +56,11 @@ Inferred infer(const Density& density, const Observation& observation, const Pos
     append(sway, here, all_sway);
     append(noise, here, all_noise);
     append(tilt, here, all_tilt);
-    all_residual.clear();
-    append(residual, here, all_residual);
-    for (int chain = 0; chain < here; ++chain)
-      append_likelihood(std::span(all_residual).subspan(static_cast<std::size_t>(chain) * blocks, blocks),
-                        density.block_noise_rad(density.state(x, chain).sensor_noise_deg), likelihood);
+    density.leave_block_out(observation, x, left_out, work);
+    append(left_out, here, likelihood);
   }
-  const LeaveOneOut left_out = leave_one_out(likelihood, density.blocks());
   return {band_of(all_sway, density.blocks()), band_of(all_noise, density.edges()), band_of(all_tilt, density.edges()),
-          left_out};
+          leave_one_out(likelihood, density.blocks())};
 }
 
 }  // namespace decid::posterior

@@ -57,35 +57,53 @@ void put_lane(AlignedVector<double>& values, std::size_t k, std::size_t l, Compl
 
 }  // namespace
 
+// Of a Gaussian coefficient's variance P, by two coordinates: (d log P)_a (d log P)_b / 2.
+void Density::add_noise_information(const Chains& c, const Workspace& work, std::span<double> matrices) const {
+  const auto noises = static_cast<std::size_t>(noise_.size()), rows = static_cast<std::size_t>(spectrum_.rows());
+  constexpr std::array<std::size_t, 3> quantities{sensor_noise, slow_noise, slow_memory};
+  for (std::size_t l = 0; l < lanes; ++l) {
+    std::array<std::array<double, 3>, 3> sums{};
+    for (std::size_t k = 0; k < rows; ++k) {
+      const double precision = work.noise.precision[k * lanes + l], share = work.noise.share[k * lanes + l];
+      const double slow = precision * c.levels.slow[l] * share;
+      const std::array<double, 3> change{
+          precision * spectrum_.white(k) * c.levels.white[l] * c.d_white[l] + slow * c.d_slow_white[l],
+          slow * c.d_slow[l], slow * (1.0 - 2.0 * (1.0 - share)) * c.d_memory[l]};
+      for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b <= a; ++b) sums[a][b] = std::fma(0.5 * change[a], change[b], sums[a][b]);
+    }
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t b = 0; b <= a; ++b)
+        matrices[(triangle(noises + quantities[a]) + noises + quantities[b]) * lanes + l] += sums[a][b];
+  }
+}
+
 void Density::information(const Observation& observation, std::span<const double> x, std::span<double> matrices,
                           Workspace& work, std::optional<double> fixed_noise_deg) const {
   check(observation, x, matrices.size(), triangle(static_cast<std::size_t>(size())) * lanes);
   const Kernels& run = kernels(isa_);
   const Chains c = chains(x, fixed_noise_deg);
-  std::array<double, lanes> squares;
-  forward(observation, x, c, work, squares.data());
+  forward(observation, x, c, work);
+  spectrum_.begin_whitening(work.noise);
   const auto count = static_cast<std::size_t>(size()), noises = static_cast<std::size_t>(noise_.size());
-  const auto rows = static_cast<std::size_t>(blocks_);
+  const auto rows = static_cast<std::size_t>(spectrum_.rows());
   const std::size_t blocks_of_columns = (count + 3) / 4, strips = (rows + strip_rows - 1) / strip_rows;
   constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;     // of a column
   work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // what pads rows and columns stays 0
-  work.column.resize(rows * lanes);
   work.products.assign(blocks_of_columns * (blocks_of_columns + 1) / 2 * 16 * lanes, 0.0);
   work.noise_column.resize(static_cast<std::size_t>(noise_.edges()));
 
-  const AlignedVector<double> silence(static_cast<std::size_t>(blocks_), 0.0);
+  const std::vector<double> silence(static_cast<std::size_t>(blocks_), 0.0);
   // The column of the change of the observed sway whose transform is in work.sway_spectrum.
   const auto write_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
     to_blocks(work);
-    const double* in = work.column.data();
-    run.residual(blocks_, drift_decay_, silence.data(), work.modelled.data(), undamp_.data(), work.column.data(),
-                 squares.data());
-    std::array<double, lanes> factor;
-    for (std::size_t l = 0; l < lanes; ++l) factor[l] = -factors[l] / c.noise_rad[l];
-    for (std::size_t m = 0; m < rows; ++m) {
-      const std::size_t strip = m / strip_rows, row = m % strip_rows;
+    run.unfold(blocks_, silence.data(), trial_of(work.modelled), undamp_.data(), work.unfolded.data());
+    spectrum_.whiten(work.unfolded, work.noise, isa_);
+    const double* in = work.noise.coefficient.data();
+    for (std::size_t k = 0; k < rows; ++k) {
+      const std::size_t strip = k / strip_rows, row = k % strip_rows;
       double* out = work.columns.data() + (strip * 4 * blocks_of_columns + column) * strip_size + row * lanes;
-      for (std::size_t l = 0; l < lanes; ++l) out[l] = in[m * lanes + l] * factor[l];
+      for (std::size_t l = 0; l < lanes; ++l) out[l] = in[k * lanes + l] * factors[l];
     }
   };
 
@@ -109,7 +127,7 @@ void Density::information(const Observation& observation, std::span<const double
         put_lane(work.sway_spectrum, k, l, change(place) * in_lane(work.observe, k, l));
       }
     }
-    write_column(noises + global, c.by_coordinate[global]);
+    write_column(noises + global, c.d_coordinate[global]);
   }
   for (std::size_t k = 0; k < frequencies; ++k) {
     for (std::size_t l = 0; l < lanes; ++l) {
@@ -126,12 +144,12 @@ void Density::information(const Observation& observation, std::span<const double
   };
   std::fill(work.by_passed.begin(), work.by_passed.end(), 0.0);
   run.join(bins_, work.by_theta.data(), work.by_passed.data());
-  passed_column(noises + sim::Theta, c.by_coordinate[sim::Theta]);
+  passed_column(noises + sim::Theta, c.d_coordinate[sim::Theta]);
   for (std::size_t i = 0; i < work.halves.size(); ++i)
     work.halves[i] = work.by_low[i] * work.fine[i] + work.by_high[i] * work.fine[i + lanes];
   run.join(bins_, work.halves.data(), work.by_passed.data());
   std::array<double, lanes> of_nv;
-  for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = c.by_nv[l] * c.by_coordinate[sim::Nv][l];
+  for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = c.d_nv[l] * c.d_coordinate[sim::Nv][l];
   passed_column(noises + sim::Nv, of_nv);
   const DeadBandValues values = dead_band_values(c, work);
   const auto bins = static_cast<std::size_t>(bins_);
@@ -169,12 +187,11 @@ void Density::information(const Observation& observation, std::span<const double
     const auto diagonal = [&](std::size_t i) -> double& { return matrices[(triangle(i) + i) * lanes + l]; };
     const double of_prior = 1.0 / (c.radius[l] * c.radius[l]);
     for (std::size_t i = 0; i < noises; ++i) diagonal(i) += of_prior;
-    const double by_nv = c.by_coordinate[sim::Nv][l] * c.value[sim::Nv][l] * of_prior;
+    const double by_nv = c.d_coordinate[sim::Nv][l] * c.value[sim::Nv][l] * of_prior;
     diagonal(noises + sim::Nv) += 2.0 * static_cast<double>(noises) * by_nv * by_nv;
-    const double by_noise = c.by_coordinate[sensor_noise][l];
-    diagonal(noises + sensor_noise) += 2.0 * blocks_ * by_noise * by_noise;
     for (std::size_t i = 0; i < globals; ++i) diagonal(noises + i) += 1.0;
   }
+  add_noise_information(c, work, matrices);
 }
 
 }  // namespace decid::posterior

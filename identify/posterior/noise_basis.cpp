@@ -28,8 +28,8 @@ double power(double low, double high, double exponent) {
   return (decid::exp(order * decid::log(high)) - decid::exp(order * decid::log(low))) / order;
 }
 
-int points_of(int edges) {
-  return sim::smooth_length(static_cast<int>(period_over_trial * edges) + 1);
+int points_of(int edges, int trial_edges) {
+  return sim::smooth_length(std::max(edges, static_cast<int>(period_over_trial * trial_edges)) + 1);
 }
 
 int last_harmonic(const sim::VestibularNoise& noise, double period_s, double highest_hz) {
@@ -43,9 +43,9 @@ void copy_lanes(const double* from, double* to) {
 
 }  // namespace
 
-NoiseBasis::NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, double highest_hz)
+NoiseBasis::NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, int trial_edges, double highest_hz)
     : edges_(edges),
-      points_(points_of(edges)),
+      points_(points_of(edges, trial_edges)),
       first_(1),
       period_s_(points_ * bin_steps * sim::integration_step_s),
       fft_(shortest_transform(points_, last_harmonic(protocol.noise.vestibular, period_s_, highest_hz))),

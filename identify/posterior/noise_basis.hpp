@@ -14,11 +14,11 @@ namespace decid::posterior {
 /// The noise's velocity at the edges of bins of `bin_s` seconds. Harmonic k of the period stands for the band from
 /// (k - 1/2) / period to (k + 1/2) / period: its variance is the power that the spectrum has there. The period is at
 /// least 1.2 times the trial, so that the noise at its start and at its end are as independent as those of a process
-/// without a period (correlation of the velocity below 2 % for 20 s and 1 Hz).
+/// without a period (correlation of the velocity below 2 % for 20 s and 1 Hz), and at least as long as all edges.
 class NoiseBasis {
  public:
-  /// edges: how many. Harmonics above highest_hz are left out.
-  NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, double highest_hz);
+  /// edges: how many; trial_edges: of the trial at their end. Harmonics above highest_hz are left out.
+  NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, int trial_edges, double highest_hz);
 
   int size() const noexcept { return static_cast<int>(2 * deviations_.size()); }
   int edges() const noexcept { return edges_; }

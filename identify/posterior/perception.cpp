@@ -19,14 +19,17 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
   kernels(isa_).refine(bins_ + 1, work.velocity.data(), work.fine.data());
   kernels(isa_).dead_band(halves(), dead_band_values(c, work));
   std::array<double, lanes> tilt{};
+  const auto lead = static_cast<std::size_t>(lead_steps_ / bin_steps_);
   for (std::size_t edge = 0; edge < static_cast<std::size_t>(edges()); ++edge) {
+    const std::size_t bin = lead + edge;
     // Without the damping of the transforms.
-    const double undamp_s = bin_s() * decid::exp(damping_ * (first_bin_s() + static_cast<double>(edge) * bin_s()));
+    const double begin_s = first_step_ * sim::integration_step_s + static_cast<double>(bin) * bin_s();
+    const double undamp_s = bin_s() * decid::exp(damping_ * begin_s);
     for (std::size_t l = 0; l < lanes; ++l) {
       const std::size_t at = edge * lanes + l;
-      noise_rad_s[at] = c.noise_gain[l] * work.velocity[at];
+      noise_rad_s[at] = c.noise_gain[l] * work.velocity[bin * lanes + l];
       tilt_rad[at] = tilt[l];
-      tilt[l] += undamp_s * 0.5 * (work.halves[2 * edge * lanes + l] + work.halves[(2 * edge + 1) * lanes + l]);
+      tilt[l] += undamp_s * 0.5 * (work.halves[2 * bin * lanes + l] + work.halves[(2 * bin + 1) * lanes + l]);
     }
   }
 }

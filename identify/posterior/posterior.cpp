@@ -16,8 +16,9 @@
 namespace decid::posterior {
 namespace {
 
-constexpr int fewest_judged = 4;       // draws of a chain
-constexpr double agreeing_rhat = 1.2;  // chains' means vary by 0.44 of the variance within them
+constexpr int fewest_judged = 4;  // draws of a chain
+constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0;
+constexpr double apart_rhat = 1.2;  // chains' means vary by 0.44 of the variance within them
 
 void check(const Settings& settings) {
   const auto at_least = [](const char* setting, int value, int least) {
@@ -45,6 +46,10 @@ double Posterior::value(const State& state, int quantity) {
       return state.start_s;
     case Density::gain:
       return state.gain;
+    case Density::slow_noise:
+      return state.slow_noise_deg;
+    case Density::slow_memory:
+      return state.slow_memory_s;
     default:
       return state.parameters[static_cast<std::size_t>(quantity)];
   }
@@ -74,7 +79,12 @@ double Posterior::correlation(int a, int b) const {
 }
 
 bool Posterior::agreed() const {
-  return !rhat_.empty() && std::ranges::all_of(rhat_, [](double value) { return value <= agreeing_rhat; });
+  return !rhat_.empty() && std::ranges::all_of(rhat_, [](double value) { return value <= agreeing_rhat; }) &&
+         std::ranges::all_of(effective_, [](double value) { return value >= agreeing_draws; });
+}
+
+bool Posterior::apart() const {
+  return rhat_.empty() || std::ranges::any_of(rhat_, [](double value) { return !(value <= apart_rhat); });
 }
 
 class Run {
@@ -123,9 +133,10 @@ class Run {
       for (const ChainGroup& group : groups_) draws = std::min(draws, group.draws());
       if (draws < fewest_judged) break;
       judge(draws);
-      if (draws >= settings_.least_draws && enough()) break;
+      if (draws >= settings_.least_draws && (enough() || steps() >= settings_.most_steps)) break;
       report("drawing", warming_share + (1.0 - warming_share) * draws / settings_.most_draws);
-      if (!last && draws >= settings_.trial_draws && !result_.agreed()) return false;
+      if (!last && draws >= settings_.trial_draws && result_.apart() && steps() < settings_.most_steps / 2)
+        return false;
     }
     return true;
   }
@@ -153,7 +164,7 @@ class Run {
       r.acceptance_ += group.acceptance() / settings_.groups;
     }
     r.energy_fraction_ = energy_fraction(energy);
-    for (int quantity = 0; quantity < Density::globals; ++quantity) {
+    for (int quantity = 0; quantity < Density::globals - Density::held; ++quantity) {
       ChainDraws chains;
       for (int chain = 0; chain < r.chains_; ++chain) {
         std::vector<double>& values = chains.emplace_back();
@@ -164,6 +175,9 @@ class Run {
       r.effective_.push_back(posterior::effective_draws(chains));
     }
   }
+
+  /// Of leapfrog, of a group.
+  long long steps() const { return groups_.front().leaps() / lanes; }
 
   bool enough() const {
     return std::ranges::all_of(result_.rhat_, [&](double value) { return value <= settings_.largest_rhat; }) &&

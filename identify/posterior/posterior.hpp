@@ -25,14 +25,15 @@ struct Settings {
   int groups = 1;            ///< of `lanes` chains each, which run on threads of their own
   int annealing_moves = 10;  ///< transitions at each level of the sensor's noise
   int window_moves = 18;     ///< in each window of warming up
-  int most_leaps = 400;      ///< of a transition: as many as the widest direction needs, to that many
+  int most_leaps = 200;      ///< of a transition: as many as the widest direction needs, to that many
   int block = 20;            ///< transitions of each chain after which it is asked whether they are enough
   int rounds = 3;            ///< at most
   int trial_draws = 25;      ///< of a chain, after which a round that is not the last may begin anew
   int least_draws = 40;      ///< of a chain
-  int most_draws = 200;
-  double largest_rhat = 1.05;    ///< enough: every quantity's R-hat is at most this
-  double effective_draws = 200;  ///< and it has so many
+  int most_draws = 160;
+  long long most_steps = 30'000;  ///< of leapfrog, of a group; beyond them no more draws are begun
+  double largest_rhat = 1.05;     ///< enough: every quantity's R-hat is at most this
+  double effective_draws = 100;   ///< and it has so many
 };
 
 /// Where a run stands. stage: "annealing", "warming up", "drawing"; rhat: the largest, 0 before there are draws.
@@ -79,8 +80,10 @@ class Posterior {
   int restarts() const noexcept { return restarts_; }  ///< of chains that were stuck in a window
   long long leaps() const noexcept { return leaps_; }  ///< of all chains
   double acceptance() const noexcept { return acceptance_; }
-  /// Whether the chains say the same: every R-hat is at most 1.2.
+  /// Whether the chains say the same: every R-hat is at most 1.05, and each quantity has 100 effective draws.
   bool agreed() const;
+  /// Whether they are far apart: an R-hat is above 1.2.
+  bool apart() const;
 
  private:
   friend class Run;

@@ -28,12 +28,23 @@ Sampler::Sampler(const Density& density, const Observation& observation, std::ui
   begin_adapting(0.1);
 }
 
+Sampler::Lanes Sampler::potential(std::span<const double> x) {
+  Lanes potential;
+  AlignedVector<double> gradient(x.size());
+  density_.evaluate(observation_, x, gradient, potential, work_, fixed_noise_deg_);
+  return potential;
+}
+
 void Sampler::information(std::span<const double> x, std::span<double> matrices) {
   density_.information(observation_, x, matrices, work_, fixed_noise_deg_);
 }
 
 bool Sampler::set_metric(std::span<const double> information) {
   std::vector<double> factor(information.begin(), information.end());
+  for (std::size_t row = size_ - (holds_ ? Density::held : 0); row < size_; ++row) {
+    std::fill_n(factor.begin() + static_cast<std::ptrdiff_t>(triangle(row)), row, 0.0);
+    factor[triangle(row) + row] = 1.0;
+  }
   AlignedVector<double> work(inverse_work(size_));
   if (!kernels(density_.isa()).inverse_factor(static_cast<int>(size_), factor.data(), work.data())) return false;
   metric_ = std::move(factor);
@@ -87,7 +98,7 @@ double Sampler::widest(std::span<const std::array<double, Density::globals>> poi
   for (const Vector& point : points) {
     Vector y;
     for (std::size_t i = count; i-- > 0;) {  // T^t y = x, from the last row
-      double value = point[i] - mean[i];
+      double value = Density::is_held(i) ? 0.0 : point[i] - mean[i];
       for (std::size_t k = i + 1; k < count; ++k) value = std::fma(-lower(k, i), y[k], value);
       y[i] = value / lower(i, i);
     }
@@ -112,6 +123,10 @@ double Sampler::widest(std::span<const std::array<double, Density::globals>> poi
   return std::sqrt(variance);
 }
 
+void Sampler::clear_held(std::span<double> values) const {
+  if (holds_) std::ranges::fill(values.last(std::size_t{Density::held} * lanes), 0.0);
+}
+
 // At y_, coordinates of the chart; x_ follows.
 void Sampler::evaluate() {
   Lanes log_volume;
@@ -119,6 +134,7 @@ void Sampler::evaluate() {
   density_.evaluate(observation_, x_, gradient_, potential_, work_, fixed_noise_deg_);
   chart_.pull_back(y_, gradient_, chart_work_, density_.isa());
   for (std::size_t l = 0; l < lanes; ++l) potential_[l] -= log_volume[l];
+  clear_held(gradient_);
   kernels(density_.isa()).lower_times(static_cast<int>(size_), metric_.data(), gradient_.data(), force_.data());
   ++leaps_;
 }
@@ -127,6 +143,7 @@ void Sampler::evaluate() {
 void Sampler::move(int leaps) {
   const Kernels& run = kernels(density_.isa());
   random_.fill_normal(momentum_, drawn_);
+  clear_held(momentum_);
   drawn_ += momentum_.size();
   Lanes step, half_step, choice;
   for (std::size_t l = 0; l < lanes; ++l) {

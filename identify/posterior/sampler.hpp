@@ -30,10 +30,14 @@ class Sampler {
   /// For a start that is annealed: the sensor's noise is this; empty: it is a coordinate like the others.
   void fix_noise(std::optional<double> noise_deg) noexcept { fixed_noise_deg_ = noise_deg; }
 
+  /// Minus the logarithm of the density at these points.
+  Lanes potential(std::span<const double> x);
   /// See Density::information.
   void information(std::span<const double> x, std::span<double> matrices);
   /// Leaps are in its coordinates from here on, and the metric is of these.
   void set_chart(Chart chart) { chart_ = std::move(chart); }
+  /// From here on the last globals stay where they are (Density::held).
+  void hold_last() noexcept { holds_ = true; }
   /// The metric becomes this: the inverse of a covariance. False, and nothing changes, if it is not positive definite.
   bool set_metric(std::span<const double> information);
   /// Deviation of the globals in the widest direction, in units of the metric; from points of them, `globals` values
@@ -60,6 +64,8 @@ class Sampler {
 
  private:
   void evaluate();
+  /// Sets what belongs to the globals that are held to 0.
+  void clear_held(std::span<double> values) const;
 
   const Density& density_;
   const Observation& observation_;
@@ -74,6 +80,7 @@ class Sampler {
   std::vector<double> metric_;  // the inverse of its Cholesky factor
   Lanes potential_{}, energy_{}, acceptance_{}, step_{}, mean_log_step_{}, missing_{};
   std::array<bool, lanes> diverged_{};
+  bool holds_ = false;
   double centre_ = 0.0;
   int adapted_ = 0;
   long long leaps_ = 0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/doubles.hpp"
+#include "base/math_lanes.hpp"
 #include "identify/posterior/kernels/generic_matrix.hpp"
 
 namespace decid::posterior {
@@ -312,37 +313,114 @@ void scale(int count, const double* in, const double* factors, double* out) {
   }
 }
 
+/// Where block m of `count` stands in the cosine transform's order.
+inline std::ptrdiff_t unfolded_place(std::ptrdiff_t m, std::ptrdiff_t count) {
+  return m % 2 == 0 ? m / 2 : count - 1 - m / 2;
+}
+
 template <class V>
-void residual(int count, double decay, const double* recorded, const double* modelled, const double* factors,
-              double* out, double* squares) {
-  using D = typename V::D;
-  for (int v = 0; v < vectors<V>; ++v) {
-    D passed = V::set(0.0), before = V::set(0.0), sum = V::set(0.0);
-    const D keep = V::set(decay);
-    for (std::ptrdiff_t m = 0; m < count; ++m) {
-      const std::ptrdiff_t at = m * lanes + v * V::width;
-      const D value = V::fma(-V::load(modelled + at), V::set(factors[m]), V::set(recorded[m]));
-      passed = V::fma(keep, passed, value - before);
-      before = value;
-      sum = V::fma(passed, passed, sum);
-      V::store(out + at, passed);
-    }
-    V::store(squares + v * V::width, sum);
+void unfold(int count, const double* recorded, const double* modelled, const double* factors, double* out) {
+  for (std::ptrdiff_t m = 0; m < count; ++m) {
+    const typename V::D factor = V::set(factors[m]), value = V::set(recorded[m]);
+    const std::ptrdiff_t to = unfolded_place(m, count) * lanes;
+    for (int v = 0; v < vectors<V>; ++v)
+      V::store(out + to + v * V::width, V::fma(-V::load(modelled + m * lanes + v * V::width), factor, value));
   }
 }
 
-/// The high-pass backwards: with l[m] = decay l[m + 1] + r[m], the derivative by value m is l[m] - l[m + 1].
 template <class V>
-void residual_gradient(int count, double decay, const double* factors, double* r) {
+void fold(int count, const double* unfolded, const double* factors, double* out) {
+  for (std::ptrdiff_t m = 0; m < count; ++m) {
+    const typename V::D factor = V::set(factors[m]);
+    const std::ptrdiff_t from = unfolded_place(m, count) * lanes;
+    for (int v = 0; v < vectors<V>; ++v)
+      V::store(out + m * lanes + v * V::width, V::load(unfolded + from + v * V::width) * factor);
+  }
+}
+
+template <class V>
+void noise_rows(const NoiseRows& rows, const NoiseVariances& variances, const double* spectrum, const NoiseState& state,
+                double* sums) {
+  using D = typename V::D;
+  // So many powers, of rad^2, have a product that is a number: their logarithm is one.
+  constexpr std::ptrdiff_t at_once = 16;
+  const D one = V::set(1.0);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    const D white = V::load(variances.white + at), slow = V::load(variances.slow + at),
+            memory = V::load(variances.memory + at);
+    D squares = V::set(0.0), along = squares, of_line = squares, logarithm = squares, product = one;
+    for (std::ptrdiff_t k = 0; k < rows.count; ++k) {
+      const D value = Value<V>::real_product(Value<V>::load(spectrum, k, v), Value<V>::same(rows.turn + 2 * k));
+      const D share = one / V::fma(V::set(rows.square[k]), memory, one);
+      D power = V::fma(slow, share, white * V::set(rows.white[k]));
+      if (k == 0) power = power + V::set(rows.first);
+      const D precision = one / power, line = V::set(rows.line[k]);
+      const D weighed = value * precision;
+      squares = V::fma(value, weighed, squares);
+      along = V::fma(line, weighed, along);
+      of_line = V::fma(line * line, precision, of_line);
+      product = product * power;
+      if (k % at_once == at_once - 1 || k + 1 == rows.count) {
+        logarithm = logarithm + log_lanes<V>(product);
+        product = one;
+      }
+      const std::ptrdiff_t to = k * lanes + at;
+      V::store(state.coefficient + to, value);
+      V::store(state.precision + to, precision);
+      V::store(state.share + to, share);
+    }
+    V::store(sums + at, squares);
+    V::store(sums + lanes + at, along);
+    V::store(sums + 2 * lanes + at, of_line);
+    V::store(sums + 3 * lanes + at, logarithm);
+  }
+}
+
+template <class V>
+void noise_rows_gradient(const NoiseRows& rows, const NoiseVariances& variances, const double* rise,
+                         const double* uncertainty, const NoiseState& state, double* spectrum, double* sums) {
+  using D = typename V::D;
+  const D half = V::set(0.5), one = V::set(1.0);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    const D slow = V::load(variances.slow + at), height = V::load(rise + at), variance = V::load(uncertainty + at);
+    D by_white = V::set(0.0), by_slow = by_white, by_memory = by_white;
+    for (std::ptrdiff_t k = 0; k < rows.count; ++k) {
+      const std::ptrdiff_t from = k * lanes + at;
+      const D precision = V::load(state.precision + from), share = V::load(state.share + from);
+      const D line = V::set(rows.line[k]), error = V::fma(-line, height, V::load(state.coefficient + from));
+      const D by_value = error * precision, line_weight = line * precision;
+      const D by_power = half * (V::fma(-by_value, by_value, precision) - line_weight * (line_weight * variance));
+      by_white = V::fma(by_power, V::set(rows.white[k]), by_white);
+      by_slow = V::fma(by_power, share, by_slow);
+      by_memory = V::fma(-by_power * slow, share * (one - share), by_memory);
+      (Value<V>::same(rows.back + 2 * k) * by_value).store(spectrum, k, v);
+    }
+    V::store(sums + at, by_white);
+    V::store(sums + lanes + at, by_slow);
+    V::store(sums + 2 * lanes + at, by_memory);
+  }
+}
+
+template <class V>
+void whiten(const NoiseRows& rows, const double* spectrum, const double* root, const double* line_row,
+            const double* shrinkage, double* out) {
   using D = typename V::D;
   for (int v = 0; v < vectors<V>; ++v) {
-    D after = V::set(0.0);
-    const D keep = V::set(decay);
-    for (std::ptrdiff_t m = count - 1; m >= 0; --m) {
-      const std::ptrdiff_t at = m * lanes + v * V::width;
-      const D here = V::fma(keep, after, V::load(r + at));
-      V::store(r + at, (here - after) * V::set(factors[m]));
-      after = here;
+    const std::ptrdiff_t at = v * V::width;
+    D along = V::set(0.0);
+    for (std::ptrdiff_t k = 0; k < rows.count; ++k) {
+      const std::ptrdiff_t here = k * lanes + at;
+      const D value = Value<V>::real_product(Value<V>::load(spectrum, k, v), Value<V>::same(rows.turn + 2 * k)) *
+                      V::load(root + here);
+      along = V::fma(value, V::load(line_row + here), along);
+      V::store(out + here, value);
+    }
+    along = -along * V::load(shrinkage + at);
+    for (std::ptrdiff_t k = 0; k < rows.count; ++k) {
+      const std::ptrdiff_t here = k * lanes + at;
+      V::store(out + here, V::fma(along, V::load(line_row + here), V::load(out + here)));
     }
   }
 }
@@ -381,8 +459,11 @@ constexpr Kernels kernel_table{.dead_band = dead_band<V>,
                                .turn = turn<V>,
                                .turn_back = turn_back<V>,
                                .scale = scale<V>,
-                               .residual = residual<V>,
-                               .residual_gradient = residual_gradient<V>,
+                               .unfold = unfold<V>,
+                               .fold = fold<V>,
+                               .noise_rows = noise_rows<V>,
+                               .noise_rows_gradient = noise_rows_gradient<V>,
+                               .whiten = whiten<V>,
                                .lower_times = lower_times<V>,
                                .upper_times = upper_times<V>,
                                .add_matrix_times = add_matrix_times<V>,

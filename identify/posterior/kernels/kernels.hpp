@@ -78,6 +78,25 @@ struct LoopGradient {
   double* sums;               ///< 7 values a chain: by kp, kd, kp_pass, kd_pass, delay, start, gain
 };
 
+/// The cosine transform's coefficients, the same for all chains: see spectrum.hpp.
+struct NoiseRows {
+  int count;
+  const double* turn;    ///< complex: coefficient k is Re(turn[k] spectrum[k])
+  const double* back;    ///< complex: from a derivative by coefficient k to the transform that is turned back
+  const double* line;    ///< of the straight line
+  const double* square;  ///< (2 pi f)^2, 1/s^2
+  const double* white;   ///< the white noise's power, with the drift that is part of it
+  double first;          ///< the offset's variance, which coefficient 0 has besides
+};
+/// A value a chain each: see NoiseLevels.
+struct NoiseVariances {
+  const double *white, *slow, *memory;
+};
+/// count values a chain each.
+struct NoiseState {
+  double *coefficient, *precision, *share;  ///< share: 1 / (1 + square * memory)
+};
+
 struct Kernels {
   void (*dead_band)(const DeadBandBins&, const DeadBandValues&);
   void (*dead_band_gradient)(const DeadBandBins&, const DeadBandValues&, const DeadBandGradient&);
@@ -103,11 +122,22 @@ struct Kernels {
   void (*turn_back)(int count, const double* in, const double* factors, double* out);
   /// out = in * factors, real; the factors are the same for all chains.
   void (*scale)(int count, const double* in, const double* factors, double* out);
-  /// residual[m] = high-pass of recorded[m] - modelled[m] * factors[m]; squares: a sum a chain.
-  void (*residual)(int count, double decay, const double* recorded, const double* modelled, const double* factors,
-                   double* residual, double* squares);
-  /// From derivatives by the residual, in place, to those by the modelled values (with the sign of the residual).
-  void (*residual_gradient)(int count, double decay, const double* factors, double* residual);
+  /// Blocks in the order of Makhoul's cosine transform: the even ones, then the odd ones backwards.
+  /// out[place of m] = recorded[m] - modelled[m] * factors[m]; recorded: the same for all chains.
+  void (*unfold)(int count, const double* recorded, const double* modelled, const double* factors, double* out);
+  /// out[m] = unfolded[place of m] * factors[m].
+  void (*fold)(int count, const double* unfolded, const double* factors, double* out);
+  /// From the transform of unfolded blocks to NoiseState. sums: 4 values a chain, over the coefficients R with
+  /// precision u, those of u R^2, u R line, u line^2 and -log u.
+  void (*noise_rows)(const NoiseRows&, const NoiseVariances&, const double* spectrum, const NoiseState&, double* sums);
+  /// Of half the sum of u e^2, e = R - line * rise, and of -log u: derivatives by R to the transform that is turned
+  /// back; sums: 3 values a chain, by white, slow and the logarithm of memory. uncertainty: of the rise, its variance.
+  void (*noise_rows_gradient)(const NoiseRows&, const NoiseVariances&, const double* rise, const double* uncertainty,
+                              const NoiseState&, double* spectrum, double* sums);
+  /// out = root R - line_row * shrinkage * (their product with line_row), of coefficients R; shrinkage: a value a
+  /// chain.
+  void (*whiten)(const NoiseRows&, const double* spectrum, const double* root, const double* line_row,
+                 const double* shrinkage, double* out);
   /// out = T in for a lower triangular T, rows one after the other: row i has i + 1 values.
   void (*lower_times)(int size, const double* lower, const double* in, double* out);
   /// out = T^t in.

@@ -82,7 +82,7 @@ TEST_CASE("Density: the gradient is that of the potential") {
 TEST_CASE("Density: the gradient where start and gain are known, and without vestibular noise") {
   sim::Protocol protocol = sines_protocol();
   protocol.noise.vestibular.scale_deg = 0.0;
-  const Density density(protocol, {.start_s = 0.0, .gain = 0.0});
+  const Density density(protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});
   CHECK(density.noise_size() == 0);
   const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
   CHECK(worst_gradient(density, observation, {}) < 1.0);
@@ -98,7 +98,7 @@ TEST_CASE("Density: the modelled sway is the simulator's, with its noise") {
   protocol.noise.vestibular.period_s = Density(protocol, {}).noise_period_s();
   const double period_s = protocol.noise.vestibular.period_s;
   protocol.noise.vestibular.low_hz = 1.6 / period_s;  // the basis' harmonic 2 stands for 1.5 to 2.5
-  const Density density(protocol, {.start_s = 0.0, .gain = 0.0});
+  const Density density(protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});
   sim::Parameters parameters = some_parameters();
   const std::vector<float> sway = recorded(protocol, parameters, 0.0, 4);
   const Observation observation = density.observe(sway);
