@@ -129,32 +129,40 @@ void ChainGroup::warm_up(std::span<const State> starts, const Report& report) {
   place(starts);
   anneal(report);
   for (int window = 0; window < windows && !stopped_; ++window) {
-    sampler_.begin_adapting(sampler_.middle_step());
-    begin_window();
-    for (int move = 1; move <= settings_.window_moves && !stopped_; ++move) {
-      sampler_.move(window == 0 ? first_window_leaps : std::min(leaps_, most_window_leaps));
-      sampler_.adapt(target_acceptance);
-      learn(move, settings_.window_moves);
-    }
-    sampler_.end_adapting();
-    if (window + 1 == windows && !stopped_) hold_slow_noise();
-    if (!stopped_) end_window();
+    learn_in_window(window == 0 ? first_window_leaps : std::min(leaps_, most_window_leaps), window + 1 == windows);
     report("warming up", 0.3 + 0.7 * (window + 1) / windows);
   }
 }
 
-/// The slow noise becomes what the window's chains have on average.
+/// last: of a round; the slow noise is held from here on.
+void ChainGroup::learn_in_window(int leaps, bool last) {
+  sampler_.begin_adapting(sampler_.middle_step());
+  begin_window();
+  for (int move = 1; move <= settings_.window_moves && !stopped_; ++move) {
+    sampler_.move(leaps);
+    sampler_.adapt(target_acceptance);
+    learn(move, settings_.window_moves);
+  }
+  sampler_.end_adapting();
+  if (stopped_) return;
+  if (last) hold_slow_noise();
+  end_window();
+}
+
+/// The slow noise becomes the median of what the window's chains have on average: one of them may be elsewhere.
 void ChainGroup::hold_slow_noise() {
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t global = 0; global < Density::globals; ++global) {
     if (!Density::is_held(global)) continue;
-    double sum = 0.0;
-    for (const Globals& point : globals_) sum += point[global];
-    const double mean = sum / static_cast<double>(globals_.size());
+    Sampler::Lanes means{};
+    for (std::size_t i = 0; i < globals_.size(); ++i)
+      means[i % lanes] += globals_[i][global] * lanes / static_cast<double>(globals_.size());
+    std::ranges::sort(means);
+    const double median = 0.5 * (means[lanes / 2 - 1] + means[lanes / 2]);
     const std::size_t first = (static_cast<std::size_t>(density_.noise_size()) + global) * lanes;
-    for (std::size_t l = 0; l < lanes; ++l) x[first + l] = mean;
+    for (std::size_t l = 0; l < lanes; ++l) x[first + l] = median;
   }
-  sampler_.hold_last();
+  sampler_.hold_last(true);
 }
 
 void ChainGroup::begin_window() {
@@ -269,7 +277,9 @@ void ChainGroup::begin_round(bool last) {
 }
 
 void ChainGroup::learn_from_round() {
+  sampler_.hold_last(false);
   if (!places_.empty() && !globals_.empty()) end_window();
+  learn_in_window(std::min(leaps_, most_window_leaps), true);
 }
 
 void ChainGroup::draw(int count) {

@@ -50,6 +50,7 @@ class ChainGroup {
   void anneal(const Report& report);
   void metric_from_here();
   void adapt(int moves, int leaps);
+  void learn_in_window(int leaps, bool last);
   void hold_slow_noise();
   void begin_window();
   void learn(int move, int moves);

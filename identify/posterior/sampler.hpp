@@ -36,8 +36,8 @@ class Sampler {
   void information(std::span<const double> x, std::span<double> matrices);
   /// Leaps are in its coordinates from here on, and the metric is of these.
   void set_chart(Chart chart) { chart_ = std::move(chart); }
-  /// From here on the last globals stay where they are (Density::held).
-  void hold_last() noexcept { holds_ = true; }
+  /// Whether the last globals stay where they are (Density::held); the metric is that of the next set_metric().
+  void hold_last(bool holds) noexcept { holds_ = holds; }
   /// The metric becomes this: the inverse of a covariance. False, and nothing changes, if it is not positive definite.
   bool set_metric(std::span<const double> information);
   /// Deviation of the globals in the widest direction, in units of the metric; from points of them, `globals` values
