@@ -142,7 +142,9 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   explanation.rms_residual_deg = found.rms_deg;
   explanation.variance_accounted_for = found.variance_accounted_for;
   warn_of_residual(simulated.noisy, explanation);
-  if (following_) explanation.following = following_->measure(simulated.following, answer.trial.sway_rad());
+  if (following_)
+    explanation.following =
+        following_->measure(simulated.following, answer.trial.sway_rad(), &explanation.following_sd);
   if (frf_)
     explanation.frf =
         frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment.body);
@@ -190,14 +192,20 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
 }
 
 void warn_unless_following(Explanation& explanation) {
-  constexpr double least = 0.3;
-  if (explanation.following >= least || std::isnan(explanation.following)) return;
-  add_caution(
-      explanation.warnings, "hardly_follows",
-      format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller would "
-             "have (8%% of valid simulated trials have less than %g, where noise drowns it); was it this protocol, and "
-             "in time with the recording?",
-             explanation.following, least));
+  constexpr double least = 0.3, most = 2.0, significant_sd = 4.0;
+  const double following = explanation.following;
+  if (std::isnan(following) || std::abs(following - 1.0) < significant_sd * explanation.following_sd) return;
+  if (following < least)
+    add_caution(
+        explanation.warnings, "hardly_follows",
+        format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "
+               "would have (+-%.2f among its trials); was it this protocol, and in time with the recording?",
+               following, explanation.following_sd));
+  if (following > most)
+    add_caution(explanation.warnings, "large_response",
+                format("the sway follows the protocol's tilt %.2f times as much as the identified controller would "
+                       "(+-%.2f among its trials): was the tilt larger, or the sway in another unit?",
+                       following, explanation.following_sd));
 }
 
 }  // namespace decid

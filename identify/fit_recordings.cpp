@@ -10,32 +10,13 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
+#include "identify/fit_warnings.hpp"
 
 namespace decid {
 namespace {
 
 using posterior::Density;
 using posterior::Posterior;
-
-/// A recording that the posture model cannot explain has far more noise in its posterior than in its samples.
-constexpr double unexplained_noise = 3.0;
-/// Of a sample: in a block of 0.1 s it is about the error of the model's bins.
-constexpr double least_believed_noise_deg = 2e-3;
-
-void warn_of_disagreement(const sim::ParameterTable& table, FitFigures::Answer answer, const Posterior& found,
-                          Warnings& warnings) {
-  const auto worst = std::ranges::max_element(found.rhat());
-  const auto quantity = static_cast<std::size_t>(worst - found.rhat().begin());
-  const std::string what = quantity < table.size()             ? table[quantity].name
-                           : quantity == Density::sensor_noise ? "the sensor's noise"
-                           : quantity == Density::start        ? "the start"
-                                                               : "the gain";
-  add_caution(warnings, "chains_disagree",
-              format("the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
-                     "controller; these are %s",
-                     *worst, what.c_str(),
-                     answer == FitFigures::Answer::network ? "the network's values" : "means over all of them"));
-}
 
 /// What the network finds unlike anything it was trained on is not to be used if the draws are odd as well; by itself
 /// that is so for four of a hundred sound trials.
@@ -45,21 +26,6 @@ void warn_of_unfamiliarity(const Explanation& networks, bool draws_are_odd, Expl
     if (warning.code == "unfamiliar")
       explanation.warnings.push_back(
           {draws_are_odd ? Severity::invalid : Severity::caution, warning.code, "by the network, " + warning.text});
-}
-
-void warn_of_noise(const posterior::Observation& observation, const Posterior& found, Warnings& warnings) {
-  const double noise_deg = found.mean(Density::sensor_noise);
-  if (noise_deg < least_believed_noise_deg)
-    add_caution(
-        warnings, "little_noise",
-        format("the sensor's noise, %.2g degrees, is at most about the error of the model's own arithmetic: the "
-               "intervals may be too narrow",
-               noise_deg));
-  if (noise_deg > unexplained_noise * std::max(observation.noise_deg, 1e-3))
-    add_caution(warnings, "unexplained_sway",
-                format("the model leaves %.3g degrees of the sway unexplained, the sensor's noise is %.3g: the "
-                       "intervals assume that the rest is noise",
-                       noise_deg, observation.noise_deg));
 }
 
 class Fitter {
@@ -95,14 +61,17 @@ class Fitter {
     id.estimate.parameters = sim::Parameters(table.size());
     for (std::size_t p = 0; p < table.size(); ++p) id.estimate.parameters[p] = found.mean(static_cast<int>(p));
     std::optional<Explanation> networks;
+    Warnings contradictions;
     if (network_) {
       const std::lock_guard lock(one_at_a_time_);
       Estimate answer = std::move(network_->estimate({trial}).front());
       networks = std::move(network_->explain(std::span(&answer, 1)).front());
-      if (!found.agreed()) {
+      if (found.apart()) {
         figures.answer = FitFigures::Answer::network;
         id.estimate.parameters = answer.parameters;
         id.estimate.distribution = std::move(answer.distribution);
+      } else if (answer.distribution) {
+        warn_of_contradiction(table, found, *answer.distribution, contradictions);
       }
     }
     id.explanation = explainer_.explain({id.estimate.parameters, trial});
@@ -110,10 +79,11 @@ class Fitter {
     const std::string odd = figures.check.warning();
     if (!odd.empty())
       id.explanation.warnings.insert(id.explanation.warnings.begin(), {Severity::caution, "unlike_simulated", odd});
-    if (networks) warn_of_unfamiliarity(*networks, !odd.empty() || !found.agreed(), id.explanation);
+    if (networks) warn_of_unfamiliarity(*networks, !odd.empty() || found.apart(), id.explanation);
     warn_unless_following(id.explanation);
-    if (!found.agreed()) warn_of_disagreement(table, figures.answer, found, id.explanation.warnings);
-    warn_of_noise(observation, found, id.explanation.warnings);
+    warn_of_posterior(density, observation, found, figures.answer == FitFigures::Answer::network,
+                      id.explanation.warnings);
+    id.explanation.warnings.insert(id.explanation.warnings.end(), contradictions.begin(), contradictions.end());
     figures.inferred = posterior::infer(density, observation, found);
     figures.samples_noise_deg = observation.noise_deg;
     figures.block_s = density.block_s();

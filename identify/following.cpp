@@ -34,7 +34,7 @@ Following::Following(const sim::Protocol& protocol)
           static_cast<std::size_t>(fft_.bins()),
           1 + static_cast<std::size_t>(highest_hz * protocol.samples() / protocol.experiment.sample_rate_hz))) {}
 
-double Following::measure(const Simulated& simulated, std::span<const float> sway_rad) const {
+double Following::measure(const Simulated& simulated, std::span<const float> sway_rad, double* sd) const {
   const auto stands = [](const std::vector<double>& sway) { return !sway.empty(); };
   const auto standing = std::ranges::count_if(simulated.sways_, stands);
   if (standing < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
@@ -94,6 +94,7 @@ double Following::measure(const Simulated& simulated, std::span<const float> swa
     found += (recorded[k] * std::conj(response[k])).real() / noise;
     expected += std::norm(response[k]) / noise;
   }
+  if (sd != nullptr) *sd = std::sqrt(0.5 / expected);  // half of each line's power is in phase with the response
   return found / expected;
 }
 

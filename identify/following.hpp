@@ -40,7 +40,8 @@ class Following {
   /// vestibular noise drowns the response; of the same ones started two or ten seconds late, 95%. NaN if the controller
   /// falls in most of its trials; without any noise, its own (Nv 0) and the sensor's, it may be: N is 0, but for
   /// rounding. sway_rad: the protocol's samples.
-  double measure(const Simulated& simulated, std::span<const float> sway_rad) const;
+  /// sd: if it is given, the standard deviation of that among trials of the controller.
+  double measure(const Simulated& simulated, std::span<const float> sway_rad, double* sd = nullptr) const;
 
  private:
   sim::RealFft fft_;

@@ -15,7 +15,9 @@ namespace {
 
 using sim::Complex;
 
-constexpr double agreeing_rhat = 1.05, unlikely = 0.01;
+constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0, unlikely = 0.01;
+// No controller of the model explains a table that is as far as that from all of them.
+constexpr double impossible = 1e-6, most_left = 0.2;
 constexpr std::size_t prior_draws = 4096;
 constexpr std::uint64_t of_prior = std::uint64_t{1} << 32;  // number of the walker whose random numbers these are
 
@@ -75,7 +77,8 @@ double Fit::told(int quantity) const {
 }
 
 bool Fit::agreed() const {
-  return std::ranges::all_of(rhat_, [](double value) { return value <= agreeing_rhat; });
+  return std::ranges::all_of(rhat_, [](double value) { return value <= agreeing_rhat; }) &&
+         std::ranges::all_of(effective_, [](double value) { return value >= agreeing_draws; });
 }
 
 void Fit::predict(const Density& density, const std::vector<State>& states) {
@@ -110,7 +113,25 @@ void Fit::predict(const Density& density, const std::vector<State>& states) {
   }
 }
 
+double Fit::left(const Density& density) const {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < predicted_.size(); ++i) {
+    const Complex response = density.table().rows[i].response;
+    squares += std::norm(response - predicted_[i].response) / std::norm(response);
+  }
+  return std::sqrt(squares / static_cast<double>(predicted_.size()));
+}
+
+bool Fit::explained() const {
+  return std::ranges::none_of(warnings_, [](const Warning& warning) { return warning.code == "no_controller"; });
+}
+
 void Fit::warn(const Density& density) {
+  if (left(density) > most_left && !(misfit_.p_value >= impossible))
+    add_invalid(warnings_, "no_controller",
+                format("no controller of this model explains the table: the nearest ones leave %.0f%% of the response "
+                       "(root mean square of the relative error), so their parameters are no answer",
+                       100.0 * left(density)));
   if (!agreed()) {
     const auto worst = std::ranges::max_element(rhat_);
     add_caution(warnings_, "chains_disagree",

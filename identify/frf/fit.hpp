@@ -53,18 +53,22 @@ class Fit {
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   double acceptance() const noexcept { return acceptance_; }
   long long evaluations() const noexcept { return evaluations_; }
-  /// Whether the chains say the same: every R-hat is at most 1.05.
+  /// Whether the chains say the same: every R-hat is at most 1.05, and each quantity has 100 effective draws.
   bool agreed() const;
 
   /// One a row.
   const std::vector<Predicted>& predicted() const noexcept { return predicted_; }
   const Misfit& misfit() const noexcept { return misfit_; }
+  /// Whether a controller of the model explains the table; else its parameters are no answer.
+  bool explained() const;
   /// For people.
   const Warnings& warnings() const noexcept { return warnings_; }
 
  private:
   friend Fit fit(const Density& density, const WalkerSettings& settings);
   void predict(const Density& density, const std::vector<State>& states);
+  /// Root mean square of the relative error that the draws' mean response leaves.
+  double left(const Density& density) const;
   void warn(const Density& density);
 
   int chains_ = 0;

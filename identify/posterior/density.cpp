@@ -311,22 +311,39 @@ void Density::set(const State& state, std::span<double> x, int chain) const {
   const auto at = [&](int global) -> double& {
     return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
   };
-  const auto probit = [](double share) { return inverse_normal(std::clamp(share, 0.01, 0.99)); };
   for (std::size_t i = 0; i < quantiles_.size(); ++i)
     at(static_cast<int>(i)) = quantiles_[i].coordinate(state.parameters[i]);
   set_noise(state.sensor_noise_deg, state.slow_noise_deg, x, chain);
-  at(start) = priors_.start_s > 0.0 ? probit(0.5 * (1.0 + state.start_s / priors_.start_s)) : 0.0;
-  at(gain) = priors_.gain > 0.0 ? decid::log(state.gain) / priors_.gain : 0.0;
-  at(slow_memory) = probit(decid::log(state.slow_memory_s / shortest_memory_s) / log_memory_range);
+  at(start) = prior_coordinate(start, state.start_s);
+  at(gain) = prior_coordinate(gain, state.gain);
+  at(slow_memory) = prior_coordinate(slow_memory, state.slow_memory_s);
+}
+
+double Density::prior_coordinate(int global, double value) const {
+  const auto probit = [](double probability) { return inverse_normal(std::clamp(probability, 0.01, 0.99)); };
+  switch (global) {
+    case sensor_noise:
+      return decid::log(value / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
+    case start:
+      return priors_.start_s > 0.0 ? probit(0.5 * (1.0 + value / priors_.start_s)) : 0.0;
+    case gain:
+      return priors_.gain > 0.0 ? decid::log(value) / priors_.gain : 0.0;
+    case slow_noise:
+      return decid::log(value / priors_.slow_ratio) / decid::log(priors_.slow_ratio_factor);
+    case slow_memory:
+      return probit(decid::log(value / shortest_memory_s) / log_memory_range);
+    default:
+      return quantiles_[static_cast<std::size_t>(global)].coordinate(value);
+  }
 }
 
 void Density::set_noise(double sensor_noise_deg, double slow_noise_deg, std::span<double> x, int chain) const {
   const auto at = [&](int global) -> double& {
     return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
   };
-  at(sensor_noise) = decid::log(sensor_noise_deg / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
-  const double ratio = std::max(slow_noise_deg / sensor_noise_deg, least_slow_ratio * priors_.slow_ratio);
-  at(slow_noise) = decid::log(ratio / priors_.slow_ratio) / decid::log(priors_.slow_ratio_factor);
+  at(sensor_noise) = prior_coordinate(sensor_noise, sensor_noise_deg);
+  at(slow_noise) =
+      prior_coordinate(slow_noise, std::max(slow_noise_deg / sensor_noise_deg, least_slow_ratio * priors_.slow_ratio));
 }
 
 Density::Workspace::Workspace(const Density& d) {

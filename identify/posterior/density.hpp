@@ -118,6 +118,9 @@ class Density {
   /// Sets a chain's coordinates but those of the noise; values outside of their ranges, or
   /// within a hundredth of their ends, go to that hundredth.
   void set(const State& state, std::span<double> x, int chain) const;
+  /// The standard normal coordinate that a value of a global has; of a parameter outside of its range that of the
+  /// range's hundredth.
+  double prior_coordinate(int global, double value) const;
   /// Sets a chain's coordinates of the levels of the measurement noise.
   void set_noise(double sensor_noise_deg, double slow_noise_deg, std::span<double> x, int chain) const;
 

@@ -31,7 +31,7 @@ struct Settings {
   int trial_draws = 25;      ///< of a chain, after which a round that is not the last may begin anew
   int least_draws = 40;      ///< of a chain
   int most_draws = 160;
-  long long most_steps = 30'000;  ///< of leapfrog, of a group; beyond them no more draws are begun
+  long long most_steps = 20'000;  ///< of leapfrog, of a group; beyond them no more draws are begun
   double largest_rhat = 1.05;     ///< enough: every quantity's R-hat is at most this
   double effective_draws = 100;   ///< and it has so many
 };

@@ -132,12 +132,16 @@ std::string frf_fit_text(const FrfReport& report) {
   const sim::ParameterTable ranges = protocol.ranges();
   const frf::Table& table = report.density.table();
   std::string text = headline(report) + trust_text(found.warnings());
-  text += table_heading("mean", "90 % of the draws", report.truth.has_value(), "   told");
-  const sim::Parameters mean = means(report);
-  for (std::size_t p = 0; p < ranges.size(); ++p)
-    text += parameter_line(found, p, ranges[p], mean[p], protocol.experiment.body.mgh(), report.truth,
-                           format(" %6.2f", found.told(static_cast<int>(p))));
-  text += "  told: share of what was open beforehand that the table settles; at 0 the draws are the prior's\n";
+  if (found.explained()) {
+    text += table_heading("mean", "90 % of the draws", report.truth.has_value(), "   told");
+    const sim::Parameters mean = means(report);
+    for (std::size_t p = 0; p < ranges.size(); ++p)
+      text += parameter_line(found, p, ranges[p], mean[p], protocol.experiment.body.mgh(), report.truth,
+                             format(" %6.2f", found.told(static_cast<int>(p))));
+    text += "  told: share of what was open beforehand that the table settles; at 0 the draws are the prior's\n";
+  } else {
+    text += "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";
+  }
   if (found.deviation(frf::Density::gain) > 0.0)
     text += format("  the table's over the true gain %.3g +- %.2g\n", found.mean(frf::Density::gain),
                    found.deviation(frf::Density::gain));

@@ -1,0 +1,132 @@
+// What to know before using a posterior: see fit_warnings.hpp.
+#include "identify/fit_warnings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/math.hpp"
+#include "base/text.hpp"
+
+namespace decid {
+namespace {
+
+using posterior::Density;
+using posterior::Posterior;
+
+// at_edge: so much of the prior's probability at an end, and so many quantities there that the answer is the prior's.
+constexpr double outer = 0.05;
+constexpr std::size_t edges_of_caution = 3, edges_of_invalid = 4;
+constexpr double divergent_fraction = 0.02;
+/// In a block of 0.1 s the white noise of a sample of so much is about the model's own error.
+constexpr double least_believed_noise_deg = 2e-3;
+constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
+constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
+constexpr double contradiction_sd = 3.5;
+
+std::string quantity_name(const Density& density, int quantity) {
+  const sim::ParameterTable& table = density.ranges();
+  if (static_cast<std::size_t>(quantity) < table.size()) return table[static_cast<std::size_t>(quantity)].name;
+  return quantity == Density::sensor_noise ? "the measurement noise"
+         : quantity == Density::start      ? "the start"
+                                           : "the gain";
+}
+
+void warn_of_edges(const Density& density, const Posterior& found, Warnings& warnings) {
+  const std::vector<int> edges = at_edge(density, found);
+  if (edges.empty()) return;
+  std::string names;
+  for (const int quantity : edges) names += (names.empty() ? "" : ", ") + quantity_name(density, quantity);
+  const Severity severity = edges.size() >= edges_of_invalid   ? Severity::invalid
+                            : edges.size() >= edges_of_caution ? Severity::caution
+                                                               : Severity::info;
+  warnings.push_back({severity, "at_edge",
+                      "at the end of the prior: " + names +
+                          (severity == Severity::info ? "; the true value may lie beyond it (--range)"
+                                                      : "; the recording may not be of this model")});
+}
+
+void warn_of_chains(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
+  const auto worst = std::ranges::max_element(found.rhat());
+  const int quantity = static_cast<int>(worst - found.rhat().begin());
+  const double fewest = *std::ranges::min_element(found.effective_draws());
+  if (found.apart()) {
+    add_caution(warnings, "chains_disagree",
+                format("the chains do not agree (R-hat %.2f for %s): the recording may fit more than one controller; "
+                       "these are %s",
+                       *worst, quantity_name(density, quantity).c_str(),
+                       from_network ? "the network's values" : "means over all of them"));
+  } else if (!found.agreed()) {
+    add_info(
+        warnings, "few_draws",
+        format("the chains agree roughly (R-hat %.2f for %s, %.0f effective draws at least): ends of intervals are "
+               "known to a tenth of a standard deviation or so",
+               *worst, quantity_name(density, quantity).c_str(), fewest));
+  }
+  if (found.divergences() > divergent_fraction * found.draws())
+    add_caution(warnings, "divergences",
+                format("%d of %d transitions diverged: chains may have missed a part of the posterior",
+                       found.divergences(), found.draws()));
+}
+
+void warn_of_noise(const posterior::Observation& observation, const Posterior& found, Warnings& warnings) {
+  const double white_deg = found.mean(Density::sensor_noise), slow_deg = found.mean(Density::slow_noise);
+  if (white_deg < least_believed_noise_deg)
+    add_caution(warnings, "little_noise",
+                format("the measurement noise, %.2g degrees, is at most about the error of the model's own arithmetic: "
+                       "the intervals may be too narrow",
+                       white_deg));
+  double squares = 0.0;
+  for (const double sway : observation.sway) squares = std::fma(sway, sway, squares);
+  const double sway_deg = std::sqrt(squares / static_cast<double>(observation.sway.size())) / sim::rad_per_deg;
+  if (white_deg > unexplained_white * std::max(observation.noise_deg, 1e-3) || slow_deg > unexplained_slow * sway_deg)
+    add_caution(
+        warnings, "unexplained_sway",
+        format("the model leaves %.3g degrees of white and %.3g of slow noise unexplained; the sway is %.3g, its "
+               "noise above 2 Hz %.3g: the intervals assume that the rest is noise",
+               white_deg, slow_deg, sway_deg, observation.noise_deg));
+}
+
+}  // namespace
+
+std::vector<int> at_edge(const Density& density, const Posterior& found) {
+  std::vector<int> edges;
+  const double low = inverse_normal(outer);
+  for (int quantity = 0; quantity < Density::globals; ++quantity) {
+    if (Density::is_held(static_cast<std::size_t>(quantity)) || !density.infers(static_cast<Density::Global>(quantity)))
+      continue;
+    std::size_t below = 0, above = 0;
+    for (const posterior::State& state : found.states()) {
+      const double x = density.prior_coordinate(quantity, Posterior::value(state, quantity));
+      below += x < low ? 1 : 0;
+      above += x > -low ? 1 : 0;
+    }
+    if (2 * std::max(below, above) >= found.states().size()) edges.push_back(quantity);
+  }
+  return edges;
+}
+
+void warn_of_posterior(const Density& density, const posterior::Observation& observation, const Posterior& found,
+                       bool from_network, Warnings& warnings) {
+  warn_of_edges(density, found, warnings);
+  warn_of_chains(density, found, from_network, warnings);
+  warn_of_noise(observation, found, warnings);
+}
+
+void warn_of_contradiction(const sim::ParameterTable& table, const Posterior& found,
+                           const ParameterDistribution& network, Warnings& warnings) {
+  std::string names;
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const int quantity = static_cast<int>(p);
+    const double own = found.deviation(quantity), other = network.deviation(quantity);
+    const double apart = std::abs(found.mean(quantity) - network.mean(quantity));
+    if (apart > contradiction_sd * std::sqrt(own * own + other * other))
+      names += (names.empty() ? "" : ", ") + table[p].name;
+  }
+  if (!names.empty())
+    add_caution(warnings, "network_disagrees",
+                "the posterior and the network contradict each other beyond their intervals in " + names +
+                    ": one of them takes the recording for something it is not");
+}
+
+}  // namespace decid

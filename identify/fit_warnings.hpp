@@ -1,0 +1,27 @@
+// What to know before using a posterior: signs that its chains, its model or its priors shaped the answer more than the
+// recording did.
+#pragma once
+
+#include <optional>
+
+#include "base/warning.hpp"
+#include "identify/estimate.hpp"
+#include "identify/posterior/posterior.hpp"
+
+namespace decid {
+
+/// Quantities with half of their draws in the outer twentieth of their prior's probability, at either end. The slow
+/// noise, which chains hold while they draw, is not judged.
+std::vector<int> at_edge(const posterior::Density& density, const posterior::Posterior& found);
+
+/// Adds what the posterior itself shows: `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,
+/// `unexplained_sway`. from_network: the answer is the network's because the chains are apart.
+void warn_of_posterior(const posterior::Density& density, const posterior::Observation& observation,
+                       const posterior::Posterior& found, bool from_network, Warnings& warnings);
+
+/// Adds `network_disagrees` if the posterior's and the network's means of a parameter are further apart than 3.5 of
+/// their joint standard deviations.
+void warn_of_contradiction(const sim::ParameterTable& table, const posterior::Posterior& found,
+                           const ParameterDistribution& network, Warnings& warnings);
+
+}  // namespace decid
