@@ -1,9 +1,10 @@
 # How tests are entered in CTest: each case of doctest and each script is an entry of its own, has a label, the folder
-# below tests/ that it stands in, and a time limit. `ctest -L sim` runs a folder, `-LE slow` what takes less than 5 s.
+# below tests/ that it stands in, and a time limit. `ctest -L sim` runs a folder, `-LE "slow|long"` what takes less than 5 s.
 
 # Seconds after which a test has failed: a machine may be busy, but not that busy.
 set(DECID_TEST_LIMIT_S 120)
 set(DECID_SLOW_TEST_LIMIT_S 900)
+set(DECID_LONG_TEST_LIMIT_S 7200)
 if(DECID_SANITIZE OR DECID_COVERAGE OR CMAKE_CROSSCOMPILING)
   math(EXPR DECID_TEST_LIMIT_S "4 * ${DECID_TEST_LIMIT_S}")
   math(EXPR DECID_SLOW_TEST_LIMIT_S "2 * ${DECID_SLOW_TEST_LIMIT_S}")
@@ -39,16 +40,61 @@ function(decid_test_options target)
   endif()
 endfunction()
 
+# decid_test_batches(result name sources...): sets `result` to the sources that test_<name> compiles. Where CMAKE_UNITY_BUILD
+# asks for speed, one source includes up to eight test files (batch_tests.cmake). A file that includes C code or replaces
+# operator new must stay outside a namespace, and is compiled separately.
+function(decid_test_batches result name)
+  if(NOT CMAKE_UNITY_BUILD)
+    set(${result} ${ARGN} PARENT_SCOPE)
+    return()
+  endif()
+  set(compiled "")
+  set(files "")
+  foreach(source IN LISTS ARGN)
+    get_filename_component(source ${source} ABSOLUTE)
+    file(STRINGS ${source} global REGEX "^#include .*\\.c\"|operator (new|delete)\\(")
+    if(global)
+      list(APPEND compiled ${source})
+    else()
+      list(APPEND files ${source})
+    endif()
+  endforeach()
+  # As many to each batch.
+  list(LENGTH files count)
+  math(EXPR batches "(${count} + 7) / 8")
+  set(part "")
+  set(batch 0)
+  set(begun 0)
+  foreach(source IN LISTS files)
+    list(APPEND part ${source})
+    math(EXPR begun "${begun} + 1")
+    math(EXPR full "(${batch} + 1) * ${count} / ${batches}")
+    if(begun LESS full)
+      continue()
+    endif()
+    list(JOIN part "," sources)
+    set(output ${CMAKE_CURRENT_BINARY_DIR}/test_${name}_${batch}.cpp)
+    add_custom_command(OUTPUT ${output} DEPENDS ${part} ${PROJECT_SOURCE_DIR}/cmake/batch_tests.cmake VERBATIM
+      COMMAND ${CMAKE_COMMAND} -D ROOT=${PROJECT_SOURCE_DIR} -D SOURCES=${sources} -D OUTPUT=${output}
+              -P ${PROJECT_SOURCE_DIR}/cmake/batch_tests.cmake)
+    list(APPEND compiled ${output})
+    set(part "")
+    math(EXPR batch "${batch} + 1")
+  endforeach()
+  set(${result} ${compiled} PARENT_SCOPE)
+endfunction()
+
 # decid_test(name sources...): doctest program test_<name>, an entry "folder/file: case" for each of its cases, found
-# when it has been built. A suite is a second label: a case that takes more than 5 s says so, TEST_CASE(".." *
-# doctest::test_suite("slow")), and one that holds bits that every build must have is "golden".
+# when it has been built. A suite is a second label, TEST_CASE(".." * doctest::test_suite("slow")): "slow" for a case that
+# takes more than 5 s, "long" for one that only tools/check --long runs, "golden" for bits that every build must have.
 function(decid_test name)
   if(NOT TARGET decid_test_main)
     add_library(decid_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/main.cpp)
     decid_compile_options(decid_test_main)
     target_link_libraries(decid_test_main PUBLIC doctest::doctest)
   endif()
-  add_executable(test_${name} ${ARGN})
+  decid_test_batches(sources ${name} ${ARGN})
+  add_executable(test_${name} ${sources})
   decid_compile_options(test_${name})
   decid_glue(test_${name})
   decid_test_options(test_${name})
@@ -58,7 +104,7 @@ function(decid_test name)
   add_custom_command(TARGET test_${name} POST_BUILD VERBATIM BYPRODUCTS ${cases}
     COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:test_${name}> -D "EMULATOR=${CMAKE_CROSSCOMPILING_EMULATOR}"
             -D LIMIT_S=${DECID_TEST_LIMIT_S} -D SLOW_LIMIT_S=${DECID_SLOW_TEST_LIMIT_S}
-            -D CASES=${cases} -P ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
+            -D LONG_LIMIT_S=${DECID_LONG_TEST_LIMIT_S} -D CASES=${cases} -P ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
   set_property(TARGET test_${name} PROPERTY LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
   # A program that has not been built is a test that fails.
   file(CONFIGURE OUTPUT ${cases}.in @ONLY CONTENT [[
@@ -71,10 +117,10 @@ endif()
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${cases}.in)
 endfunction()
 
-# decid_test_entry(folder/name [TOOLS variables..] [SLOW] [PROPERTIES ..] COMMAND ..): one entry for anything else. TOOLS names
+# decid_test_entry(folder/name [TOOLS variables..] [SLOW | LONG] [PROPERTIES ..] COMMAND ..): one entry for anything else. TOOLS names
 # the variables of programs that it needs (decid_tool); without one of them the test fails and says how to get it.
 function(decid_test_entry name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "SLOW" "" "TOOLS;PROPERTIES;COMMAND")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "SLOW;LONG" "" "TOOLS;PROPERTIES;COMMAND")
   foreach(tool IN LISTS arg_TOOLS)
     if(NOT ${tool})
       get_property(package GLOBAL PROPERTY ${tool}_PACKAGE)
@@ -89,6 +135,9 @@ function(decid_test_entry name)
   if(arg_SLOW)
     list(APPEND labels slow)
     set(limit_s ${DECID_SLOW_TEST_LIMIT_S})
+  elseif(arg_LONG)
+    list(APPEND labels long)
+    set(limit_s ${DECID_LONG_TEST_LIMIT_S})
   endif()
   set_tests_properties(${name} PROPERTIES LABELS "${labels}" TIMEOUT ${limit_s} ENVIRONMENT OMP_WAIT_POLICY=passive
                                           ${arg_PROPERTIES})

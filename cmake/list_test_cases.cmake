@@ -1,5 +1,5 @@
 # Asks a doctest program for its cases and writes a CTest entry for each (decid_test in DecidTests.cmake).
-#   cmake -D PROGRAM=.. -D EMULATOR=.. -D LIMIT_S=.. -D SLOW_LIMIT_S=.. -D CASES=OUTPUT -P list_test_cases.cmake
+#   cmake -D PROGRAM=.. -D EMULATOR=.. -D LIMIT_S=.. -D SLOW_LIMIT_S=.. -D LONG_LIMIT_S=.. -D CASES=OUTPUT -P list_test_cases.cmake
 execute_process(COMMAND ${EMULATOR} ${PROGRAM} --list-test-cases --reporters=xml OUTPUT_VARIABLE xml
                 RESULT_VARIABLE result ERROR_VARIABLE error)
 if(NOT result EQUAL 0)
@@ -34,8 +34,10 @@ foreach(case IN LISTS cases)
   if(suite STREQUAL "slow")
     # Cost: these begin first, so that none of them ends alone.
     set(properties "LABELS \"${folder};slow\" TIMEOUT ${SLOW_LIMIT_S} COST 100")
+  elseif(suite STREQUAL "long")
+    set(properties "LABELS \"${folder};long\" TIMEOUT ${LONG_LIMIT_S} COST 200")
   elseif(suite AND NOT suite STREQUAL "golden")
-    message(FATAL_ERROR "${file}: the case '${name}' is in the suite '${suite}'; there are slow and golden")
+    message(FATAL_ERROR "${file}: the case '${name}' is in the suite '${suite}'; there are slow, long and golden")
   endif()
   if(case MATCHES "skipped=\"true\"")
     string(APPEND properties " DISABLED TRUE")

@@ -86,7 +86,7 @@ def run_tests(options):
         old.unlink()
     # A child that may write no file could not leave its counters.
     chosen = ["-L", options.label] if options.label else ["-E", "chromium|qemu|gate|consumer|every compiler|and write none"]
-    chosen += ["-LE", "slow"] if options.fast else []
+    chosen += ["-LE", "slow|long" if options.fast else "long"]
     run("ctest", "--test-dir", BUILD, "-j", os.cpu_count(), "--timeout", "1800", "--output-on-failure", *chosen,
         stdout=subprocess.DEVNULL, env=dict(os.environ, OMP_WAIT_POLICY="passive"))
 
