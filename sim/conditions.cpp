@@ -130,7 +130,7 @@ void begin_later(std::span<double> values, double samples) {
   const std::vector<double> was(values.begin(), values.end());
   const auto count = static_cast<long long>(was.size());
   const auto at = [&](long long i) {
-    if (i < 0) return 0.0;
+    if (i < 0) return was.front();
     if (i < count) return was[static_cast<std::size_t>(i)];
     const double last = was[was.size() - 1], before = was[was.size() - 2];
     return last + static_cast<double>(i - count + 1) * (last - before);

@@ -46,7 +46,7 @@ struct ConditionInfo {
 };
 const ConditionInfo& info(Condition condition);
 
-/// What is recorded so many samples later: cubics between samples, 0 before the first, straight on behind the last.
+/// What is recorded so many samples later: cubics between samples, the first before it, straight on behind the last.
 void begin_later(std::span<double> values, double samples);
 
 /// How much of a condition trial `item` has; 0: none.

@@ -96,8 +96,10 @@ DoubleSimulator::DoubleSimulator(Protocol protocol)
     : protocol_(checked(std::move(protocol))),
       segments_(segments_of(subject_of(protocol_.experiment.body))),
       stimulus_(make_stimulus(protocol_.experiment)),
-      noise_maker_(protocol_),
-      samples_(protocol_.samples()) {}
+      samples_(protocol_.samples()),
+      whole_(protocol_.with_standing()),
+      whole_stimulus_(make_stimulus(whole_.experiment)),
+      noise_maker_(whole_) {}
 
 Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& noise, const DoubleSway& sway) const {
   check_parameters(parameters.ankle, "ankle ");
@@ -109,7 +111,8 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
                 "make room for " + std::to_string(samples));
   }
   const double ankle_nv = parameters.ankle[Nv], hip_nv = parameters.hip[Nv];
-  std::vector<double> noise_rate(samples + 1, 0.0);  // at Nv = 1
+  const auto all = static_cast<std::size_t>(whole_.samples()), standing = all - samples;
+  std::vector<double> noise_rate(all + 1, 0.0);  // at Nv = 1
   if (ankle_nv > 0.0 || hip_nv > 0.0) noise_maker_.velocity(1.0, noise, noise_rate);
 
   const DoubleBody body(segments_);
@@ -117,15 +120,18 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
   DoubleState state;
   double largest_sway = 0.0;
   const int steps_per_sample = protocol_.experiment.steps_per_sample();
+  const int standing_steps = static_cast<int>(standing) * steps_per_sample;
   int step = 0;
-  for (std::size_t sample = 0; sample < samples; ++sample) {
-    sway.com_rad[sample] = body.centre_of_mass(state.leg_rad, state.trunk_rad);
-    sway.leg_rad[sample] = state.leg_rad;
-    sway.trunk_rad[sample] = state.trunk_rad;
+  for (std::size_t sample = 0; sample < all; ++sample) {
+    if (sample >= standing) {
+      sway.com_rad[sample - standing] = body.centre_of_mass(state.leg_rad, state.trunk_rad);
+      sway.leg_rad[sample - standing] = state.leg_rad;
+      sway.trunk_rad[sample - standing] = state.trunk_rad;
+    }
     const double noise_slope = (noise_rate[sample + 1] - noise_rate[sample]) / steps_per_sample;
     for (int i = 0; i < steps_per_sample; ++i, ++step) {
       const double noise_now = noise_rate[sample] + i * noise_slope;
-      const Module::Angle platform{stimulus_.tilt_at(step), stimulus_.rate_at(step)};
+      const Module::Angle platform{whole_stimulus_.tilt_at(step), whole_stimulus_.rate_at(step)};
       const Module::Angle com{body.centre_of_mass(state.leg_rad, state.trunk_rad),
                               body.centre_of_mass(state.leg_rate, state.trunk_rate)};
       const Module::Angle leg{state.leg_rad, state.leg_rate}, trunk{state.trunk_rad, state.trunk_rate};
@@ -142,7 +148,9 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
       largest_sway = std::max(largest_sway, magnitude);
       if (!stands) {
         const double largest = std::isnan(magnitude) ? std::numeric_limits<double>::infinity() : largest_sway;
-        return {.valid = false, .largest_sway_rad = largest, .end_s = static_cast<double>(step + 1) / steps_per_second};
+        return {.valid = false,
+                .largest_sway_rad = largest,
+                .end_s = static_cast<double>(std::max(0, step + 1 - standing_steps)) / steps_per_second};
       }
     }
   }

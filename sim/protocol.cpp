@@ -15,6 +15,7 @@ namespace {
 
 constexpr int default_period_trials = 2;
 constexpr double longest_period_trials = 100.0;
+constexpr double longest_standing_s = 60.0;
 
 void validate_noise(const Checker& check, const Protocol& protocol) {
   const VestibularNoise& vestibular = protocol.noise.vestibular;
@@ -51,6 +52,26 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
   static_cast<void>(noise_band(protocol));
 }
 
+/// Noise is needed for the standing too.
+void validate_standing(const Checker& check, const Protocol& protocol) {
+  const double rate_hz = protocol.experiment.sample_rate_hz;
+  check.within("standing_s", protocol.standing_s, 0.0, longest_standing_s);
+  const double samples = protocol.standing_s * rate_hz;
+  if (!(std::abs(samples - std::floor(samples + 0.5)) <= 1e-6)) {
+    check.fail("standing_s", "is " + given_text(protocol.standing_s) + " s, not a whole number of samples",
+               "give a multiple of " + setting_text(1.0 / rate_hz) + " s");
+  }
+  if (protocol.standing_s == 0.0) return;
+  const Protocol whole = protocol.with_standing();
+  static_cast<void>(noise_band(whole));
+  const int largest = largest_prime_factor(whole.noise_period_samples());
+  if (largest > largest_fft_prime) {
+    check.fail("standing_s",
+               "makes the vestibular noise's period a multiple of the prime " + std::to_string(largest) + " of samples",
+               "give another; primes up to " + std::to_string(largest_fft_prime) + " can be transformed");
+  }
+}
+
 void validate_conditions(const Checker& check, const Conditions& conditions) {
   for (std::size_t c = 0; c < condition_count; ++c) {
     const ConditionInfo& about = info(static_cast<Condition>(c));
@@ -73,6 +94,7 @@ void Protocol::validate() const {
   validate_conditions(Checker(name), conditions);
   Checker(name).within("body_heights low", heights.low, 0.5, 1.0);
   Checker(name).within("body_heights high", heights.high, 1.0, 2.0);
+  validate_standing(Checker(name), *this);
 }
 
 Protocol Protocol::ideal() const {
@@ -81,6 +103,16 @@ Protocol Protocol::ideal() const {
   same.conditions = {};
   same.heights = {};
   return same;
+}
+
+Protocol Protocol::with_standing() const {
+  Protocol whole = *this;
+  if (standing_s == 0.0) return whole;
+  whole.standing_s = 0.0;
+  std::visit([this](auto& kind) { kind.lead_in_s += standing_s; }, whole.experiment.stimulus);
+  const bool lasts = noise_period_samples() >= whole.samples();
+  whole.noise.vestibular.period_s = lasts ? noise_period_s() : 0.0;
+  return whole;
 }
 
 void Protocol::refuse_implausible() const {

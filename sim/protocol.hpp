@@ -48,16 +48,22 @@ struct Protocol {
   Noise noise;
   Conditions conditions;
   Heights heights;
+  /// The body has stood, and swayed with its vestibular noise, so long before the trial's first sample, the platform at
+  /// rest; a whole number of sample periods, 60 s at most. 0: the trial begins at rest, upright.
+  double standing_s = 0.0;
 
   /// Throws Error as Experiment::validate does, for noise out of its bounds or without a harmonic of the trial in its
-  /// band, and for conditions and heights out of theirs; all that follows assumes a valid protocol.
+  /// band, and for conditions, heights and standing out of theirs; all that follows assumes a valid protocol.
   void validate() const;
   /// Throws Error for what can be simulated but is no experiment: control characters in the name, and what
   /// Experiment::refuse_implausible refuses. To be asked of what people write: data sets and models may carry such
   /// protocols from before.
   void refuse_implausible() const;
-  /// The same with one body, recorded as it is: no sensor noise, no conditions.
+  /// The same with one body, recorded as it is: no sensor noise, no conditions. It has stood as long.
   Protocol ideal() const;
+  /// The protocol that is simulated for this one: the standing is part of its lead-in. Its vestibular noise has the
+  /// period of this one's if that is long enough for it, else twice its own length.
+  Protocol with_standing() const;
   /// The stimulus if it is a sequence; throws Error if it is of another kind.
   Sequence& sequence();
   const Sequence& sequence() const;

@@ -117,6 +117,7 @@ std::string to_json(const Protocol& protocol) {
                               {"exponent", noise.exponent},
                               {"period_s", protocol.noise_period_s()}};
   json["sensor_noise_deg"] = range_json(protocol.noise.sensor.low_deg, protocol.noise.sensor.high_deg);
+  if (protocol.standing_s > 0.0) json["standing_s"] = protocol.standing_s;
   if (protocol.heights.vary()) json["body_heights"] = range_json(protocol.heights.low, protocol.heights.high);
   if (Json recording = conditions_json(protocol.conditions); !recording.empty())
     json["recording"] = std::move(recording);
@@ -143,6 +144,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   SensorNoise& sensor = protocol.noise.sensor;
   if (const Json* part = object.find("sensor_noise_deg"))
     read_range(object, "sensor_noise_deg", *part, sensor.low_deg, sensor.high_deg);
+  object.read("standing_s", protocol.standing_s);
   if (const Json* part = object.find("body_heights"))
     read_range(object, "body_heights", *part, protocol.heights.low, protocol.heights.high);
   if (const Json* part = object.find("recording")) read_conditions(*part, where, protocol.conditions);

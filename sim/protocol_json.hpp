@@ -1,6 +1,7 @@
 // Protocols as JSON: what --protocol FILE reads and what data sets and models carry.
 // {"name": "...", a stimulus, "sample_rate_hz", "body": {"mass_kg", "com_height_m", "inertia_kgm2"},
-//  "vestibular_noise": {"scale_deg", "low_hz", "high_hz", "exponent", "period_s"}, "sensor_noise_deg": x | [low, high]}
+//  "vestibular_noise": {"scale_deg", "low_hz", "high_hz", "exponent", "period_s"}, "sensor_noise_deg": x | [low, high],
+//  "standing_s", "body_heights": [low, high], "recording": {..}}: the last three only where they say something
 // The stimulus is one of these, each also with "cycles", "lead_in_s", "lead_out_s" (sim/stimulus.hpp):
 //   "sequence": {"feedback": [..], "start": [..], "state_s", "amplitude_deg", "offset_s"}
 //   "measured": {"tilt_deg": [..]}, or {"file", "column", "unit": "deg" | "rad", "rate_hz"}

@@ -21,7 +21,25 @@ namespace decid::sim {
 
 /// Lanes kept for the next call: their memory is large and takes longer to get than a trial.
 struct Simulator::Core {
-  Core(Protocol protocol, Isa isa) : setup(checked(std::move(protocol)), isa) {}
+  Core(Protocol of_trial, Isa isa)
+      : protocol(checked(std::move(of_trial))),
+        setup(protocol.with_standing(), isa),
+        samples(protocol.samples()),
+        standing(setup.samples - samples) {
+    if (standing > 0) own_stimulus = make_stimulus(protocol.experiment);
+  }
+
+  const Stimulus& stimulus() const { return own_stimulus ? *own_stimulus : setup.stimulus; }
+
+  /// Calls `finished` with what of a simulated trial comes after the standing.
+  Finished after_standing(const Finished& finished) const {
+    return [this, &finished](int index, Outcome outcome, std::span<double> sway_rad) {
+      const double rate_hz = protocol.experiment.sample_rate_hz;
+      const int done = static_cast<int>(std::floor(outcome.end_s * rate_hz + 0.5));
+      outcome.end_s = std::max(0, done - standing) / rate_hz;
+      finished(index, outcome, sway_rad.last(static_cast<std::size_t>(samples)));
+    };
+  }
 
   /// Runs on lanes that no other thread has.
   void run(const std::function<int()>& next, const TrialOf& trial_of, const Finished& finished) {
@@ -34,12 +52,19 @@ struct Simulator::Core {
       }
     }
     if (lanes == nullptr) lanes = std::make_unique<Lanes>(setup);
-    lanes->run(next, trial_of, finished);
+    if (standing > 0)
+      lanes->run(next, trial_of, after_standing(finished));
+    else
+      lanes->run(next, trial_of, finished);
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(lanes));
   }
 
-  Setup setup;
+  Protocol protocol;
+  Setup setup;  // of all that is simulated
+  int samples;
+  int standing;  // samples before those of the trial
+  std::optional<Stimulus> own_stimulus;
   std::mutex mutex;
   std::vector<std::unique_ptr<Lanes>> idle;
 };
@@ -47,13 +72,13 @@ struct Simulator::Core {
 Simulator::Simulator(Protocol protocol, Isa isa) : core_(std::make_shared<Core>(std::move(protocol), isa)) {}
 
 const Protocol& Simulator::protocol() const noexcept {
-  return core_->setup.protocol;
+  return core_->protocol;
 }
 const Stimulus& Simulator::stimulus() const noexcept {
-  return core_->setup.stimulus;
+  return core_->stimulus();
 }
 int Simulator::samples() const noexcept {
-  return core_->setup.samples;
+  return core_->samples;
 }
 
 Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const {

@@ -5,6 +5,7 @@
 //   J a'' = m g h sin(a) - u(t - delay) - Kp_pass (a - f) - Kd_pass (a' - f')
 // The paper's printed sum (eq. 7) loses the servo term and its signs of the ankle angle disagree; its text is followed
 // here, with the ankle angle = body - platform throughout.
+// A body that has stood before the trial (Protocol::standing_s) begins at rest so much earlier, its platform at rest.
 #pragma once
 
 #include <functional>
@@ -25,9 +26,9 @@ inline constexpr double longest_delay_s = 1.0;
 
 struct Outcome {
   bool valid;               ///< stayed within sway_limit_rad; of two segments, each within segment_limit_rad too
-  double largest_sway_rad;  ///< max |a| over the steps up to then; infinite if it is not finite
+  double largest_sway_rad;  ///< max |a| over the steps up to then, standing included; infinite if it is not finite
   double end_s;             ///< its length, or the end of the sample period (DoubleSimulator: of the step) in which
-                            ///< the body left the bound
+                            ///< the body left the bound; 0 if it fell while it stood before the trial
 };
 
 /// What a trial depends on besides the protocol. `noise` gives the vestibular noise's normals.
@@ -49,9 +50,10 @@ class Simulator {
   const Stimulus& stimulus() const noexcept;
   int samples() const noexcept;
 
-  /// One trial from rest, upright. sway_rad: samples() values, sample k at t = k / rate; if the body leaves the bound
-  /// the rest of them is not written. `noise` gives the vestibular noise's normals. No sensor noise is added.
-  /// Throws Error for a non-finite or negative parameter, a delay above longest_delay_s, or a span of another length.
+  /// One trial, from rest, upright, or after the protocol's standing. sway_rad: samples() values, sample k at
+  /// t = k / rate; if the body leaves the bound the rest of them is not written. `noise` gives the vestibular noise's
+  /// normals. No sensor noise is added. Throws Error for a non-finite or negative parameter, a delay above
+  /// longest_delay_s, or a span of another length.
   Outcome run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const;
 
   /// Makes trial `index`; called from any thread.

@@ -138,6 +138,39 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
   omp_set_num_threads(before);
 }
 
+TEST_CASE("streamed bodies that have stood: trials of the same protocol with a longer lead-in, cut") {
+  sim::Protocol protocol = tiny_protocol(), longer = protocol;
+  protocol.standing_s = 4.0;
+  longer.noise.vestibular.period_s = protocol.with_standing().noise_period_s();
+  longer.sequence().lead_in_s += 4.0;
+  constexpr int count = 20;
+  std::vector<int> indices(count);
+  std::iota(indices.begin(), indices.end(), 0);
+  const auto taken = [&](const sim::Protocol& of) {
+    std::vector<Taken> all(count);
+    stream_source(of, 3, count, 4)
+        ->take(Part::training, 0, indices, [&](std::size_t place, const sim::Parameters& p, const Sway& sway) {
+          all[place] = {p, {sway.rad.begin(), sway.rad.end()}, sway.height};
+        });
+    return all;
+  };
+  const std::vector<Taken> stood = taken(protocol), whole = taken(longer);
+  int sways = 0;
+  for (std::size_t i = 0; i < stood.size(); ++i) {
+    CHECK(stood[i].parameters == whole[i].parameters);
+    REQUIRE(stood[i].sway.size() == static_cast<std::size_t>(protocol.samples()));
+    CHECK(std::ranges::equal(stood[i].sway, std::span(whole[i].sway).last(stood[i].sway.size())));
+    sways += stood[i].sway.front() != 0.0F ? 1 : 0;  // not if the dead band hides the noise
+  }
+  CHECK(sways > count / 2);
+  // A stored data set has them too.
+  const Dataset data = generate({protocol, 10, 0, 3});
+  CHECK(data.samples == protocol.samples());
+  sways = 0;
+  for (int i = 0; i < data.trials(); ++i) sways += data.trial(i).front() != 0.0F ? 1 : 0;
+  CHECK(sways > 5);
+}
+
 TEST_CASE("streamed bodies are as tall as the protocol says, and a lighter body's parameters smaller") {
   sim::Protocol protocol = tiny_protocol();
   protocol.heights = {0.8, 1.1};

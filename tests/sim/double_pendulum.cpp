@@ -344,6 +344,29 @@ TEST_CASE("DoubleSimulator: falls") {
   CHECK(overflow.largest_sway_rad > sway_limit_rad);
 }
 
+TEST_CASE("DoubleSimulator: a body that has stood has the bits of a trial whose first seconds are cut") {
+  Protocol protocol = short_protocol(), longer = protocol;
+  protocol.standing_s = 10.0;
+  longer.noise.vestibular.period_s = protocol.noise_period_s();
+  longer.sequence().lead_in_s += 10.0;
+  const DoubleSimulator simulator(protocol), whole(longer);
+  const Run trial = simulate(simulator, defaults()), all = simulate(whole, defaults());
+  CHECK(trial.outcome.valid);
+  CHECK(trial.outcome.end_s == 63.7);
+  CHECK(std::ranges::equal(trial.com, std::span(all.com).last(trial.com.size())));
+  CHECK(std::ranges::equal(trial.leg, std::span(all.leg).last(trial.leg.size())));
+  CHECK(std::ranges::equal(trial.trunk, std::span(all.trunk).last(trial.trunk.size())));
+  CHECK(trial.com.front() != 0.0);
+
+  DoubleParameters falling = defaults();
+  falling.ankle[Kp] = falling.ankle[Kd] = 0.0;
+  const Run fallen = simulate(simulator, falling);
+  CHECK(simulate(whole, falling).outcome.end_s < 10.0);
+  CHECK_FALSE(fallen.outcome.valid);
+  CHECK(fallen.outcome.end_s == 0.0);
+  CHECK(std::ranges::all_of(fallen.com, [](double value) { return value == 0.0; }));
+}
+
 TEST_CASE("DoubleSimulator: errors") {
   const DoubleSimulator simulator{Protocol{}};
   const std::vector<double> room(12'100);

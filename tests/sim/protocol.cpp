@@ -293,6 +293,52 @@ TEST_CASE("Protocol::validate: every bound") {
   }
 }
 
+TEST_CASE("Protocol: standing") {
+  const auto refused = [](double standing_s, double rate_hz = 100.0) {
+    Protocol protocol;
+    protocol.experiment.sample_rate_hz = rate_hz;
+    protocol.standing_s = standing_s;
+    try {
+      protocol.validate();
+    } catch (const decid::Error& error) {
+      return std::string(error.what()).find("standing_s") != std::string::npos;
+    }
+    return false;
+  };
+  for (const double right : {0.0, 0.01, 10.0, 59.99, 60.0}) CHECK_FALSE(refused(right));
+  for (const double wrong : {-1.0, -0.01, 60.01, 0.005, 0.0101, not_a_number, infinity}) CHECK(refused(wrong));
+  CHECK(refused(0.05, 10.0));
+  CHECK_FALSE(refused(0.05, 20.0));
+
+  Protocol protocol;
+  protocol.standing_s = 10.0;
+  CHECK(protocol.ideal().standing_s == 10.0);
+  CHECK(protocol.experiment == Protocol{}.experiment);
+  CHECK(protocol.duration_s() == 121.0);
+  CHECK(protocol.with_standing().duration_s() == 131.0);
+  CHECK(protocol.with_standing().experiment.lead_in_s() == 10.0);
+  CHECK(protocol.with_standing().standing_s == 0.0);
+  // A period that is long enough stays; another is twice what is simulated.
+  CHECK(protocol.with_standing().noise_period_s() == 242.0);
+  protocol.noise.vestibular.period_s = 131.0;
+  CHECK(protocol.with_standing().noise_period_s() == 131.0);
+  protocol.noise.vestibular.period_s = 130.99;
+  CHECK(protocol.with_standing().noise_period_s() == 262.0);
+  protocol.noise.vestibular.period_s = 121.0;
+  CHECK(protocol.with_standing().noise_period_s() == 262.0);
+
+  // Twice what is simulated must be a length that can be transformed: 12,109 is a prime.
+  protocol.standing_s = 0.09;
+  std::string message;
+  try {
+    protocol.validate();
+  } catch (const decid::Error& error) {
+    message = error.what();
+  }
+  CHECK(message.find("standing_s") != std::string::npos);
+  CHECK(message.find("12109") != std::string::npos);
+}
+
 TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is silent") {
   Protocol protocol;
   protocol.noise.vestibular.low_hz = 0.501;

@@ -166,6 +166,19 @@ TEST_CASE("bodies of other heights") {
   check_error(parsing(R"({"body_heights": "tall"})"), {"'body_heights'", "a number or [low, high]"});
 }
 
+TEST_CASE("standing") {
+  sim::Protocol protocol = sim::protocol_from_json(R"({"standing_s": 12.5})", "my.json");
+  CHECK(protocol.standing_s == 12.5);
+  const std::string text = to_json(protocol);
+  CHECK(sim::protocol_from_json(text, "again").standing_s == 12.5);
+  CHECK(to_json(sim::protocol_from_json(text, "again")) == text);
+  CHECK(to_json(sim::Protocol{}).find("standing_s") == std::string::npos);
+  check_error(parsing(R"({"standing_s": 61})"), {"my.json", "standing_s: is 61"});
+  check_error(parsing(R"({"standing_s": -1})"), {"my.json", "standing_s: is -1"});
+  check_error(parsing(R"({"standing_s": 0.005})"), {"my.json", "standing_s", "whole number of samples", "0.01"});
+  check_error(parsing(R"({"standing_s": "long"})"), {"my.json", "'standing_s' is \"long\"", "a number"});
+}
+
 TEST_CASE("keys stand in the documented order") {
   const std::string text = to_json(sim::default_protocol());
   std::size_t last = 0;

@@ -297,6 +297,81 @@ TEST_CASE("Simulator: a fall is reported when it happens") {
   CHECK(overflow.largest_sway_rad > sway_limit_rad);
 }
 
+namespace {
+
+constexpr double standing_s = 10.0;
+
+/// The trial and the standing before it as one.
+Protocol with_lead_in(Protocol protocol) {
+  protocol.noise.vestibular.period_s = protocol.noise_period_s();
+  protocol.sequence().lead_in_s += standing_s;
+  return protocol;
+}
+
+Protocol standing_before(Protocol protocol) {
+  protocol.standing_s = standing_s;
+  return protocol;
+}
+
+}  // namespace
+
+TEST_CASE("Simulator: a body that has stood has the bits of a trial whose first seconds are cut") {
+  for (const double rate_hz : {20.0, 100.0}) {
+    for (Protocol protocol : {default_protocol(), short_protocol()}) {
+      protocol.experiment.sample_rate_hz = rate_hz;
+      const Simulator simulator(standing_before(protocol)), whole(with_lead_in(protocol)), from_rest(protocol);
+      CHECK(simulator.samples() == protocol.samples());
+      CHECK(simulator.protocol().standing_s == standing_s);
+      CHECK(simulator.stimulus().tilt_rad == from_rest.stimulus().tilt_rad);
+      CHECK(simulator.stimulus().rate_rad_s == from_rest.stimulus().rate_rad_s);
+      const Parameters parameters = single_pendulum().parameters.middle();
+      const Run trial = simulate(simulator, parameters), longer = simulate(whole, parameters);
+      REQUIRE(longer.outcome.valid);
+      CHECK(trial.outcome.valid);
+      CHECK(trial.outcome.end_s == protocol.duration_s());
+      CHECK(trial.outcome.largest_sway_rad == longer.outcome.largest_sway_rad);
+      CHECK(std::ranges::equal(trial.sway, std::span(longer.sway).last(trial.sway.size())));
+      CHECK(trial.sway.front() != 0.0);
+      // Together with others, too.
+      simulator.run_all(
+          20,
+          [&](int i) {
+            return TrialInput{parameters,
+                              i == 7 ? some_noise : Random(4, Stream::child_noise, static_cast<std::uint64_t>(i))};
+          },
+          [&](int i, const Outcome&, std::span<double> sway) {
+            CHECK(sway.size() == trial.sway.size());
+            if (i == 7) CHECK(std::ranges::equal(sway, trial.sway));
+          });
+      // Without noise it has stood at rest.
+      Parameters silent = parameters;
+      silent[Nv] = 0.0;
+      CHECK(simulate(simulator, silent).sway == simulate(from_rest, silent).sway);
+    }
+  }
+}
+
+TEST_CASE("Simulator: who falls while standing falls at 0, and nothing is written") {
+  const Protocol protocol;
+  const Simulator simulator(standing_before(protocol)), whole(with_lead_in(protocol));
+  Parameters parameters = single_pendulum().parameters.middle();
+  int standing = 0, later = 0;
+  for (const double kp : {0.0, 100.0, 150.0, 200.0, 250.0, 280.0, 900.0}) {
+    parameters[Kp] = kp;
+    const Outcome longer = simulate(whole, parameters).outcome;
+    std::vector<double> sway(12'100, 7.0);
+    const Outcome outcome = simulator.run(parameters, some_noise, sway);
+    CHECK(outcome.valid == longer.valid);
+    CHECK(outcome.largest_sway_rad == longer.largest_sway_rad);
+    CHECK(near(outcome.end_s, std::max(0.0, longer.end_s - standing_s), 1e-9));
+    const auto written = std::ranges::count_if(sway, [](double value) { return value != 7.0; });
+    CHECK(written == std::lround(100.0 * outcome.end_s));
+    (longer.end_s <= standing_s ? standing : later) += longer.valid ? 0 : 1;
+  }
+  CHECK(standing > 0);
+  CHECK(later > 0);
+}
+
 TEST_CASE("Simulator: errors") {
   const Simulator simulator{Protocol{}};
   std::vector<double> sway(12'100);

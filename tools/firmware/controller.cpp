@@ -33,7 +33,9 @@ std::uint64_t hash_of(std::span<const double> values) {
 
 FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
                                const std::string& name, const std::string& origin) {
-  const sim::Simulator simulator(protocol);
+  sim::Protocol from_rest = protocol;
+  from_rest.standing_s = 0.0;  // so begins the self-test
+  const sim::Simulator simulator(from_rest);
   sim::Parameters noise_free = parameters;
   noise_free[sim::Nv] = 0.0;
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));

@@ -56,7 +56,13 @@ TEST_CASE("the files in examples/ can be loaded") {
   for (const sim::Severity& severity : laboratory.conditions.severity) CHECK(severity.share > 0.0);
   CHECK(laboratory.heights.low < 1.0);
   CHECK(laboratory.heights.high > 1.0);
+  sim::Protocol people = load_protocol(folder + "people.json");
+  CHECK(people.name == "people");
+  CHECK(people.standing_s == 10.0);
+  people.standing_s = 0.0;
+  people.name = laboratory.name;
+  CHECK(to_json(people) == to_json(laboratory));
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) files += entry.path().extension() == ".json";
-  CHECK(files == 6);
+  CHECK(files == 7);
 }
