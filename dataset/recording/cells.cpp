@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/thousands.hpp"
 
 namespace decid::dataset {
 
@@ -99,12 +100,26 @@ Parsed parse_with_point(std::string_view cell) {
 Parsed parse_number(std::string_view cell) {
   if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
   const Parsed parsed = parse_with_point(cell);
-  if (parsed.is_number || cell.find('.') != std::string_view::npos) return parsed;
+  if (parsed.is_number) return parsed;
+  if (is_plainly_grouped(cell)) {
+    for (const char group : {',', '.', '\''})
+      if (const std::optional<double> value = grouped(cell, group)) return {true, *value};
+  }
   const std::size_t comma = cell.find(',');
-  if (comma == std::string_view::npos) return parsed;
+  if (comma == std::string_view::npos || cell.find('.') != std::string_view::npos) return parsed;
   std::string with_point(cell);
   with_point[comma] = '.';
   return parse_with_point(with_point);
+}
+
+Parsed parse_number(std::string_view cell, Commas commas) {
+  const bool decimal = commas == Commas::decimal && cell.find('.') != std::string_view::npos;
+  const bool thousands = commas == Commas::thousands && cell.find(',') != std::string_view::npos;
+  if (decimal || thousands) {
+    if (const std::optional<double> value = grouped(cell, decimal ? '.' : ',')) return {true, *value};
+    if (thousands) return {false, 0.0};
+  }
+  return parse_number(cell);
 }
 
 bool is_missing(std::string_view cell) {

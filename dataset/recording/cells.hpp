@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "dataset/recording/thousands.hpp"
+
 namespace decid::dataset {
 
 /// Without blanks and tabs around it.
@@ -45,8 +47,11 @@ struct Parsed {
   bool is_number;  ///< also if it is not finite, or too large for a double
   double value;
 };
-/// A comma in a cell is a decimal one: a separator would have ended the cell.
+/// A comma in a cell is a decimal one, as a separator would have ended the cell, but where digits are plainly in groups
+/// of three (thousands.hpp).
 Parsed parse_number(std::string_view cell);
+/// In a column whose commas have this meaning.
+Parsed parse_number(std::string_view cell, Commas commas);
 
 /// Empty, nan, NA, null, -: no value.
 bool is_missing(std::string_view cell);

@@ -52,11 +52,6 @@ std::optional<double> rounded_step(const std::vector<double>& time, double unit_
   return {};
 }
 
-double near_whole(double rate) {
-  const double whole = std::round(rate);
-  return std::abs(rate - whole) < 1e-6 * rate ? whole : rate;
-}
-
 }  // namespace
 
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting) {

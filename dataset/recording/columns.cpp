@@ -96,6 +96,11 @@ bool is_time_name(std::string_view name) {
           }));
 }
 
+double near_whole(double rate_hz) {
+  const double whole = std::round(rate_hz);
+  return std::abs(rate_hz - whole) < 1e-6 * rate_hz ? whole : rate_hz;
+}
+
 std::string six_digits(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
@@ -242,6 +247,17 @@ int named_column(const Table& table, const std::string& column, const std::strin
               "give one of them, or its number from 1, as " + setting);
 }
 
+std::optional<StatedRate> stated_rate(const Table& table, const std::string& where, const std::string& setting) {
+  const std::vector<StatedRate> rates = candidates(table.stated_rates());
+  if (rates.empty()) return {};
+  if (rates.size() > 1)
+    throw Error(where, "states several rates: " + list_of(rates), "give the samples per second as " + setting);
+  if (!is_sample_rate(rates.front().hz))
+    throw Error(where, "its own rate is " + six_digits(rates.front().hz) + " Hz, not from 1 to 100,000",
+                "give the samples per second as " + setting);
+  return rates.front();
+}
+
 int find_time(const Table& table) {
   if (table.has_header()) {
     const auto& names = table.names();
@@ -249,9 +265,11 @@ int find_time(const Table& table) {
     if (found == names.end()) found = std::find_if(names.begin(), names.end(), begins_with_t);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
   }
-  if (table.rate_hz() || table.columns() < 2 || table.rows(0) < 3) return -1;
+  if (table.columns() < 2 || table.rows(0) < 3) return -1;
   const std::vector<double> first = table.times(0);
   const double step = (first.back() - first.front()) / static_cast<double>(first.size() - 1);
+  for (const StatedRate& rate : table.stated_rates())  // which a counter of samples has not
+    if (std::abs(step * rate.hz - 1.0) > step_tolerance) return -1;
   for (std::size_t i = 1; i < first.size(); ++i) {
     const double found = first[i] - first[i - 1];
     if (found <= 0.0 || std::abs(found - step) > 2.0 * step_tolerance * step) return -1;

@@ -22,6 +22,9 @@ inline bool is_sample_rate(double rate_hz) {
   return rate_hz >= lowest_rate_hz && rate_hz <= highest_rate_hz;
 }
 
+/// The whole number that a rate is within a millionth, else the rate itself.
+double near_whole(double rate_hz);
+
 /// Six significant digits: "50", "127.4".
 std::string six_digits(double value);
 /// Three significant digits, for figures that are measured: "25.9", "0.0165".
@@ -69,6 +72,9 @@ int named_column(const Table& table, const std::string& column, const std::strin
 
 /// "time", "time_ms", "Time since start (s)"; "t", "t (ms)", but not "T_ankle".
 bool is_time_name(std::string_view name);
+/// The sample rate that a table states beside its columns, if it does. Throws Error for several, and for one that is
+/// not from 1 to 100,000 Hz. `where` names the file, `setting` how rates are given: "--rate".
+std::optional<StatedRate> stated_rate(const Table& table, const std::string& where, const std::string& setting);
 /// The column of time, or -1.
 int find_time(const Table& table);
 /// The column called tilt, platform, Plattform or the like, but one, or -1. Throws Error for several of one name.

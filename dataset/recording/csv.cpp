@@ -11,6 +11,7 @@
 #include "base/text.hpp"
 #include "dataset/recording/cells.hpp"
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/commented_header.hpp"
 #include "dataset/recording/encoding.hpp"
 
 namespace decid::dataset {
@@ -76,6 +77,12 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
         ++header_lines_;
         return true;
       }
+      const std::string_view above =
+          std::string_view(text_).substr(0, static_cast<std::size_t>(line.data() - text_.data()));
+      std::vector<std::string> names = commented_names(above, separator_, names_.size());
+      has_header_ = !names.empty();
+      if (has_header_) names_ = std::move(names);
+      add_commented_rates(above, preamble_.rates);
     }
     const bool fits =
         !rows_.empty() && is_plain_ && std::count(line.begin(), line.end(), separator_) + 1 == std::ssize(names_);
@@ -183,25 +190,56 @@ double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column,
               is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
 }
 
+/// Whether a column but this one has decimal points in the first rows.
+bool CsvTable::has_points_beside(int column) const {
+  constexpr std::size_t some = 20;
+  std::vector<std::string_view> cells;
+  for (std::size_t row = 0; row < std::min(some, rows_.size()); ++row) {
+    split(rows_[row], separator_, cells);
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      if (std::cmp_not_equal(i, column) && has_decimal_point(cells[i])) return true;
+  }
+  return false;
+}
+
+/// What commas within the column's cells are. Throws Error if they may be both.
+Commas CsvTable::commas_in(int column) const {
+  if ((is_plain_ && separator_ == ',') || text_.find(',') == text_.npos) return Commas::none;
+  CommaFinder finder;
+  std::size_t row = 0;
+  for (; row < rows_.size(); ++row)
+    if (finder.see(cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_))) break;
+  const bool points = row == rows_.size() && !finder.example().empty() && has_points_beside(column);
+  const Commas found = finder.found(points, separator_ == ',');
+  if (found == Commas::unclear)
+    throw Error(where_,
+                names_[static_cast<std::size_t>(column)] + ": '" + std::string(finder.example()) +
+                    "' has a decimal comma, or one between thousands",
+                "save it without separators between thousands, or with semicolons between cells");
+  return found;
+}
+
 std::vector<double> CsvTable::numbers(int column, Missing missing) const {
+  const Commas commas = commas_in(column);
   std::vector<double> values;
   values.reserve(rows_.size());
   for (std::size_t row = 0; row < rows_.size(); ++row) {
     const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
-    values.push_back(finite(parse_number(cell), cell, column, row, missing));
+    values.push_back(finite(parse_number(cell, commas), cell, column, row, missing));
   }
   return values;
 }
 
 std::vector<double> CsvTable::times(int column) const {
   constexpr double day_s = 86400.0;
+  const Commas commas = commas_in(column);
   std::vector<double> values;
   values.reserve(rows_.size());
   std::optional<double> first_day;
   double midnights = 0.0;  // passed so far, of times without a date
   for (std::size_t row = 0; row < rows_.size(); ++row) {
     const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
-    const Parsed parsed = parse_number(cell);
+    const Parsed parsed = parse_number(cell, commas);
     const std::optional<ClockTime> time = parsed.is_number ? std::nullopt : clock_time(cell);
     if (time && !first_day) first_day = time->day;
     double value = time ? (time->day - *first_day + midnights) * day_s + time->s

@@ -34,7 +34,7 @@ class CsvTable final : public Table {
   std::vector<double> times(int column) const override;
   /// The line of the file, from 1.
   std::string place_of(std::size_t row) const override;
-  std::optional<double> rate_hz() const override { return preamble_.rate_hz; }
+  const std::vector<StatedRate>& stated_rates() const override { return preamble_.rates; }
   std::optional<Unit> unit() const override { return preamble_.unit; }
   std::size_t preamble_lines() const override { return preamble_.lines; }
 
@@ -46,6 +46,8 @@ class CsvTable final : public Table {
   void check_columns(std::size_t count) const;
   bool read_units(const std::vector<std::string_view>& cells);
   void check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const;
+  Commas commas_in(int column) const;
+  bool has_points_beside(int column) const;
   double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
 
   std::string text_, where_;

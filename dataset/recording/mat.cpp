@@ -49,7 +49,7 @@ struct Columns {
   std::vector<std::string> leaf, path;
   std::vector<std::vector<double>> values;
   bool named = false;
-  std::optional<double> rate_hz;
+  std::vector<StatedRate> rates;
   std::string held;  ///< all variables, for an Error
 };
 
@@ -66,7 +66,11 @@ void collect(MatVariable&& variable, const std::string& outer, Columns& columns)
   std::vector<double>& all = variable.values;
   if (all.empty()) return;
   if (all.size() == 1) {
-    if (is_rate(name) && std::isfinite(all[0]) && all[0] > 0.0) columns.rate_hz = all[0];
+    if (is_rate(name) && std::isfinite(all[0]) && all[0] > 0.0)
+      columns.rates.push_back({all[0], path, !one_of(name_without_unit(name), {"rate", "freq", "frequency"})});
+    if (one_of(name_without_unit(name), {"ts", "dt", "sampling_interval", "sample_interval", "sample_time"}) &&
+        is_sample_rate(1.0 / all[0]))
+      columns.rates.push_back({near_whole(1.0 / all[0]), path, true});
     return;
   }
   if (height == 1 || width == 1) {
@@ -116,7 +120,7 @@ MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : 
   }
   values_ = std::move(columns.values);
   named_ = columns.named;
-  rate_hz_ = columns.rate_hz;
+  rates_ = std::move(columns.rates);
 }
 
 std::vector<double> MatTable::numbers(int column, Missing missing) const {

@@ -26,14 +26,14 @@ class MatTable final : public Table {
   const std::vector<std::string>& names() const override { return names_; }
   std::vector<double> numbers(int column, Missing missing) const override;
   std::string place_of(std::size_t row) const override { return "row " + std::to_string(row + 1); }
-  std::optional<double> rate_hz() const override { return rate_hz_; }
+  const std::vector<StatedRate>& stated_rates() const override { return rates_; }
 
  private:
   std::string where_;
   bool named_ = false;  ///< some column is a vector, with a name of its own
   std::vector<std::string> names_;
   std::vector<std::vector<double>> values_;
-  std::optional<double> rate_hz_;
+  std::vector<StatedRate> rates_;
 };
 
 }  // namespace decid::dataset

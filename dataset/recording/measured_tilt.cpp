@@ -33,8 +33,11 @@ int find_tilt(const Table& table, int time, const std::string& where) {
 }
 
 /// The rate, if the file itself says it without doubt.
-std::optional<double> stated_rate(const Table& table, int time, const std::string& where) {
-  if (time < 0) return table.rate_hz();
+std::optional<double> own_rate(const Table& table, int time, const std::string& where) {
+  if (time < 0) {
+    const std::optional<StatedRate> stated = stated_rate(table, where, "measured.rate_hz");
+    return stated ? std::optional(stated->hz) : std::nullopt;
+  }
   try {
     const Clock clock = read_clock(table, time, where, "measured.rate_hz");
     if (clock.place.empty()) return clock.rate_hz;
@@ -47,7 +50,7 @@ double find_rate(const Table& table, int time, const TiltFile& file, const std::
   if (file.rate_hz) {
     const double rate = *file.rate_hz;
     if (!is_sample_rate(rate)) throw Error(where, "measured.rate_hz is " + six_digits(rate), "give 1 to 100,000");
-    const std::optional<double> stated = stated_rate(table, time, where);
+    const std::optional<double> stated = own_rate(table, time, where);
     if (!stated || std::abs(rate - *stated) <= contradiction * *stated) return rate;
     throw Error(where, "measured.rate_hz is " + six_digits(rate) + ", its times say " + six_digits(*stated) + " Hz",
                 "leave measured.rate_hz out, or correct the times");
@@ -61,11 +64,7 @@ double find_rate(const Table& table, int time, const TiltFile& file, const std::
     throw Error(where, clock.first_uneven,
                 "correct the times, or give measured.rate_hz if the samples are evenly spaced all the same");
   }
-  if (table.rate_hz()) {
-    if (is_sample_rate(*table.rate_hz())) return *table.rate_hz();
-    throw Error(where, "its own rate is " + six_digits(*table.rate_hz()) + " Hz, not from 1 to 100,000",
-                "give its samples per second as measured.rate_hz");
-  }
+  if (const std::optional<StatedRate> stated = stated_rate(table, where, "measured.rate_hz")) return stated->hz;
   throw Error(where, "has no column of time", "give its samples per second as measured.rate_hz");
 }
 

@@ -51,27 +51,6 @@ bool are_units(const std::vector<std::string_view>& cells) {
          std::ranges::any_of(cells, [](std::string_view cell) { return !cell.empty() && !is_value(cell); });
 }
 
-/// "Frequency: 100", "DataRate,120 Hz": one number in a line about a rate.
-std::optional<double> stated_rate(std::string_view line) {
-  bool about_rate = false;
-  std::vector<double> numbers;
-  std::string word;
-  for (std::size_t i = 0; i <= line.size(); ++i) {
-    const char c = i < line.size() ? line[i] : ' ';
-    if (std::string_view(" \t,;:=\"").find(c) == std::string_view::npos) {
-      word += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-      continue;
-    }
-    if (word.empty()) continue;
-    if (const Parsed parsed = parse_number(word); parsed.is_number) numbers.push_back(parsed.value);
-    for (const char* sign : {"frequency", "frequenz", "rate", "fps", "fs"})
-      if (word.find(sign) != std::string::npos) about_rate = true;
-    word.clear();
-  }
-  if (!about_rate || numbers.size() != 1 || !is_sample_rate(numbers.front())) return {};
-  return numbers.front();
-}
-
 /// "inDegrees=no", as OpenSim writes it.
 std::optional<Unit> stated_unit(std::string_view line) {
   std::string text;
@@ -92,8 +71,7 @@ Preamble of_trc(const std::vector<Line>& lines) {
   std::string unit;
   for (std::size_t i = 0; i < std::min(figures.size(), values.size()); ++i) {
     if (figures[i] == "Units") unit = " (" + std::string(values[i]) + ")";
-    if (figures[i] == "DataRate" && is_sample_rate(parse_number(values[i]).value))
-      found.rate_hz = parse_number(values[i]).value;
+    if (figures[i] == "DataRate") add_stated_rates("DataRate\t" + std::string(values[i]), found.rates);
   }
   const auto markers = cells_of(lines[3].text, '\t'), coordinates = cells_of(lines[4].text, '\t');
   std::string marker;
@@ -112,7 +90,7 @@ Preamble preamble_of(std::string_view text, std::size_t lines) {
   Preamble found{.lines = lines};
   for_each_line(text, [&](std::string_view line, std::size_t number) {
     if (number > lines) return false;
-    if (const auto rate = stated_rate(line)) found.rate_hz = rate;
+    add_stated_rates(line, found.rates);
     if (const auto unit = stated_unit(line)) found.unit = unit;
     return true;
   });

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "dataset/recording/recording.hpp"
+#include "dataset/recording/stated_rate.hpp"
 
 namespace decid::dataset {
 
 struct Preamble {
   std::size_t lines = 0;                ///< of the file, from its first one, that are not the table's
-  std::optional<double> rate_hz = {};   ///< the sample rate that they state
+  std::vector<StatedRate> rates = {};   ///< the sample rates that they state
   std::optional<Unit> unit = {};        ///< of angles without one in their names: OpenSim's "inDegrees=no"
   std::vector<std::string> names = {};  ///< of the columns, where the format has them in several lines; else empty
 };
@@ -27,7 +28,7 @@ struct Preamble {
 /// unit: "C7 X (mm)".
 Preamble find_preamble(std::string_view text);
 
-/// The preamble if it is the first so many lines. Of several rates, or units, that they state, the last.
+/// The preamble if it is the first so many lines. Of several units that they state, the last.
 Preamble preamble_of(std::string_view text, std::size_t lines);
 
 }  // namespace decid::dataset

@@ -28,13 +28,14 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
                 "give the samples per second as --rate");
   }
-  Clock given{options.rate_hz.value_or(table.rate_hz().value_or(0.0)), {}, {}, {}};
+  const Clock given{options.rate_hz.value_or(0.0), {}, {}, {}};
   if (time < 0) {
-    if (is_sample_rate(given.rate_hz)) return given;
-    if (table.rate_hz())
-      throw Error(recording.file, "its own rate is " + six_digits(given.rate_hz) + " Hz, not from 1 to 100,000",
-                  "give the samples per second as --rate");
-    throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
+    if (options.rate_hz) return given;
+    const std::optional<StatedRate> stated = stated_rate(table, recording.file, "--rate");
+    if (!stated) throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
+    add_info(recording.warnings, "rate_stated",
+             "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' of the file");
+    return {stated->hz, {}, {}, {}};
   }
   const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
   Clock clock;
@@ -163,7 +164,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
   const std::string& name = table.names()[static_cast<std::size_t>(sway)];
   if (sway == time) {  // the user has said what it is
-    if (!options.rate_hz && !table.rate_hz())
+    if (!options.rate_hz && table.stated_rates().empty())
       throw Error(recording.file, "the sway that was named, '" + name + "', is its column of time",
                   "name the column of sway with --column, or give --rate if this is it");
     time = -1;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dataset/recording/recording.hpp"
+#include "dataset/recording/stated_rate.hpp"
 
 namespace decid::dataset {
 
@@ -42,8 +43,8 @@ class Table {
   virtual std::vector<double> times(int column) const { return numbers(column); }
   /// Where a row stands in the file, for people: "line 12", "row 11".
   virtual std::string place_of(std::size_t row) const = 0;
-  /// The sample rate that the file states beside its columns (a MAT-file's variable fs, a line above a text's table).
-  virtual std::optional<double> rate_hz() const { return {}; }
+  /// The sample rates that the file states beside its columns (a MAT-file's variable fs, lines above a text's table).
+  virtual const std::vector<StatedRate>& stated_rates() const = 0;
   /// The unit of angles that the file states for all its columns whose names have none (inDegrees of OpenSim).
   virtual std::optional<Unit> unit() const { return {}; }
   /// Lines of the file above the table, which are not read.

@@ -173,22 +173,6 @@ TEST_CASE("a damaged row is not taken for a line above the table") {
   CHECK(find_preamble("sway\nx\n1\n2\n3\n").lines == 0);  // one column: which line is its name?
 }
 
-TEST_CASE("a rate above the table is one number in a line about a rate") {
-  const auto rate_below = [](const std::string& line) {
-    return find_preamble("Subject,A. Nonymous,1970\n" + line + "\ntime,sway,tilt\n0,1,2\n1,2,2\n2,3,2\n3,4,2\n")
-        .rate_hz;
-  };
-  CHECK(rate_below("DataRate,120 Hz,") == 120.0);
-  CHECK(rate_below("Frequency: 100") == 100.0);
-  CHECK(rate_below("Abtastfrequenz\t=\t50") == 50.0);
-  CHECK(rate_below("30 FPS") == 30.0);
-  for (const char* none :
-       {"Frequency: 100 200", "Frequency: 0.5", "Frequency: none", "Gain: 100", "100", "Frequency: 1e9"}) {
-    INFO(std::string(none));
-    CHECK_FALSE(rate_below(none));
-  }
-}
-
 TEST_CASE("tables of OpenSim: .mot with its end of header, .trc with names in two lines and a unit") {
   check_one_two_three(
       "Coordinates\nversion=1\nnRows=3\nnColumns=2\ninDegrees=yes\nendheader\ntime\tsway_deg\n0\t1\n0.01\t2\n0."
@@ -223,7 +207,7 @@ TEST_CASE("tables of OpenSim: .mot with its end of header, .trc with names in tw
       "1\t0\t10\t900\t7\n2\t0.5\t20\t900\t7\n",
       "t.trc");
   CHECK(sparse.names() == std::vector<std::string>{"Frame#", "Time", "HIP X (mm)", "HIP Y (mm)", "C7"});
-  CHECK_FALSE(sparse.rate_hz());
+  CHECK(sparse.stated_rates().empty());
   // A long name above many coordinates would stand in each column's.
   std::string coordinates = "\t\tX1";
   for (int i = 0; i < 40'000; ++i) coordinates += "\tY1";

@@ -315,7 +315,8 @@ TEST_CASE("kinds of variables that are no columns are named; wide and narrow mat
       mat.file(mat.matrix(mat.head(double_class, 1, 1, "fs") + mat.small(1, "\x32")) +
                mat.matrix(mat.head(double_class, 2, 3, "w") + mat.element(1, std::string("\1\2\3\4\5\6")))),
       "trial.mat");
-  CHECK(table.rate_hz() == 50.0);
+  REQUIRE(table.stated_rates().size() == 1);
+  CHECK(table.stated_rates()[0].hz == 50.0);
   CHECK(table.columns() == 2);
   CHECK(table.numbers(0, Missing::refused) == std::vector{1.0, 3.0, 5.0});
   CHECK(table.numbers(1, Missing::refused) == std::vector{2.0, 4.0, 6.0});
