@@ -136,7 +136,7 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   CHECK(exported(folder, result + " --scale-to " + other + " --kp 40").values[0] == 40.0);
 
   sim::Parameters late = gains(person);
-  late[sim::Delay] = 0.24;  // a person stands with it, a body of a fifth of the height does not
+  late[sim::Delay] = 0.24;  // far too late for a body of a tenth of the height
   write_result(folder / "late.json", person, late);
   const std::string small = " --mass 2 --com-height 0.1";
   check_refused("export controller " + folder / "late.json" + small + " -o " + folder / "n", {"the body falls"});
