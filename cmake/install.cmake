@@ -5,6 +5,30 @@ include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/decid)
 set(headers ${CMAKE_INSTALL_INCLUDEDIR}/decid)
 
+# If some targets were never built (tools/demo builds the program only), the installation fails before its first file:
+# otherwise it would end at the first missing one, with half a package in the prefix.
+list(TRANSFORM components PREPEND decid_ OUTPUT_VARIABLE installed)
+if(DECID_C)
+  list(APPEND installed decid_c)
+endif()
+if(DECID_TOOLS)
+  list(APPEND installed decid)
+endif()
+list(TRANSFORM installed REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE installed_files)
+list(JOIN installed " " installed_names)
+install(CODE "
+foreach(file IN ITEMS ${installed_files})
+  if(NOT EXISTS \"\${file}\")
+    cmake_path(GET file FILENAME file)
+    list(APPEND missing \${file})
+  endif()
+endforeach()
+if(missing)
+  list(JOIN missing \", \" missing)
+  message(FATAL_ERROR \"Not built yet: \${missing}. Nothing is installed. \"
+                      \"Build first: cmake --build '${PROJECT_BINARY_DIR}' --target ${installed_names}\")
+endif()")
+
 # An export a component, so that a component is found without what only others need.
 set(DECID_PACKAGE_COMPONENTS ${components})
 set(DECID_PACKAGE_STEPS "")

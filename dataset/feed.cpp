@@ -148,29 +148,43 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
 
 namespace {
 
-/// The trials of a block: whole batches, as many as the source gives at once and memory allows.
-int block_trials(const TrialSource& source, const ImageMaker& images, int batch, int processes) {
-  if (batch < 1) throw Error("feed", "batches of " + std::to_string(batch) + " trials", "ask for 1 or more");
+/// The batches of a block: as many as the source gives at once and memory allows.
+int block_batches(const TrialSource& source, const ImageMaker& images, int batch, int processes) {
   const std::size_t image_bytes = static_cast<std::size_t>(images.shape().size()) * sizeof(float);
   const auto fitting = static_cast<int>(std::min<std::size_t>(most_block_bytes / image_bytes, 1 << 20));
   const long long trials = static_cast<long long>(std::min(source.trials_at_once(), fitting)) * processes;
-  return static_cast<int>(std::max<long long>(std::min<long long>(trials, 1 << 20) / batch, 1)) * batch;
+  return static_cast<int>(std::max<long long>(std::min<long long>(trials, 1 << 20) / batch, 1));
 }
 
 }  // namespace
+
+EpochBatches::EpochBatches(int trials, int largest) {
+  if (trials < 1) throw Error("feed", "an epoch of " + std::to_string(trials) + " trials", "give 1 or more");
+  if (largest < 1) throw Error("feed", "batches of " + std::to_string(largest) + " trials", "ask for 1 or more");
+  count_ = 1 + (trials - 1) / largest;
+  smallest_ = trials / count_;
+  larger_ = trials % count_;
+}
+
+int EpochBatches::beginning_at(int first) const {
+  for (int batch = 0; batch < count_; ++batch)
+    if (this->first(batch) == first) return batch;
+  throw Error("feed", "no batch begins with trial " + std::to_string(first) + " of an epoch",
+              "give a checkpoint of the same training, begun by this version of decid");
+}
 
 Feed::Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
            int first_epoch, int last_epoch, BatchSharing sharing, int first_trial)
     : source_(source),
       encoding_(encoding),
       targets_(targets),
-      batch_(batch),
-      block_trials_(block_trials(source, encoding.images, batch, sharing.processes)),
+      batches_(source.trials(Part::training), batch),
+      block_batches_(block_batches(source, encoding.images, batch, sharing.processes)),
       seed_(seed),
       sharing_(std::move(sharing)),
       epoch_(first_epoch),
       last_epoch_(last_epoch),
-      first_(first_trial) {
+      next_(batches_.beginning_at(first_trial)) {
   start();
 }
 
@@ -179,19 +193,19 @@ Feed::~Feed() {
 }
 
 Feed::Batch Feed::next() {
-  if (taken_ == current_.trials) {
+  if (taken_ == current_.last_batch) {
     if (!making_.valid()) throw Error("feed", "has no batch left", "ask for those of its epochs only");
     making_.get();  // throws again on every call if it ended with an exception
     making_ = {};
     std::swap(current_, coming_);
-    taken_ = 0;
+    taken_ = current_.first_batch;
     own_taken_ = 0;
     start();
   }
-  const int trials = std::min(batch_, current_.trials - taken_);
+  const int trials = batches_.size(taken_);
   const std::size_t first = own_taken_, count = own_of(trials).size();
   const auto values = static_cast<std::size_t>(encoding_.images.shape().size());
-  taken_ += trials;
+  ++taken_;
   own_taken_ += count;
   return {trials, static_cast<int>(count), std::span(current_.images).subspan(first * values, count * values),
           std::span(current_.targets).subspan(first * targets_.mean.size(), count * targets_.mean.size())};
@@ -206,24 +220,22 @@ std::vector<int> Feed::own_of(int trials) const {
 
 void Feed::start() {
   if (epoch_ >= last_epoch_) return;
-  if (first_ == 0 || order_.empty()) order_ = shuffled(source_.trials(Part::training), seed_, epoch_);
-  const int count = std::min(block_trials_, static_cast<int>(order_.size()) - first_);
-  coming_.trials = count;
+  if (next_ == 0 || order_.empty()) order_ = shuffled(source_.trials(Part::training), seed_, epoch_);
+  coming_.first_batch = next_;
+  coming_.last_batch = next_ = std::min(next_ + block_batches_, batches_.count());
   std::vector<int> indices;
-  for (int batch = 0; batch < count; batch += batch_)
-    for (const int place : own_of(std::min(batch_, count - batch)))
-      indices.push_back(order_[static_cast<std::size_t>(first_ + batch + place)]);
+  for (int batch = coming_.first_batch; batch < coming_.last_batch; ++batch)
+    for (const int place : own_of(batches_.size(batch)))
+      indices.push_back(order_[static_cast<std::size_t>(batches_.first(batch) + place)]);
   // A new thread has an OpenMP team of its own: it gets as many threads as the caller's.
   making_ = std::async(std::launch::async,
                        [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
                          omp_set_num_threads(threads);
                          fill(coming_, epoch, std::move(indices));
                        });
-  first_ += count;
-  if (first_ == static_cast<int>(order_.size())) {
-    first_ = 0;
-    ++epoch_;
-  }
+  if (next_ < batches_.count()) return;
+  next_ = 0;
+  ++epoch_;
 }
 
 void Feed::fill(Block& block, int epoch, std::vector<int> indices) const {

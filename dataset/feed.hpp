@@ -43,6 +43,25 @@ struct Scaling {
 /// From the first `trials` training trials of epoch 0, or all if there are fewer. Throws Error if trials < 1.
 Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int trials);
 
+/// The batches of an epoch: as few as hold at most `largest` trials each, of sizes that differ by 1 at most, the larger
+/// ones first. A last batch of what is left over could be of one trial, whose batch statistics say nothing.
+class EpochBatches {
+ public:
+  /// Throws Error if trials or largest < 1.
+  EpochBatches(int trials, int largest);
+
+  int count() const { return count_; }
+  /// The trial that a batch begins with, in the epoch's order; of batch count() the number of trials.
+  int first(int batch) const { return batch * smallest_ + (batch < larger_ ? batch : larger_); }
+  int size(int batch) const { return first(batch + 1) - first(batch); }
+  int smallest() const { return smallest_; }
+  /// The batch that begins with trial `first`, from 0. Throws Error if none does.
+  int beginning_at(int first) const;
+
+ private:
+  int count_, smallest_, larger_;  // the first larger_ ones have a trial more
+};
+
 /// Where several processes share every batch: which of a batch's places are this one's, ascending.
 struct BatchSharing {
   int processes = 1;
@@ -51,10 +70,10 @@ struct BatchSharing {
 
 class Feed {
  public:
-  /// Batches of `batch` trials from epoch `first_epoch` up to `last_epoch`, each in the order that `seed` shuffles it
-  /// to; an epoch's last batch is smaller if they do not divide. The first epoch begins with its trial
-  /// first_trial, where a batch begins. Of shared batches only this process's trials are made.
-  /// Source and encoding must outlive the feed. Throws Error if batch < 1.
+  /// Batches of at most `batch` trials (EpochBatches) from epoch `first_epoch` up to `last_epoch`, each epoch in the
+  /// order that `seed` shuffles it to. The first epoch begins with its trial first_trial, where a batch begins. Of
+  /// shared batches only this process's trials are made.
+  /// Source and encoding must outlive the feed. Throws Error if batch < 1, or no batch begins with first_trial.
   Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
        int first_epoch, int last_epoch, BatchSharing sharing = {}, int first_trial = 0);
   /// Waits for what is being made.
@@ -63,7 +82,7 @@ class Feed {
   Feed& operator=(const Feed&) = delete;
 
   struct Batch {
-    int trials;                      ///< of all processes together; fewer than asked for at the end of an epoch
+    int trials;                      ///< of all processes together
     int own;                         ///< of this process: what follows is of these, in their order
     std::span<const float> images;   ///< own x images.shape().size(), row scaling applied
     std::span<const float> targets;  ///< own x parameters, z-scored
@@ -73,10 +92,10 @@ class Feed {
 
  private:
   struct Block {
-    int trials = 0;
+    int first_batch = 0, last_batch = 0;  // of the epoch
     std::vector<float> images, targets;
   };
-  /// Starts the block that begins with trial `first_` of epoch `epoch_`, and moves on.
+  /// Starts the block that begins with batch `next_` of epoch `epoch_`, and moves on.
   void start();
   void fill(Block& block, int epoch, std::vector<int> indices) const;
   std::vector<int> own_of(int trials) const;
@@ -84,14 +103,15 @@ class Feed {
   const TrialSource& source_;
   Encoding encoding_;
   TargetScaling targets_;
-  int batch_, block_trials_;
+  EpochBatches batches_;
+  int block_batches_;
   std::uint64_t seed_;
   BatchSharing sharing_;
-  int epoch_, last_epoch_, first_ = 0;  // of the block to be started next
+  int epoch_, last_epoch_, next_;  // of the block to be started next
   std::vector<int> order_;
   Block current_, coming_;
-  int taken_ = 0;              // trials of the current block
-  std::size_t own_taken_ = 0;  // this process's among them
+  int taken_ = 0;              // the next batch of the current block
+  std::size_t own_taken_ = 0;  // this process's trials of those before it
   std::shared_future<void> making_;
 };
 

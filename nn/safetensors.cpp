@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <iterator>
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
@@ -168,34 +169,53 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
   return file;
 }
 
+namespace {
+
+/// Throws Error for values that no network may have; `name` is the tensor's.
+void check_values(const std::vector<float>& values, const std::string& name, bool never_negative,
+                  const std::string& where) {
+  if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+    throw Error(where, "has a value in '" + name + "' that is not finite", "train the model again");
+  if (never_negative && std::any_of(values.begin(), values.end(), [](float v) { return v < 0; }))
+    throw Error(where, "has a negative value in '" + name + "'", "train the model again");
+}
+
+}  // namespace
+
 void save_network(const Network<float>& network, TensorFile& file, const Velocities<float>* velocities) {
   std::size_t line = 0, parameter = 0;
+  std::vector<NamedTensor> tensors;
+  const auto add = [&](const std::string& name, std::vector<long long> shape, const std::vector<float>& values,
+                       bool never_negative = false) {
+    check_values(values, name, never_negative, "network");
+    tensors.push_back({name, std::move(shape), values});
+  };
   for (const Layer<float>& layer : network.layers()) {
     const std::string index = std::to_string(line) + ".";
     line += layer.lines();
     for (const Parameter<float>& p : layer.parameters()) {
       const std::vector<long long> shape(p.shape.begin(), p.shape.end());
-      file.tensors.push_back({"layers." + index + p.name, shape, p.value});
-      if (velocities != nullptr)
-        file.tensors.push_back({"momentum." + index + p.name, shape, velocities->at(parameter)});
+      add("layers." + index + p.name, shape, p.value);
+      if (velocities != nullptr) add("momentum." + index + p.name, shape, velocities->at(parameter));
       ++parameter;
     }
     for (const Statistic<float>& s : layer.statistics())
-      file.tensors.push_back({"layers." + index + s.name, {static_cast<long long>(s.value.size())}, s.value});
+      add("layers." + index + s.name, {static_cast<long long>(s.value.size())}, s.value, s.never_negative);
   }
+  std::move(tensors.begin(), tensors.end(), std::back_inserter(file.tensors));
 }
 
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where, Velocities<float>* velocities) {
   // All is checked before anything is changed.
   std::vector<std::pair<NamedTensor*, std::vector<float>*>> pairs;
   std::vector<NamedTensor*> found;
-  const auto checked = [&](const std::string& name, const std::vector<int>& shape, std::size_t count) -> NamedTensor& {
+  const auto checked = [&](const std::string& name, const std::vector<int>& shape, std::size_t count,
+                           bool never_negative = false) -> NamedTensor& {
     NamedTensor& t = file.find(name, count, where);
     if (!std::equal(t.shape.begin(), t.shape.end(), shape.begin(), shape.end()))
       throw Error(where, "has another shape for '" + name + "' than the architecture",
                   "give a model file that was not edited");
-    if (!std::all_of(t.values.begin(), t.values.end(), [](float v) { return std::isfinite(v); }))
-      throw Error(where, "has a value in '" + name + "' that is not finite", "train the model again");
+    check_values(t.values, name, never_negative, where);
     return t;
   };
   std::size_t line = 0;
@@ -207,11 +227,8 @@ void load_network(Network<float>& network, TensorFile&& file, const std::string&
       if (velocities != nullptr) found.push_back(&checked("momentum." + index + p.name, p.shape, p.value.size()));
     }
     for (Statistic<float>& s : layer.statistics()) {
-      const std::string name = "layers." + index + s.name;
-      NamedTensor& t = checked(name, {static_cast<int>(s.value.size())}, s.value.size());
-      if (s.never_negative && std::any_of(t.values.begin(), t.values.end(), [](float v) { return v < 0; }))
-        throw Error(where, "has a negative value in '" + name + "'", "train the model again");
-      pairs.emplace_back(&t, &s.value);
+      const std::vector<int> shape{static_cast<int>(s.value.size())};
+      pairs.emplace_back(&checked("layers." + index + s.name, shape, s.value.size(), s.never_negative), &s.value);
     }
   }
   for (const auto& [tensor, values] : pairs) *values = std::move(tensor->values);

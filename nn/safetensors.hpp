@@ -46,10 +46,11 @@ std::string to_safetensors(const TensorFile& file);
 TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 
 /// Adds all parameters and running statistics as "layers.<line>.<name>"; with a trainer's `velocities`, for a
-/// checkpoint, these as "momentum.<line>.<name>".
+/// checkpoint, these as "momentum.<line>.<name>". Throws Error, and adds nothing, for values that load_network refuses:
+/// not finite, or a negative variance.
 void save_network(const Network<float>& network, TensorFile& file, const Velocities<float>* velocities = nullptr);
 /// Takes them out of `file`, whose values become the network's own, and the velocities unless null; throws Error, and
-/// changes nothing, if one is missing, of another shape, or not finite.
+/// changes nothing, if one is missing, of another shape, or not finite, or a variance is negative.
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
                   Velocities<float>* velocities = nullptr);
 

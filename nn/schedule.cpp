@@ -1,6 +1,7 @@
 // Learning-rate schedules: see schedule.hpp.
 #include "nn/schedule.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 #include "base/error.hpp"
@@ -36,6 +37,7 @@ Schedule::Schedule(const std::string& text, double base_rate, long long total_st
 }
 
 double Schedule::rate(long long step) const {
+  step = std::clamp(step, 0LL, total_steps_ - 1);
   if (step < warmup_steps_) return base_rate_ * static_cast<double>(step + 1) / static_cast<double>(warmup_steps_);
   switch (kind_) {
     case Kind::cosine:

@@ -13,7 +13,7 @@ class Schedule {
   Schedule(const std::string& text, double base_rate, long long total_steps, long long steps_per_epoch,
            long long warmup_steps = 0);
 
-  /// The rate of step `step`, 0 .. total_steps - 1.
+  /// The rate of step `step`, 0 .. total_steps - 1; beyond either end the rate of the step at that end.
   double rate(long long step) const;
 
  private:

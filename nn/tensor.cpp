@@ -1,11 +1,25 @@
-// What a tensor's memory asks of the system.
+// What a tensor refuses, and what its memory asks of the system.
 #include "nn/tensor.hpp"
+
+#include <string>
+
+#include "base/error.hpp"
 
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
 
 namespace decid::nn {
+
+void refuse_sample(int sample, int batch, std::size_t values, int size) {
+  if (sample < 0 || sample >= batch)
+    throw Error("tensor", "has no sample " + std::to_string(sample) + ": the batch has " + std::to_string(batch),
+                "count samples from 0");
+  throw Error(
+      "tensor",
+      "has samples of " + std::to_string(size) + " values where " + std::to_string(values) + " are given or have room",
+      "give a span of that size");
+}
 
 void advise_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #if defined(__linux__)

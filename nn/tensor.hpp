@@ -57,6 +57,10 @@ struct BlockView {
   }
 };
 
+/// Throws Error: sample `sample` of a batch of `batch`, or a span of `values` values where a sample has `size`. Not
+/// inlined: what it makes texts with may not be compiled for an instruction set.
+[[noreturn]] void refuse_sample(int sample, int batch, std::size_t values, int size);
+
 /// Asks the system for large pages for `bytes` bytes at `memory`. A hint: only the speed depends on it.
 void advise_large_pages(void* memory, std::size_t bytes);
 
@@ -133,12 +137,15 @@ class TensorView {
     return row(sample / lanes, channel, row_index)[column * lanes + sample % lanes];
   }
 
-  /// values: shape().size() of one sample, channel-major.
+  /// values: shape().size() of one sample, channel-major. Both throw Error for a span of another size and for a sample
+  /// that is not in the batch.
   void load(int sample, std::span<const Value> values) const requires(!std::is_const_v<T>) {
+    check_sample(sample, values.size());
     std::size_t i = 0;
     for_each_value(sample, [&](T& value) { value = values[i++]; });
   }
   void store(int sample, std::span<Value> values) const {
+    check_sample(sample, values.size());
     std::size_t i = 0;
     for_each_value(sample, [&](const T& value) { values[i++] = value; });
   }
@@ -161,6 +168,10 @@ class TensorView {
  private:
   std::ptrdiff_t row_stride() const { return static_cast<std::ptrdiff_t>(shape_.columns + 2 * halo_.columns) * lanes; }
   std::ptrdiff_t channel_stride() const { return row_stride() * (shape_.rows + 2 * halo_.rows); }
+  void check_sample(int sample, std::size_t values) const {
+    if (sample < 0 || sample >= batch_ || values != static_cast<std::size_t>(shape_.size()))
+      refuse_sample(sample, batch_, values, shape_.size());
+  }
   template <class Body>
   void for_each_value(int sample, const Body& body) const {
     for (int c = 0; c < shape_.channels; ++c)

@@ -9,6 +9,26 @@
 #include "nn/training_layer.hpp"
 
 namespace decid::nn {
+namespace {
+
+/// Throws Error if a BatchNorm has a single value a channel in a batch of that many samples. Such a value is its own
+/// mean: what the layer passes on would not depend on the samples, and the running variance would move towards 0.
+template <class T>
+void refuse_lone_values(const Network<T>& network, int batch) {
+  const auto is_lone = [](const Layer<T>& layer) {
+    const auto* const norm = std::get_if<BatchNorm>(&layer.kind());
+    return norm != nullptr && norm->shape.rows == 1 && norm->shape.columns == 1;
+  };
+  const auto found = std::ranges::find_if(network.layers(), is_lone);
+  if (batch > 1 || found == network.layers().end()) return;
+  std::size_t line = 0;
+  for (auto before = network.layers().begin(); before != found; ++before) line += before->lines();
+  throw Error("layers." + std::to_string(line) + ", batchnorm",
+              "has 1 value a channel in a batch of 1 sample, and no variance to normalise by",
+              "give batches of 2 samples or more");
+}
+
+}  // namespace
 
 template <class T>
 Trainer<T>::Trainer(Network<T>& network, int largest_batch, Communicator* ranks)
@@ -112,6 +132,7 @@ void Trainer<T>::set_batch(int batch) {
     throw Error("batch",
                 "of " + std::to_string(batch) + " samples where the largest is " + std::to_string(largest_batch_),
                 "make the trainer for the largest batch");
+  refuse_lone_values(network_, batch);
   if (reducer_) {
     reducer_->set_batch(batch);
     batch = static_cast<int>(own_samples(batch).size());

@@ -35,7 +35,8 @@ class Trainer {
   int largest_batch() const { return largest_batch_; }
   /// Of activations and their derivatives.
   std::size_t memory_bytes() const { return memory_.size() * sizeof(T); }
-  /// Samples of the next step, 1 .. largest_batch(), of all ranks together.
+  /// Samples of the next step, 1 .. largest_batch(), of all ranks together. Throws Error, as the constructor does, for
+  /// a batch of 1 if a BatchNorm has a single value a channel then.
   void set_batch(int batch);
   /// Which of a batch's samples this rank loads, ascending, 16 of a block together: all if it is alone. It may have
   /// none.

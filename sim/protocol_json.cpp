@@ -2,6 +2,8 @@
 // Source of the keys: the doc in protocol_json.hpp.
 #include "sim/protocol_json.hpp"
 
+#include <array>
+
 #include "base/error.hpp"
 #include "base/json_object.hpp"
 #include "sim/segments.hpp"
@@ -28,10 +30,24 @@ void read_range(const JsonObject& parent, const char* key, const Json& json, dou
   }
 }
 
+constexpr std::array<const char*, 3> body_keys{"mass_kg", "com_height_m", "inertia_kgm2"};
+
+/// Throws Error for some of the three without the others: with those of the default body it would be nobody's.
+void refuse_part_of_body(JsonObject& object, const std::string& where) {
+  std::string given, missing;
+  for (const char* key : body_keys) {
+    std::string& list = object.find(key) != nullptr ? given : missing;
+    list += (list.empty() ? "'body." : "', 'body.") + std::string(key);
+  }
+  if (given.empty() || missing.empty()) return;
+  throw Error(where, "has " + given + "' without " + missing + "'",
+              "give mass_kg, com_height_m and inertia_kgm2, or body.subject with the mass_kg and height_m of a person");
+}
+
 void read_body(const Json& json, const std::string& where, Body& body) {
   JsonObject object(json, where, "body");
   if (const Json* part = object.find("subject")) {
-    for (const char* key : {"mass_kg", "com_height_m", "inertia_kgm2"}) {
+    for (const char* key : body_keys) {
       if (!object.find(key)) continue;
       throw Error(where, std::string("'body.") + key + "' stands beside 'body.subject', which decides it",
                   "keep one of them; body.mass_kg is the mass above the ankles");
@@ -49,6 +65,7 @@ void read_body(const Json& json, const std::string& where, Body& body) {
       throw Error(where, "body." + error.where() + ": " + error.problem(), error.remedy());
     }
   }
+  refuse_part_of_body(object, where);
   object.read("mass_kg", body.mass_kg);
   object.read("com_height_m", body.com_height_m);
   object.read("inertia_kgm2", body.inertia_kgm2);

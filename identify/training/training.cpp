@@ -168,11 +168,13 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
   const Preset& preset = settings.preset;
   const int trials = source.trials(dataset::Part::training);
-  const long long steps = (trials + preset.batch - 1) / preset.batch;
+  const dataset::EpochBatches batches(trials, preset.batch);
+  const long long steps = batches.count();
   const nn::Schedule schedule(preset.schedule, preset.learning_rate, steps * preset.epochs, steps,
                               steps * preset.warmup_epochs);
   Model& model = state.model;
-  nn::Trainer<float> trainer(model.network, std::min(preset.batch, trials), settings.ranks);
+  nn::Trainer<float> trainer(model.network, batches.size(0), settings.ranks);
+  trainer.set_batch(batches.smallest());  // throws before the first step, not at the epoch's end
   std::optional<SharedLoss> shared;
   dataset::BatchSharing sharing;
   if (settings.ranks != nullptr) {
@@ -182,9 +184,7 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
   if (!state.velocities.empty()) trainer.set_velocities(state.velocities);
   const auto values = static_cast<std::size_t>(model.network.input_shape().size());
   const int done = static_cast<int>(state.log.size());
-  if (state.part.trials >= trials || state.part.trials % preset.batch != 0)
-    throw Error("training", format("is to go on after %d trials of an epoch of %d", state.part.trials, trials),
-                "give a checkpoint of the same training");
+  int first_batch = batches.beginning_at(state.part.trials);
   dataset::Feed feed(source, model.encoding(), model.targets, preset.batch, settings.seed, done, preset.epochs,
                      std::move(sharing), state.part.trials);
   bool stop = false;  // this rank wants to
@@ -196,7 +196,8 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
     EpochLog log;
     log.epoch = epoch + 1;
     double loss_sum = state.part.loss_sum;
-    for (int first = state.part.trials; first < trials; first += preset.batch) {
+    for (int number = first_batch; number < batches.count(); ++number) {
+      const int done_trials = batches.first(number + 1);
       const dataset::Feed::Batch batch = feed.next();
       trainer.set_batch(batch.trials);
       parallel_for(batch.own, [&](int i) {
@@ -206,14 +207,14 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
       loss_sum += shared ? shared->of(trainer, batch, stop)
                          : model.head->loss(trainer.output(), batch.targets, trainer.output_diff());
       trainer.backward();
-      log.learning_rate = schedule.rate(epoch * steps + first / preset.batch);
+      log.learning_rate = schedule.rate(epoch * steps + number);
       trainer.step(log.learning_rate, preset.sgd);
       if (!std::isfinite(loss_sum)) throw diverged(preset, epoch + 1, "the loss is not finite");
-      stop = !after_batch(first + batch.trials, trials) || stop;
+      stop = !after_batch(done_trials, trials) || stop;
       if (shared ? shared->asked() : stop) {
-        if (first + batch.trials == trials) break;  // but for its validation the epoch is done
+        if (done_trials == trials) break;  // but for its validation the epoch is done
         state.velocities = trainer.velocities();
-        state.part = {first + batch.trials, loss_sum};
+        state.part = {done_trials, loss_sum};
         return false;
       }
     }
@@ -224,6 +225,7 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
         throw diverged(preset, epoch + 1, format("the %s MSE is %.3g, where guessing the mean gives 1", name, mse));
     state.log.push_back(log);
     state.part = {};
+    first_batch = 0;
     state.velocities = trainer.velocities();
     after_epoch();
     if (shared ? shared->asked() : stop) return false;

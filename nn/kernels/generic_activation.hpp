@@ -76,7 +76,8 @@ void activate_windows(const Activation<float>& a, const PoolShape& s, Plane<cons
           for (int kx = 0; kx < columns; ++kx) {
             __builtin_prefetch(x + (s.stride_rows + ky) * src.row + kx * lanes);
             const Float value = activated<V, K>(x + ky * src.row + kx * lanes, scale, shift);
-            result = K::pooling == Pooling::max ? V::if_greater(value, result, value, result) : V::add(result, value);
+            result =
+                K::pooling == Pooling::max ? V::if_greater_or_nan(value, result, value, result) : V::add(result, value);
           }
         V::store(dst.data + i * dst.row + j * lanes + l, K::pooling == Pooling::max ? result : V::mul(result, factor));
       }
@@ -126,14 +127,14 @@ void differentiate_windows(const Activation<float>& a, const PoolShape& s, Plane
         const auto make = [&](int ky, int kx) { return activated<V, K>(x + ky * src.row + kx * lanes, scale, shift); };
         if constexpr (K::size > 0) unroll<K::size * K::size>([&](auto k) { kept[k] = make(k / K::size, k % K::size); });
         const auto value = [&](int ky, int kx) { return K::size > 0 ? kept[ky * K::size + kx] : make(ky, kx); };
-        // The number of the first largest value, counted in float: exact up to 2^24 values in a window.
+        // The number of the first largest value, or of the last NaN, counted in float: exact up to 2^24 values.
         Float best = value(0, 0), best_at = zero;
         if constexpr (K::pooling == Pooling::max)
           for (int ky = 0; ky < rows; ++ky)
             for (int kx = 0; kx < columns; ++kx) {
-              best_at =
-                  V::if_greater(value(ky, kx), best, V::broadcast(static_cast<float>(ky * columns + kx)), best_at);
-              best = V::if_greater(value(ky, kx), best, value(ky, kx), best);
+              const Float at = V::broadcast(static_cast<float>(ky * columns + kx));
+              best_at = V::if_greater_or_nan(value(ky, kx), best, at, best_at);
+              best = V::if_greater_or_nan(value(ky, kx), best, value(ky, kx), best);
             }
         for (int ky = 0; ky < rows; ++ky)
           for (int kx = 0; kx < columns; ++kx) {

@@ -101,7 +101,7 @@ void max_pool_forward(const PoolShape& s, BlockView<const float> src, BlockView<
       for (int ky = 0; ky < window.rows; ++ky)
         for (int kx = 0; kx < window.columns; ++kx) {
           const Float x = V::load(src.data + from + ky * src.row + kx * lanes);
-          best = V::if_greater(x, best, x, best);
+          best = V::if_greater_or_nan(x, best, x, best);
         }
       V::store(dst.data + to, best);
     });
@@ -125,13 +125,14 @@ void max_pool_backward(const PoolShape& s, BlockView<const float> src, BlockView
             const float* from = src.data + c * src.channel + i * s.stride_rows * src.row + column;
             float* to = diff_src.data + c * diff_src.channel + i * s.stride_rows * diff_src.row + column;
             const Float dy = V::load(diff_dst.data + c * diff_dst.channel + i * diff_dst.row + j * lanes + l);
-            // The number of the first largest value, counted in float: exact up to 2^24 values in a window.
+            // The number of the first largest value, or of the last NaN, counted in float: exact up to 2^24 values.
             Float best = V::load(from), best_at = zero;
             for (int ky = 0; ky < window.rows; ++ky)
               for (int kx = 0; kx < window.columns; ++kx) {
                 const Float x = V::load(from + ky * src.row + kx * lanes);
-                best_at = V::if_greater(x, best, V::broadcast(static_cast<float>(ky * window.columns + kx)), best_at);
-                best = V::if_greater(x, best, x, best);
+                const Float at = V::broadcast(static_cast<float>(ky * window.columns + kx));
+                best_at = V::if_greater_or_nan(x, best, at, best_at);
+                best = V::if_greater_or_nan(x, best, x, best);
               }
             for (int ky = 0; ky < window.rows; ++ky)
               for (int kx = 0; kx < window.columns; ++kx) {

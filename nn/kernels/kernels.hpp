@@ -124,9 +124,9 @@ struct Kernels {
   void (*average_pool_forward)(const PoolShape&, BlockView<const T> src, BlockView<T> dst);
   /// diff_src: zero, then every window in row order adds diff_dst * (1 / window size) to each of its values.
   void (*average_pool_backward)(const PoolShape&, BlockView<const T> diff_dst, BlockView<T> diff_src);
-  /// dst: the window's largest value.
+  /// dst: the window's largest value, NaN if any is one.
   void (*max_pool_forward)(const PoolShape&, BlockView<const T> src, BlockView<T> dst);
-  /// diff_src: zero, then every window in row order adds its diff_dst to its first largest value.
+  /// diff_src: zero, then every window in row order adds its diff_dst to its first largest value, or to its last NaN.
   void (*max_pool_backward)(const PoolShape&, BlockView<const T> src, BlockView<const T> diff_dst,
                             BlockView<T> diff_src);
 

@@ -277,14 +277,20 @@ void average_pool_backward(const PoolShape& s, BlockView<const T> diff_dst, Bloc
   });
 }
 
-/// Offset in values of the first largest value of a window from the window's first value.
+/// Whether a pool takes x in place of the largest so far: a NaN stays, so that a diverged training shows.
+template <class T>
+bool is_larger(T x, T best) {
+  return x > best || std::isnan(x);
+}
+
+/// Offset in values of the first largest value of a window, or of its last NaN, from the window's first value.
 template <class T>
 std::ptrdiff_t first_largest(const PoolShape& s, BlockView<const T> src, const T* window) {
   std::ptrdiff_t best = 0;
   for (int ky = 0; ky < s.kernel_rows; ++ky)
     for (int kx = 0; kx < s.kernel_columns; ++kx) {
       const std::ptrdiff_t offset = ky * src.row + kx * lanes;
-      if (window[offset] > window[best]) best = offset;
+      if (is_larger(window[offset], window[best])) best = offset;
     }
   return best;
 }
@@ -330,7 +336,7 @@ void activation_forward(const Activation<T>& a, const PoolShape& s, Plane<const 
     for (int ky = 0; ky < s.kernel_rows; ++ky)
       for (int kx = 0; kx < s.kernel_columns; ++kx) {
         sum += value(ky, kx);
-        if (value(ky, kx) > best) best = value(ky, kx);
+        if (is_larger(value(ky, kx), best)) best = value(ky, kx);
       }
     const T factor = T(1) / static_cast<T>(s.kernel_rows * s.kernel_columns);
     dst.data[i * dst.row + j * lanes + l] = a.pooling == Pooling::max ? best : sum * factor;
@@ -358,7 +364,7 @@ void activation_backward(const Activation<T>& a, const PoolShape& s, Plane<const
     for (int y = row; y < row + s.kernel_rows; ++y)
       for (int x = column; x < column + s.kernel_columns; ++x) {
         if (a.pooling == Pooling::average) at(diff_view, 0, y, x, l) += dy * factor;
-        if (activate(a, get(src, y, x, l)) > activate(a, get(src, best_row, best_column, l))) {
+        if (is_larger(activate(a, get(src, y, x, l)), activate(a, get(src, best_row, best_column, l)))) {
           best_row = y;
           best_column = x;
         }

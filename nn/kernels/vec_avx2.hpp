@@ -36,6 +36,10 @@ struct Avx2 {
   [[gnu::always_inline]] static Float if_greater(Float a, Float b, Float x, Float y) {
     return _mm256_blendv_ps(y, x, _mm256_cmp_ps(a, b, _CMP_GT_OQ));
   }
+  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
+    return _mm256_blendv_ps(y, x, _mm256_or_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ), _mm256_cmp_ps(a, a, _CMP_UNORD_Q)));
+  }
 };
 
 }  // namespace

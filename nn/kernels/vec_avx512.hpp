@@ -38,6 +38,12 @@ struct Avx512 {
   [[gnu::always_inline]] static Float if_greater(Float a, Float b, Float x, Float y) {
     return _mm512_mask_blend_ps(_mm512_cmp_ps_mask(a, b, _CMP_GT_OQ), y, x);
   }
+  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
+    // y where a is a number and not greater: a comparison less than an "or" of two masks takes.
+    const __mmask16 number = _mm512_cmp_ps_mask(a, a, _CMP_ORD_Q);
+    return _mm512_mask_blend_ps(_mm512_mask_cmp_ps_mask(number, a, b, _CMP_NGT_UQ), x, y);
+  }
 };
 
 }  // namespace

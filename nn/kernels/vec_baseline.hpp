@@ -39,6 +39,11 @@ struct Baseline {
     const __m128 mask = _mm_cmpgt_ps(a, b);
     return _mm_or_ps(_mm_and_ps(mask, x), _mm_andnot_ps(mask, y));
   }
+  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
+    const __m128 mask = _mm_or_ps(_mm_cmpgt_ps(a, b), _mm_cmpunord_ps(a, a));
+    return _mm_or_ps(_mm_and_ps(mask, x), _mm_andnot_ps(mask, y));
+  }
 
  private:
   [[gnu::always_inline]] static __m128d upper(Float v) { return _mm_cvtps_pd(_mm_movehl_ps(v, v)); }

@@ -70,6 +70,10 @@ struct Wasm {
   [[gnu::always_inline]] static Float if_greater(Float a, Float b, Float x, Float y) {
     return wasm_v128_bitselect(x, y, wasm_f32x4_gt(a, b));
   }
+  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
+    return wasm_v128_bitselect(x, y, wasm_v128_or(wasm_f32x4_gt(a, b), wasm_f32x4_ne(a, a)));
+  }
 
  private:
   [[gnu::always_inline]] static v128_t lower(Float v) {

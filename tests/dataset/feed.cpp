@@ -5,6 +5,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -239,8 +240,34 @@ class InSmallBlocks final : public TrialSource {
 
 }  // namespace
 
+TEST_CASE("the batches of an epoch: as few as the largest allows, of sizes that differ by 1 at most") {
+  for (int trials = 1; trials <= 70; ++trials)
+    for (int largest = 1; largest <= 72; ++largest) {
+      const EpochBatches batches(trials, largest);
+      CAPTURE(trials);
+      CAPTURE(largest);
+      REQUIRE(batches.count() == (trials + largest - 1) / largest);
+      REQUIRE(batches.first(0) == 0);
+      REQUIRE(batches.first(batches.count()) == trials);
+      for (int i = 0; i < batches.count(); ++i) {
+        REQUIRE(batches.size(i) <= largest);
+        REQUIRE((batches.size(i) == batches.smallest() || batches.size(i) == batches.smallest() + 1));
+        REQUIRE((i == 0 || batches.size(i) <= batches.size(i - 1)));
+        REQUIRE(batches.beginning_at(batches.first(i)) == i);
+        if (trials % largest == 0) REQUIRE(batches.size(i) == largest);
+      }
+    }
+  const EpochBatches tail(300, 299);
+  CHECK(tail.size(0) == 150);
+  CHECK(tail.size(1) == 150);
+  for (const int none : {-1, 1, 299, 300}) CHECK_THROWS_AS(tail.beginning_at(none), Error);
+  CHECK_THROWS_AS(EpochBatches(0, 1), Error);
+  CHECK_THROWS_AS(EpochBatches(5, 0), Error);
+  CHECK(EpochBatches(std::numeric_limits<int>::max(), 2).count() == 1 << 30);
+}
+
 TEST_CASE("a feed gives every trial of an epoch once, the same for any number of threads and wherever it begins") {
-  constexpr int trials = 23, batch = 5, epochs = 3;
+  constexpr int trials = 23, batch = 5, epochs = 3;                 // batches of 5, 5, 5, 4, 4
   const auto source = std::make_unique<InSmallBlocks>(trials, 12);  // two batches a block
   const ImageMaker images = two_columns(source->protocol().samples(), true);
   const Scaling scaling = measure_scaling(*source, images, trials);
@@ -251,9 +278,9 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
   std::vector<std::vector<Example>> fed(epochs);
   const auto read_epoch = [&](Feed& feed) {
     std::vector<Example> examples;
-    for (int left = trials; left > 0; left -= batch) {
+    for (int number = 0; number < 5; ++number) {
       const Feed::Batch next = feed.next();
-      CHECK(next.trials == std::min(batch, left));
+      CHECK(next.trials == (number < 3 ? 5 : 4));
       REQUIRE(next.images.size() == static_cast<std::size_t>(next.trials) * values);
       REQUIRE(next.targets.size() == static_cast<std::size_t>(next.trials) * sim::single_pendulum().parameters.size());
       for (std::size_t i = 0; i < static_cast<std::size_t>(next.trials); ++i) {
@@ -299,6 +326,16 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
     CHECK(read_epoch(later) == fed[2]);
   }
   omp_set_num_threads(before);
+  // From the middle of an epoch, where a batch begins.
+  Feed rest(*source, encoding, scaling.targets, batch, 9, 1, epochs, {}, 15);
+  for (const std::size_t first : {15U, 19U}) {
+    const Feed::Batch next = rest.next();
+    REQUIRE(next.trials == 4);
+    for (std::size_t i = 0; i < 4; ++i)
+      CHECK(std::ranges::equal(next.images.subspan(i * values, values), fed[1][first + i].second));
+  }
+  CHECK(read_epoch(rest) == fed[2]);
+  check_error([&] { Feed(*source, encoding, scaling.targets, batch, 9, 1, epochs, {}, 20); }, {"feed", "trial 20"});
   Feed no_epochs(*source, encoding, scaling.targets, batch, 9, epochs, epochs);
   check_error([&] { no_epochs.next(); }, {"feed", "no batch left"});
   Feed other(*source, encoding, scaling.targets, batch, 10, 0, 1);

@@ -113,6 +113,20 @@ TEST_CASE("pooling: by hand, incomplete windows left out") {
   Hand negative({1, 1, 2}, "maxpool 1x2");
   CHECK(negative.forward({-3, -2}) == Values{-2});
 
+  const float nan = std::nanf("");
+  for (std::size_t place = 0; place < 4; ++place) {
+    CAPTURE(place);
+    Values with_nan{7, 8, 9, 10};
+    with_nan[place] = nan;
+    Hand whole({1, 2, 2}, "maxpool 2"), row({1, 1, 4}, "maxpool 1x4");
+    for (Hand* hand : {&whole, &row}) {
+      CHECK(std::isnan(hand->forward(with_nan)[0]));
+      Values expected(4, 0.0F);
+      expected[place] = 3;  // a NaN counts as the largest, so that its derivative does not go elsewhere
+      CHECK(hand->backward({3}) == expected);
+    }
+  }
+
   Hand average({1, 3, 4}, "avgpool 2");
   CHECK(average.forward(input) == Values{3.5f, 6});
   CHECK(average.backward({4, 8}) == Values{1, 1, 2, 2, 1, 1, 2, 2, 0, 0, 0, 0});

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 #include "tests/near.hpp"
@@ -91,6 +92,30 @@ concept Loads = requires(const View& view, std::span<const float> values) {
   view.load(0, values);
 };
 static_assert(Loads<TensorView<float>> && !Loads<TensorView<const float>>);
+
+TEST_CASE("TensorView: a sample outside the batch and a span of another size are refused, and nothing is written") {
+  const Shape shape{2, 2, 3};
+  std::vector<float> memory(TensorView<float>::required(shape, 17, {1, 1}), 0.5F);
+  TensorView<float> view(memory.data(), shape, 17, {1, 1});
+  std::vector<float> values(12, 1.0F);
+  const auto refused = [&](int sample, std::size_t count) {
+    std::vector<float> some(count, 2.0F);
+    CHECK_THROWS_AS(view.load(sample, some), decid::Error);
+    CHECK_THROWS_AS(view.store(sample, some), decid::Error);
+    CHECK_THROWS_AS(TensorView<const float>(view).store(sample, some), decid::Error);
+    CHECK(some == std::vector<float>(count, 2.0F));
+  };
+  for (const int sample : {-1, 17, 31, 32, std::numeric_limits<int>::max(), std::numeric_limits<int>::min()})
+    refused(sample, 12);
+  for (const std::size_t count : {0U, 11U, 13U}) refused(16, count);
+  view.set_batch(3);
+  refused(3, 12);  // the memory has room for it, the batch has not
+  CHECK(memory == std::vector<float>(memory.size(), 0.5F));
+  view.load(2, values);
+  std::vector<float> back(12);
+  view.store(2, back);
+  CHECK(back == values);
+}
 
 TEST_CASE("Network: a copy has weights of its own, and parameters stay in their place when it is moved") {
   Network<float> network({2, 8, 8}, "conv 4 3x3 pad 1; batchnorm; fc 3");

@@ -159,6 +159,44 @@ TEST_CASE("pooling") {
   }
 }
 
+TEST_CASE("a NaN in any place of a window is the maximum, alone and behind an activation") {
+  Dice dice(925);
+  constexpr float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  for (const auto& [kr, kc] : {std::pair{2, 2}, {1, 2}, {3, 3}, {4, 1}}) {
+    const PoolShape s{1, kr, 2 * kc, 1, 2, kr, kc, kr, kc};  // two windows: with and without a NaN
+    for (int place = 0; place < kr * kc; ++place)
+      for (const float beside : {-1.0F, 0.0F, 2.0F, inf, -inf}) {
+        const int lane = dice.between(0, lanes - 1);
+        Block x({1, kr, 2 * kc}, Halo{}, dice, Fill::values);
+        for (int i = 0; i < kr * kc; ++i) x.tensor.at(lane, 0, i / kc, i % kc) = beside;
+        x.tensor.at(lane, 0, place / kc, place % kc) = nan;
+        const Block dy({1, 1, 2}, Halo{}, dice, Fill::values);
+        for (const Kernels<float>* table : all_tables()) {
+          INFO(table->name << ", window " << kr << "x" << kc << ", place " << place << ", beside " << beside);
+          const auto check = [&](const Block& y) {
+            for (int n = 0; n < lanes; ++n)
+              for (int j = 0; j < 2; ++j) CHECK(std::isnan(y.tensor.at(n, 0, 0, j)) == (n == lane && j == 0));
+          };
+          const Block y({1, 1, 2}, Halo{}, dice, Fill::nothing), dx(x.tensor.shape(), Halo{}, dice, Fill::nothing);
+          table->max_pool_forward(s, x.const_view(), y.view());
+          check(y);
+          table->max_pool_backward(s, x.const_view(), dy.const_view(), dx.view());
+          for (int i = 0; i < kr * kc; ++i)
+            CHECK(dx.tensor.at(lane, 0, i / kc, i % kc) == (i == place ? dy.tensor.at(lane, 0, 0, 0) : 0.0F));
+          for (const bool relu : {false, true}) {
+            const Activation<float> a{1.5F, 0.25F, relu, Pooling::max};
+            table->activation_forward(a, s, x.const_plane(), y.plane());
+            check(y);
+            table->activation_backward(a, s, x.const_plane(), dy.const_plane(), dx.plane());
+            for (int i = 0; i < kr * kc; ++i)  // ReLU passes on nothing of a NaN
+              CHECK(dx.tensor.at(lane, 0, i / kc, i % kc) ==
+                    (i == place && !relu ? dy.tensor.at(lane, 0, 0, 0) : 0.0F));
+          }
+        }
+      }
+  }
+}
+
 TEST_CASE("activation and pool in one: the bits of scale and shift, ReLU and pool one after the other") {
   Dice dice(950);
   for (int trial = 0; trial < 60; ++trial) {

@@ -195,6 +195,30 @@ TEST_CASE("safetensors: load_network refuses what does not fit, and changes noth
         "m: has a negative value in 'layers.1.running_variance'");
 }
 
+TEST_CASE("safetensors: save_network refuses what load_network refuses, and adds nothing then") {
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  const auto problem = [](const auto& change, bool momentum = true) {
+    Trained made = trained();
+    change(made);
+    TensorFile file = small_file();
+    const std::string text = error_of([&] { save_network(made.network, file, momentum ? &made.velocities : nullptr); });
+    CHECK((file.tensors.size() == 2) == (text != "none"));
+    return text;
+  };
+  CHECK(problem([](Trained&) {}) == "none");
+  for (const float bad : {nan, infinity, -infinity}) {
+    CHECK(problem([&](Trained& t) { t.network.parameters()[0]->value[17] = bad; }) ==
+          "network: has a value in 'layers.0.weight' that is not finite");
+    CHECK(problem([&](Trained& t) { t.network.layers()[1].statistics()[0].value[1] = bad; }) ==
+          "network: has a value in 'layers.1.running_mean' that is not finite");
+    CHECK(problem([&](Trained& t) { t.velocities.back()[2] = bad; }) ==
+          "network: has a value in 'momentum.3.bias' that is not finite");
+    CHECK(problem([&](Trained& t) { t.velocities.back()[2] = bad; }, false) == "none");
+  }
+  CHECK(problem([](Trained& t) { t.network.layers()[1].statistics()[1].value[0] = -0.1F; }) ==
+        "network: has a negative value in 'layers.1.running_variance'");
+}
+
 TEST_CASE("safetensors: truncation at every byte is refused") {
   TensorFile file;
   save_network(trained().network, file);

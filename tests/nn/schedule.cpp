@@ -60,6 +60,20 @@ TEST_CASE("Schedule: warm-up rises linearly and meets the schedule") {
   CHECK(Schedule("constant", 1, 2, 1, 1000).rate(1) == 2e-3);  // longer than the training
 }
 
+TEST_CASE("Schedule: beyond its end a rate stays that of the last step") {
+  for (const char* text : {"constant", "cosine", "step:1:0.5"}) {
+    CAPTURE(text);
+    const Schedule schedule(text, 0.1, 100, 10);
+    const double last = schedule.rate(99);
+    for (const long long step : {100LL, 101LL, 150LL, 200LL, 1'000'000LL, std::numeric_limits<long long>::max()})
+      CHECK(schedule.rate(step) == last);
+    CHECK(schedule.rate(-1) == schedule.rate(0));
+  }
+  // A warm-up that is longer than the training does not go on behind it.
+  const Schedule warming("constant", 1, 2, 1, 1000);
+  CHECK(warming.rate(500) == warming.rate(1));
+}
+
 TEST_CASE("Schedule: texts and numbers that are refused") {
   const auto problem = [](const char* text, double rate = 0.1, long long steps = 10, long long epoch = 5,
                           long long warmup = 0) -> std::string {

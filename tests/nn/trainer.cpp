@@ -111,6 +111,27 @@ TEST_CASE("Trainer: batch errors") {
   CHECK(trainer.memory_bytes() > predictor.memory_bytes());
 }
 
+TEST_CASE("Trainer: a batch in which a BatchNorm has one value a channel is refused, by the layer's name") {
+  Network<float> lone({1, 4, 4}, "conv 3 3x3; batchnorm; relu; fc 5; batchnorm; relu; fc 2");
+  const auto problem = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const decid::Error& error) {
+      return error.where();
+    }
+    return "none";
+  };
+  CHECK(problem([&] { Trainer<float>(lone, 1); }) == "layers.4, batchnorm");
+  Trainer<float> trainer(lone, 2);
+  CHECK(problem([&] { trainer.set_batch(1); }) == "layers.4, batchnorm");
+  trainer.set_batch(2);
+  Network<float> first({3, 1, 1}, "batchnorm; fc 2");
+  CHECK(problem([&] { Trainer<float>(first, 1); }) == "layers.0, batchnorm");
+  Network<float> wide({3, 1, 2}, "batchnorm; fc 2"), without({3, 1, 1}, "fc 2");
+  CHECK(problem([&] { Trainer<float>(wide, 1); }) == "none");
+  CHECK(problem([&] { Trainer<float>(without, 1); }) == "none");
+}
+
 TEST_CASE("Trainer: velocities are those of its parameters") {
   Network<float> network({1, 1, 1}, "fc 2");
   Trainer<float> trainer(network, 1);

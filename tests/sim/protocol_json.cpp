@@ -221,7 +221,8 @@ TEST_CASE("wrong types are refused by key") {
   check_error(parsing(R"({"sequence": {"start": 1}})"), {"'sequence.start' is 1", "a list of whole numbers"});
   check_error(parsing(R"({"sample_rate_hz": "100"})"), {"'sample_rate_hz' is \"100\"", "a number"});
   check_error(parsing(R"({"sample_rate_hz": null})"), {"'sample_rate_hz' is null", "a number"});
-  check_error(parsing(R"({"body": {"mass_kg": true}})"), {"'body.mass_kg' is true", "a number"});
+  check_error(parsing(R"({"body": {"mass_kg": true, "com_height_m": 1, "inertia_kgm2": 101}})"),
+              {"'body.mass_kg' is true", "a number"});
   for (const char* value : {"\"low\"", "[0.1]", "[0.1, 0.2, 0.3]", "[0.1, \"x\"]"}) {
     check_error(parsing(std::string(R"({"sensor_noise_deg": )") + value + "}"),
                 {"'sensor_noise_deg'", "a number or [low, high]"});
@@ -253,6 +254,20 @@ TEST_CASE("a body may be that of a subject") {
               {"unknown key 'body.subject.age'"});
   check_error(parsing(R"({"body": {"mass_kg": 80, "subject": {"mass_kg": 80, "height_m": 1.8}}})"),
               {"my.json", "'body.mass_kg' stands beside 'body.subject'"});
+}
+
+TEST_CASE("a part of a body is refused, and what is missing is named") {
+  check_error(parsing(R"({"body": {"mass_kg": 12}})"), {"my.json", "'body.com_height_m', 'body.inertia_kgm2'"});
+  check_error(parsing(R"({"body": {"com_height_m": 0.4}})"), {"my.json", "'body.mass_kg', 'body.inertia_kgm2'"});
+  check_error(parsing(R"({"body": {"inertia_kgm2": 103}})"), {"my.json", "'body.mass_kg', 'body.com_height_m'"});
+  check_error(parsing(R"({"body": {"mass_kg": 12, "com_height_m": 0.4}})"), {"my.json", "without 'body.inertia_kgm2'"});
+  check_error(parsing(R"({"body": {"mass_kg": 12, "inertia_kgm2": 2}})"), {"my.json", "without 'body.com_height_m'"});
+  check_error(parsing(R"({"body": {"com_height_m": 0.4, "inertia_kgm2": 2}})"), {"my.json", "without 'body.mass_kg'"});
+  const sim::Body robot =
+      sim::protocol_from_json(R"({"body": {"mass_kg": 12, "com_height_m": 0.4, "inertia_kgm2": 2}})", "my.json")
+          .experiment.body;
+  CHECK(robot == sim::Body{.mass_kg = 12.0, .com_height_m = 0.4, .inertia_kgm2 = 2.0});
+  CHECK(sim::protocol_from_json(R"({"body": {}})", "my.json").experiment.body == sim::Body{});
 }
 
 TEST_CASE("stimuli that are not clear are refused by key") {

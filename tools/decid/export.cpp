@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -146,18 +147,71 @@ void add_export_c(const Command& parent) {
 
 struct ControllerOptions {
   CommonOptions common;
-  std::string result, output, name = "decid_controller", protocol = "default";
+  std::string result, output, name = "decid_controller", protocol = "default", scale_to;
+  std::optional<double> mass_kg, com_height_m, inertia_kgm2;
   int recording = 1;
-  bool force = false;
+  bool force = false, names_protocol = false;
   std::vector<std::optional<double>> parameters = std::vector<std::optional<double>>(controller_parameters().size());
 };
 
+std::string shown(const sim::Body& body) {
+  return format("%.4g kg at %.4g m (m g h %.4g N m/rad)", body.mass_kg, body.com_height_m, body.mgh());
+}
+
+/// To what rounding leaves of a body that was typed from what was printed.
+bool are_one_body(const sim::Body& a, const sim::Body& b) {
+  const auto near = [](double x, double y) { return std::abs(x - y) <= 1e-3 * y; };
+  return near(a.mass_kg, b.mass_kg) && near(a.com_height_m, b.com_height_m) && near(a.inertia_kgm2, b.inertia_kgm2);
+}
+
+/// The body of --mass, --com-height and --inertia, if they were given. `like`: whose build it has without an inertia.
+std::optional<sim::Body> given_body(const ControllerOptions& options, const sim::Body& like) {
+  if (options.mass_kg.has_value() != options.com_height_m.has_value() || (options.inertia_kgm2 && !options.mass_kg))
+    throw Error("export controller", "has a part of a body",
+                "give --mass and --com-height together, and --inertia with both or not at all");
+  if (!options.mass_kg) return {};
+  const double mass = *options.mass_kg, height = *options.com_height_m;
+  const double per_mass = like.inertia_kgm2 / (like.mass_kg * like.com_height_m * like.com_height_m);
+  return sim::Body{mass, height, options.inertia_kgm2.value_or(per_mass * mass * height * height)};
+}
+
+/// The experiment of the controller: a protocol's tilt, and the body that the gains end up for. `from` is whose they
+/// are so far: the result's body, nothing if the result does not say, or the default body without a result.
+sim::Protocol controller_protocol(const ControllerOptions& options, const std::optional<sim::Body>& from) {
+  const bool scales = !options.scale_to.empty(), is_result = !options.result.empty();
+  sim::Protocol protocol = dataset::load_protocol(scales ? options.scale_to : options.protocol);
+  sim::Body& body = protocol.experiment.body;
+  const std::optional<sim::Body> given = given_body(options, from.value_or(sim::Body{}));
+  if (!from && (scales || given || !are_one_body(body, sim::Body{})))
+    throw Error(options.result, "does not say whose body its gains are for",
+                "identify the recording again, with --mass and --height");
+  if (given) {
+    body = *given;
+  } else if (is_result && from && !scales) {
+    if (options.names_protocol && !are_one_body(body, *from))
+      throw Error(options.result,
+                  "has gains for a body of " + shown(*from) + ", and protocol " + options.protocol + " another one, " +
+                      shown(body),
+                  "give --scale-to " + options.protocol +
+                      " to scale them by m g h, or leave --protocol out to keep the result's body");
+    body = *from;
+  }
+  protocol.validate();
+  if (given) protocol.refuse_implausible();
+  return protocol;
+}
+
 void export_controller(const ControllerOptions& options) {
   check_firmware_name(options.name);
-  const Identified chosen = options.result.empty() ? Identified{controller_parameters().middle(), {}, {}, {}}
+  const Identified chosen = options.result.empty() ? Identified{controller_parameters().middle(), sim::Body{}, {}, {}}
                                                    : identified(options.result, options.recording, options.force);
   if (!chosen.caution.empty()) std::cerr << options.result << ": " << chosen.caution << '\n';
+  const sim::Protocol protocol = controller_protocol(options, chosen.body);
+  const sim::Body& body = protocol.experiment.body;
+  const double ratio = chosen.body ? body.mgh() / chosen.body->mgh() : 1.0;
   sim::Parameters parameters = chosen.parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (controller_parameters()[i].per_mgh) parameters[i] *= ratio;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (!options.parameters[i] && parameters[i] < 0.0)  // a network may answer a little less
       std::cerr << format("%s = %.4g is below 0: the controller has 0\n", controller_parameters()[i].name.c_str(),
@@ -167,13 +221,12 @@ void export_controller(const ControllerOptions& options) {
   const std::string origin =
       format("The DEC posture controller, made by decid %s%s.", version,
              options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
-  sim::Protocol protocol = dataset::load_protocol(options.protocol);
-  if (chosen.body) protocol.experiment.body = *chosen.body;
-  protocol.validate();
   write_files(options.output, options.name, controller_files(parameters, protocol, options.name, origin));
-  if (!options.common.quiet)
-    std::cerr << format("%s.h and %s.c written to %s%s\n", options.name.c_str(), options.name.c_str(),
-                        options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str());
+  if (options.common.quiet) return;
+  std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
+                      options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),
+                      shown(body).c_str());
+  if (ratio != 1.0) std::cerr << format("gains are scaled by %.4g, as m g h is\n", ratio);
 }
 
 void add_export_controller(const Command& parent) {
@@ -188,17 +241,36 @@ void add_export_controller(const Command& parent) {
     command.add_option("--" + info.option, options->parameters[i],
                        info.description + " in " + info.unit + ", in place of the identified one");
   }
+  const Option protocol =
+      command
+          .add_option("--protocol", options->protocol,
+                      "Tilt of the self-test, and the body, which must be the result's: default, short or a JSON file")
+          .show_default();
+  Option scale_to = command.add_option(
+      "--scale-to", options->scale_to,
+      "Protocol whose body gets the controller: scale the result's gains by m g h; options for gains are not scaled");
+  command.add_option("--mass", options->mass_kg, "Mass in kg above the ankles of the body to scale the gains to")
+      .range(0.01, 500.0)
+      .excludes(scale_to);
+  command.add_option("--com-height", options->com_height_m, "Height in m of its centre of mass above the ankles")
+      .range(0.01, 5.0)
+      .excludes(scale_to);
   command
-      .add_option("--protocol", options->protocol, "Body, and the tilt of the self-test: default, short or a JSON file")
-      .show_default();
+      .add_option("--inertia", options->inertia_kgm2,
+                  "Its moment of inertia in kg m2 about the ankles; default: that of the result's build")
+      .excludes(scale_to);
+  scale_to.excludes(protocol);
   command.add_option("--name", options->name, "What the files and functions are called").show_default();
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Folder to write NAME.c and NAME.h to; made if it is missing")
       .required();
   add_common_options(command, options->common, false);
-  command.footer("Example: decid export controller result.json -o firmware/");
-  command.callback([options] {
+  command.footer(
+      "Example: decid export controller result.json -o firmware/\n"
+      "Example: decid export controller result.json --scale-to robot.json -o firmware/");
+  command.callback([options, command] {
     apply(options->common);
+    options->names_protocol = command.count("--protocol") > 0;
     export_controller(*options);
   });
 }

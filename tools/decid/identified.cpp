@@ -20,13 +20,17 @@ namespace {
 std::optional<sim::Body> body_in(const Json& result, const std::string& path, const std::string& remedy) {
   const auto found = result.find("body");
   if (found == result.end()) return {};
+  sim::Body body;
   try {
-    return sim::Body{.mass_kg = found->at("mass_kg").get<double>(),
-                     .com_height_m = found->at("com_height_m").get<double>(),
-                     .inertia_kgm2 = found->at("inertia_kgm2").get<double>()};
+    body = {.mass_kg = found->at("mass_kg").get<double>(),
+            .com_height_m = found->at("com_height_m").get<double>(),
+            .inertia_kgm2 = found->at("inertia_kgm2").get<double>()};
   } catch (const Json::exception&) {
     throw Error(path, "has a body without mass, height or inertia", remedy);
   }
+  if (!(body.mass_kg > 0.0 && body.com_height_m > 0.0 && body.inertia_kgm2 > 0.0))
+    throw Error(path, "has a body whose mass, height or inertia is not above 0", remedy);
+  return body;
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ void print_summary(const SimulateOptions& options, const sim::Protocol& protocol
 
 void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
   const sim::Simulator simulator(std::move(protocol));
-  const sim::Parameters parameters = filled(table().middle(), options.parameters);
+  const sim::Parameters parameters = filled(simulator.protocol().ranges().middle(), options.parameters);
   std::vector<double> sway = room(simulator.samples());
   const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
   const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp],
@@ -200,7 +200,7 @@ void add_simulate(const Command& program) {
       .required();
   add_common_options(command, options->common, false);
   command.footer(
-      "Default gains of --model dip are those of the default body; they scale with the m g h of the protocol's.\n"
+      "Default gains are shown for the default body; they scale with the m g h of the protocol's body.\n"
       "Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
       "Example: decid simulate --model dip --hip-delay 0.05 -o trial.csv");
   command.callback([options, command] {

@@ -52,28 +52,38 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   };
   const std::uint64_t hash = hash_of(std::span(sway).first(static_cast<std::size_t>(samples)));
 
-  std::string header = "/* " + origin + "\n   How to use it: docs/firmware.md of decid. */\n";
+  const sim::Body& body = protocol.experiment.body;
+  std::string header =
+      "/* " + origin +
+      format(
+          "\n   For a body of %.6g kg whose centre of mass is %.6g m above the ankles: m g h %.6g N m/rad."
+          "\n   How to use it: docs/firmware.md of decid. */\n",
+          body.mass_kg, body.com_height_m, body.mgh());
   header += embedded::firmware_controller_header();
   const int delay_steps = static_cast<int>(sim::longest_delay_s * sim::steps_per_second) + 2;
   header = replaced(header, "@CONSTANTS@",
                     define("DECID_FW_STEPS_PER_SECOND", sim::steps_per_second) +
                         define_double("DECID_FW_LONGEST_DELAY_S", sim::longest_delay_s) +
-                        define("DECID_FW_DELAY_STEPS", delay_steps) +
-                        define_double("DECID_FW_INERTIA_KGM2", protocol.experiment.body.inertia_kgm2) +
+                        define("DECID_FW_DELAY_STEPS", delay_steps) + define_double("DECID_FW_MASS_KG", body.mass_kg) +
+                        define_double("DECID_FW_COM_HEIGHT_M", body.com_height_m) +
+                        define_double("DECID_FW_INERTIA_KGM2", body.inertia_kgm2) +
+                        define_double("DECID_FW_MGH_NM_RAD", body.mgh()) +
                         define("DECID_FW_TEST_STEPS", samples * protocol.experiment.steps_per_sample()));
 
   const sim::Course course = sim::course_of(protocol.experiment, stimulus);
-  const std::array<double, 3> sine = sim::sine_of(protocol.experiment.body);
+  const std::array<double, 3> sine = sim::sine_of(body);
   std::string source = "/* " + origin + R"(
    Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
-   -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math. The self-test tells if the bits are right. */
+   -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math or -ffinite-math-only. The self-test tells if the
+   bits are right. */
 )";
   source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
-  for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_FMA_FLOAT"}) source += define(unused, 0);
+  for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_FMA_FLOAT", "USES_FLOAT_BITS"})
+    source += define(unused, 0);
   source += define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
             define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
-            define_double("STEP_OVER_INERTIA", course.step_s / protocol.experiment.body.inertia_kgm2) +
-            define_double("BODY_MGH", protocol.experiment.body.mgh()) + define_double("SINE_0", sine[0]) +
+            define_double("STEP_OVER_INERTIA", course.step_s / body.inertia_kgm2) +
+            define_double("BODY_MGH", body.mgh()) + define_double("SINE_0", sine[0]) +
             define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
             define("STEPS_PER_SAMPLE", course.steps_per_sample) + define("STEPS_PER_INTERVAL", course.interval_steps) +
             define("TEST_INTERVALS", intervals) +

@@ -127,7 +127,8 @@ std::string settings(const Model& model, const ForBody& body, const FirmwarePlan
           define("USES_LOG", uses.log_modulus || uses.residual || uses.asinh || uses.mixture) +
           define("USES_SQUARE_ROOT", uses.modulus || uses.residual || uses.asinh || uses.mixture || uses.statistics ||
                                          plan.options.familiarity) +
-          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture) + define("USES_IS_FINITE", 0);
+          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture) + define("USES_IS_FINITE", 0) +
+          define("USES_FLOAT_BITS", 1);
   text += define("FAMILIARITY", plan.options.familiarity) + define("QUANTISED", plan.options.int8) +
           define("INCREMENTAL", plan.options.incremental) + define("STREAM_ROWS", plan.stream_rows) +
           define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
@@ -405,7 +406,7 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
                        format(R"(
    Plain C99, or C++. No library at all (compilers may call memcpy and memset, and what divides where the processor does
    not), no memory but the arena and the stack, no state. All numbers are IEEE 754; gcc outside of -std=c99 needs
-   -ffp-contract=off, no compiler may have -ffast-math. The self-test tells if the bits are right.
+   -ffp-contract=off, no compiler may have -ffast-math or -ffinite-math-only. The self-test tells if the bits are right.
    Weights %lld bytes, arena %lld bytes; all feature maps as a whole would be %lld. */
 )",
                               plan.weight_bytes(), plan.arena.bytes, plan.whole_map_bytes());

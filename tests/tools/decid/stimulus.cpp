@@ -252,7 +252,7 @@ TEST_CASE("simulate --model dip: wrong input") {
   check_refused("simulate --model dip --hip-delay 2" + output, {"hip parameter delay"});
   check_refused("simulate --model dip --kp 0 --kd 0" + output, {"5 degrees"});
   check_refused("simulate --model dip --hip-kp 800 --hip-delay 0.2 --seed 4" + output, {"leg or trunk", "--hip-delay"});
-  write_text(folder / "p.json", R"({"body": {"inertia_kgm2": 103}})");
+  write_text(folder / "p.json", R"({"body": {"mass_kg": 86.283, "com_height_m": 0.99119, "inertia_kgm2": 103}})");
   check_refused("simulate --model dip --protocol " + folder / "p.json" + output, {"inertia", "subject"});
   CHECK(folder.files() == 1);
 }

@@ -74,7 +74,7 @@ int DECID_FW_feed(const float* sway_rad, int count, void* arena) {
       result = DECID_FW_ERROR_COUNT;
     }
     for (i = 0; (result == DECID_FW_OK) && (i < (int32_t)count); ++i) {
-      if ((sway_rad[i] - sway_rad[i]) != 0.0F) {
+      if (is_finite_float(sway_rad[i]) == 0) {
         result = DECID_FW_ERROR_NOT_FINITE;
       }
     }
@@ -105,19 +105,13 @@ int DECID_FW_result(float* parameters, void* arena) {
 }
 #endif
 
-static uint32_t float_bits(float value) {
-  union {
-    float value;
-    uint32_t bits;
-  } u;
-  u.value = value;
-  return u.bits;
-}
-
 int DECID_FW_self_test(void* arena) {
   float parameters[PARAMETERS];
   int32_t i;
   int32_t result = check_arena(arena);
+  if ((result == DECID_FW_OK) && (run_trial(arena, &not_a_number.value) != DECID_FW_ERROR_NOT_FINITE)) {
+    result = DECID_FW_ERROR_SELF_TEST;
+  }
   if (result == DECID_FW_OK) {
     result = run_trial(arena, NULL);
   }

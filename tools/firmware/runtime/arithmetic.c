@@ -1,6 +1,10 @@
 /* ---- Arithmetic with promised bits ----------------------------------------------------------------------------------
    IEEE 754 additions, multiplications and divisions, and what C99 has only in libm: fused multiply-add, square root. */
 
+/* Both make of NaN and infinity what they like: such inputs would be answered as if they were numbers. */
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ != 0)) || defined(_M_FP_FAST)
+#error "Floating-point expressions must be those of IEEE 754: compile without -ffast-math and -ffinite-math-only"
+#endif
 /* 16: only _Float16, which is not used here, has its own type; gcc's GNU modes say so where the processor has it. */
 #if (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)
 #error "Floating-point expressions must be evaluated in their own type: on x86 compile for SSE (-mfpmath=sse)"
@@ -45,10 +49,27 @@ static uint64_t bits_of(double value) {
 #endif
 
 #if USES_IS_FINITE
-/* By its bits: where doubles are computed in software, a comparison is a call. */
+/* By its bits: where doubles are computed in software, a comparison is a call; and see is_finite_float. */
 static int32_t is_finite(double value) {
   const uint64_t infinity = 0x7ff0000000000000U;
   return (int32_t)((bits_of(value) & infinity) != infinity);
+}
+#endif
+
+#if USES_FLOAT_BITS
+static uint32_t float_bits(float value) {
+  union {
+    float value;
+    uint32_t bits;
+  } u;
+  u.value = value;
+  return u.bits;
+}
+
+/* By its bits too: a compiler that takes every number for finite may leave a comparison out. */
+static int32_t is_finite_float(float value) {
+  const uint32_t infinity = 0x7f800000U;
+  return (int32_t)((float_bits(value) & infinity) != infinity);
 }
 #endif
 

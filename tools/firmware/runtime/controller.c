@@ -15,6 +15,27 @@ static double rounded(double x) {
   return (double)(int32_t)(x + 0.5);
 }
 
+#define MAGIC 0x64656332 /* of a state that has begun */
+
+static double not_a_number(void) {
+  double_bits u;
+  u.bits = 0x7ff8000000000000U;
+  return u.value;
+}
+
+/* Whether a parameter is one: NaN by its bits, as a comparison with it may be left out. */
+static int32_t is_between(double x, double most) {
+  return ((is_finite(x) != 0) && (x >= 0.0) && (x <= most)) ? 1 : 0;
+}
+
+static int32_t are_parameters(const DECID_FW_parameters* p) {
+  return ((is_between(p->kp, LARGEST_GAIN) != 0) && (is_between(p->kd, LARGEST_GAIN) != 0) &&
+          (is_between(p->kp_pass, LARGEST_GAIN) != 0) && (is_between(p->kd_pass, LARGEST_GAIN) != 0) &&
+          (is_between(p->theta, LARGEST_GAIN) != 0) && (is_between(p->delay, DECID_FW_LONGEST_DELAY_S) != 0))
+             ? 1
+             : 0;
+}
+
 int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters) {
   const DECID_FW_parameters* const p = (parameters != NULL) ? parameters : &DECID_FW_identified;
   double steps;
@@ -22,9 +43,7 @@ int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters)
   if (state == NULL) {
     return DECID_FW_ERROR_NULL;
   }
-  if (!((p->kp >= 0.0) && (p->kp <= LARGEST_GAIN) && (p->kd >= 0.0) && (p->kd <= LARGEST_GAIN) && (p->kp_pass >= 0.0) &&
-        (p->kp_pass <= LARGEST_GAIN) && (p->kd_pass >= 0.0) && (p->kd_pass <= LARGEST_GAIN) && (p->theta >= 0.0) &&
-        (p->theta <= LARGEST_GAIN) && (p->delay >= 0.0) && (p->delay <= DECID_FW_LONGEST_DELAY_S))) {
+  if (are_parameters(p) == 0) {
     return DECID_FW_ERROR_RANGE;
   }
   state->kp = 2.0 * STEP_OVER_INERTIA * p->kp;
@@ -46,6 +65,7 @@ int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters)
   for (i = 0; i < DECID_FW_DELAY_STEPS; ++i) {
     state->commands[i] = 0.0;
   }
+  state->begun = MAGIC;
   return DECID_FW_OK;
 }
 
@@ -62,6 +82,9 @@ int DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rat
   int then;
   if ((state == NULL) || (scaled == NULL)) {
     return DECID_FW_ERROR_NULL;
+  }
+  if (state->begun != MAGIC) {
+    return DECID_FW_ERROR_STATE;
   }
   noise = 0.5 * vestibular_rate;
   heard = (0.5 * support_rate) + noise;
@@ -101,6 +124,9 @@ int DECID_FW_step(DECID_FW_state* state, double sway_rad, double sway_rate, doub
 }
 
 double DECID_FW_passive(const DECID_FW_state* state, double ankle_rad, double ankle_rate) {
+  if ((state == NULL) || (state->begun != MAGIC)) {
+    return not_a_number();
+  }
   return -(((state->passive * ankle_rad) + (state->damping * ankle_rate)) / STEP_OVER_INERTIA);
 }
 
@@ -116,6 +142,29 @@ static uint64_t hash_of(uint64_t before, double value) {
   return (before ^ u.bits) * 1099511628211U;
 }
 
+/* Whether what is no number and a state that was not begun are refused. */
+static int32_t refuses(DECID_FW_state* state) {
+  DECID_FW_parameters p = DECID_FW_identified;
+  double scaled = 0.0;
+  int32_t input;
+  int32_t refused = 1;
+  p.delay = not_a_number();
+  state->begun = 0;
+  if ((DECID_FW_begin(state, &p) != DECID_FW_ERROR_RANGE) ||
+      (DECID_FW_step_scaled(state, 0.0, 0.0, 0.0, 0.0, &scaled) != DECID_FW_ERROR_STATE) ||
+      (DECID_FW_begin(state, NULL) != DECID_FW_OK)) {
+    refused = 0;
+  }
+  for (input = 0; (input < 4) && (refused != 0); ++input) {
+    double inputs[4] = {0.0, 0.0, 0.0, 0.0};
+    inputs[input] = not_a_number();
+    if (DECID_FW_step_scaled(state, inputs[0], inputs[1], inputs[2], inputs[3], &scaled) != DECID_FW_ERROR_NOT_FINITE) {
+      refused = 0;
+    }
+  }
+  return refused;
+}
+
 int DECID_FW_self_test(DECID_FW_state* state) {
   double sway = 0.0;
   double rate = 0.0;
@@ -125,6 +174,9 @@ int DECID_FW_self_test(DECID_FW_state* state) {
   int32_t i;
   int32_t step = 0;
   int result = DECID_FW_begin(state, NULL);
+  if ((result == DECID_FW_OK) && (refuses(state) == 0)) {
+    result = DECID_FW_ERROR_SELF_TEST;
+  }
   for (interval = 0; (interval < TEST_INTERVALS) && (result == DECID_FW_OK); ++interval) {
     const double tilt_rate = test_rate[interval];
     const double drive_slope = state->passive * (tilt_rate * 0.001);

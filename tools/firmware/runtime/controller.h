@@ -9,10 +9,11 @@ extern "C" {
 /* Return codes. */
 enum {
   DECID_FW_OK = 0,
-  DECID_FW_ERROR_NULL = -1,      /* a pointer is null */
-  DECID_FW_ERROR_RANGE = -2,     /* a parameter is negative or no number, or the delay is longer than the line */
-  DECID_FW_ERROR_SELF_TEST = -3, /* other bits than the program that made this file computed */
-  DECID_FW_ERROR_NOT_FINITE = -4 /* an input of a step is infinite or NaN, or so large that its command would be */
+  DECID_FW_ERROR_NULL = -1,       /* a pointer is null */
+  DECID_FW_ERROR_RANGE = -2,      /* a parameter is negative or no number, or the delay is longer than the line */
+  DECID_FW_ERROR_SELF_TEST = -3,  /* NaN was not refused, or other bits than the program that made this file computed */
+  DECID_FW_ERROR_NOT_FINITE = -4, /* an input of a step is infinite or NaN, or so large that its command would be */
+  DECID_FW_ERROR_STATE = -5       /* the state was never begun */
 };
 
 /* What identification yields, in SI units. */
@@ -29,21 +30,21 @@ typedef struct {
 typedef struct {
   double kp, kd, passive, damping, theta, fraction;
   double error, newer;
-  int whole, first_step, step;
+  int whole, first_step, step, begun;
   double commands[DECID_FW_DELAY_STEPS];
 } DECID_FW_state;
 
 /* The parameters that this file was made with. */
 extern const DECID_FW_parameters DECID_FW_identified;
 
-/* At rest, upright. parameters NULL: those that this file was made with. */
+/* At rest, upright. parameters NULL: those that this file was made with. With an error the state is left as it was. */
 int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters);
 
 /* One step of 1 ms. torque: the active torque on the body in N m, positive towards positive sway.
    sway_rad, sway_rate: the body's centre of mass in space, rad and rad/s. support_rate: the tilt of what it stands on,
    in space, rad/s (sway_rate less the ankle's rate, where only these are measured). vestibular_rate: what is added to
    it as the vestibular channel hears it, rad/s; 0 where the sensors' own noise takes its place.
-   The state must have been begun. With another result than DECID_FW_OK state and torque are left as they were: it was
+   A state that was never begun (all zeros, say) gives DECID_FW_ERROR_STATE. With another result than DECID_FW_OK state and torque are left as they were: it was
    no step, and the same state goes on with the next sample that is a number. What the ankle does meanwhile is the
    caller's to say. */
 int DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate, double vestibular_rate,
@@ -54,10 +55,10 @@ int DECID_FW_step_scaled(DECID_FW_state *state, double sway_rad, double sway_rat
                          double vestibular_rate, double *scaled);
 
 /* The passive torque, for a machine whose ankle has no stiffness of its own. ankle_rad: body less support.
-   It has no state: NaN for NaN. */
+   NaN for NaN, and of a state that was never begun. */
 double DECID_FW_passive(const DECID_FW_state *state, double ankle_rad, double ankle_rate);
 
-/* Lets the controller balance a simulated body on the protocol's tilt for DECID_FW_TEST_STEPS steps and compares the
+/* Begins the state, feeds it NaN, then lets the controller balance a simulated body on the protocol's tilt for DECID_FW_TEST_STEPS steps and compares the
    bits of every sample with the simulator's. */
 int DECID_FW_self_test(DECID_FW_state *state);
 

@@ -158,6 +158,15 @@ static void convolve(const network_layer* layer, const network_map* dst, const a
 }
 
 #if USES_POOLS
+/* Whether a pool takes x in place of the largest so far. A NaN stays. */
+static int32_t is_larger(accumulator x, accumulator largest) {
+#if QUANTISED
+  return (x > largest) ? 1 : 0;
+#else
+  return ((x > largest) || ((float_bits(x) & 0x7fffffffU) > 0x7f800000U)) ? 1 : 0;
+#endif
+}
+
 /* One channel's window. */
 static accumulator pool(const network_layer* layer, const activation* x) {
   accumulator sum = 0;
@@ -165,7 +174,7 @@ static accumulator pool(const network_layer* layer, const activation* x) {
   if (layer->kind == LAYER_MAX_POOL) {
     sum = x[0];
     for (t = 1; t < layer->taps; ++t) {
-      if (x[t] > sum) {
+      if (is_larger(x[t], sum) != 0) {
         sum = x[t];
       }
     }

@@ -81,8 +81,8 @@ static int32_t run_trial(void* arena, const float* sway) {
       const int32_t first = FIRST_SAMPLE + (cycle * WINDOW) + (row * BLOCK);
       double sum = 0.0;
       for (i = first; i < (first + BLOCK); ++i) {
-        const float value = (sway == NULL) ? test_sample(i) : sway[i];
-        if ((value - value) != 0.0F) { /* true of infinities and NaN */
+        const float value = sample_of(sway, i, i);
+        if (is_finite_float(value) == 0) {
           return DECID_FW_ERROR_NOT_FINITE;
         }
         sum = sum + (double)value;
@@ -103,7 +103,7 @@ static int32_t run_image(void* arena, const float* image) {
   for (row = 0; row < IMAGE_ROWS; ++row) {
     for (channel = 0; channel < IMAGE_CHANNELS; ++channel) {
       const float value = image[(channel * IMAGE_ROWS) + row];
-      if ((value - value) != 0.0F) {
+      if (is_finite_float(value) == 0) {
         return DECID_FW_ERROR_NOT_FINITE;
       }
       put_pixel(&maps_of(arena)[network_maps[0].offset], channel, row, 0, value);

@@ -43,8 +43,8 @@ static int32_t load_window(void* arena, const float* sway, int32_t first) {
   complex_value* const signal = signal_of(arena);
   int32_t n;
   for (n = 0; n < WINDOW; ++n) {
-    const float value = (sway == NULL) ? test_sample(first + n) : sway[n];
-    if ((value - value) != 0.0F) { /* true of infinities and NaN */
+    const float value = sample_of(sway, n, first + n);
+    if (is_finite_float(value) == 0) {
       return DECID_FW_ERROR_NOT_FINITE;
     }
 #if (WINDOW % 2) == 0
@@ -166,7 +166,7 @@ static int32_t run_trial(void* arena, const float* sway) {
   start(arena);
   for (window = 0; (window < (IMAGE_COLUMNS * FOLD)) && (result == DECID_FW_OK); ++window) {
     const int32_t first = FIRST_SAMPLE + (((cycle_of(window) * IMAGE_COLUMNS) + column_of(window)) * WINDOW);
-    result = load_window(arena, (sway == NULL) ? NULL : &sway[first], first);
+    result = load_window(arena, ((sway == NULL) || (sway == &not_a_number.value)) ? sway : &sway[first], first);
     finish_work(arena);
   }
   return result;
@@ -184,7 +184,7 @@ static int32_t run_image(void* arena, const float* image) {
     for (channel = 0; channel < IMAGE_CHANNELS; ++channel) {
       for (row = 0; row < IMAGE_ROWS; ++row) {
         const float value = image[(((channel * IMAGE_ROWS) + row) * IMAGE_COLUMNS) + column];
-        if ((value - value) != 0.0F) {
+        if (is_finite_float(value) == 0) {
           return DECID_FW_ERROR_NOT_FINITE;
         }
         put_pixel(pixels, channel, row, column, value);

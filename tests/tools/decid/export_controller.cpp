@@ -1,0 +1,198 @@
+// decid export controller: whose body the exported gains are for.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/text.hpp"
+#include "sim/protocol.hpp"
+#include "sim/segments.hpp"
+#include "tests/near.hpp"
+#include "tests/tools/decid/run.hpp"
+
+namespace decid {
+namespace {
+
+using test::check_refused;
+using test::Folder;
+using test::near;
+using test::read_text;
+using test::run_decid;
+using test::write_text;
+using Json = nlohmann::json;
+
+constexpr double rounding = 1e-12;
+const sim::Body person = sim::body_of(sim::segments_of({.mass_kg = 70.0, .height_m = 1.75}));
+/// Nearly of a person's build. Its m g h is a twentieth of the default body's.
+constexpr sim::Body robot{.mass_kg = 7.2, .com_height_m = 0.6, .inertia_kgm2 = 3.1};
+
+Json body_json(const sim::Body& body) {
+  return {{"mass_kg", body.mass_kg}, {"com_height_m", body.com_height_m}, {"inertia_kgm2", body.inertia_kgm2}};
+}
+
+/// Well within what stands, with a short delay, which a small body needs.
+sim::Parameters gains(const sim::Body& body) {
+  const double mgh = body.mgh();
+  return {0.9 * mgh, 0.3 * mgh, 0.25 * mgh, 0.12 * mgh, 0.15, 0.0016, 0.05};
+}
+
+/// What decid identify would have written of that body.
+void write_result(const std::string& path, const std::optional<sim::Body>& body, const sim::Parameters& values) {
+  const sim::ParameterTable& table = sim::single_pendulum().parameters;
+  Json parameters = Json::array();
+  for (std::size_t i = 0; i < table.size(); ++i) parameters.push_back({{"name", table[i].name}, {"value", values[i]}});
+  Json result{{"recordings", {{{"trust", "usable"}, {"parameters", parameters}}}}};
+  if (body) result["body"] = body_json(*body);
+  write_text(path, result.dump());
+}
+
+void write_protocol(const std::string& path, const sim::Body& body) {
+  write_text(path, Json{{"name", "other"}, {"body", body_json(body)}}.dump());
+}
+
+/// The six gains, times and thresholds that a source says were identified, and what its header says of the body.
+struct Exported {
+  std::array<double, 6> values{};
+  std::string header;
+
+  bool has(const std::string& name, double value) const {
+    return header.find("#define C_" + name + " " + format("%.17g", value)) != std::string::npos;
+  }
+};
+Exported exported(const Folder& folder, const std::string& options) {
+  const auto run = run_decid("export controller --name c --quiet " + options + " -o " + folder / "c");
+  CAPTURE(run.err);
+  REQUIRE(run.code == 0);
+  Exported found;
+  const std::string source = read_text(folder / "c/c.c"), start = "c_identified = {";
+  const std::size_t at = source.find(start);
+  REQUIRE(at != std::string::npos);
+  std::istringstream list(source.substr(at + start.size()));
+  for (double& value : found.values) {
+    char comma = 0;
+    list >> value >> comma;
+  }
+  found.header = read_text(folder / "c/c.h");
+  return found;
+}
+
+/// Gains times ratio; threshold and delay as they are.
+void check_gains(const Exported& found, const sim::Parameters& from, double ratio) {
+  for (const std::size_t i : {0U, 1U, 2U, 3U}) CHECK(near(found.values[i], ratio * from[i], rounding));
+  CHECK(found.values[4] == from[sim::Theta]);
+  CHECK(found.values[5] == from[sim::Delay]);
+}
+
+}  // namespace
+
+TEST_CASE("export controller: a protocol of another body than the result's is refused") {
+  const Folder folder;
+  const std::string result = folder / "r.json", other = folder / "robot.json", own = folder / "person.json";
+  write_result(result, person, gains(person));
+  write_protocol(other, robot);
+  write_protocol(own, person);
+  check_refused("export controller " + result + " --protocol " + other + " -o " + folder / "c",
+                {"r.json", "7.2 kg at 0.6 m", "another one", "--scale-to " + other});
+  check_refused("export controller " + result + " --protocol short -o " + folder / "c", {"--scale-to short"});
+  CHECK_FALSE(std::filesystem::exists(folder / "c"));
+  for (const std::string& options : {std::string(), " --protocol " + own}) {
+    const Exported found = exported(folder, result + options);
+    check_gains(found, gains(person), 1.0);
+    CHECK(found.has("MASS_KG", person.mass_kg));
+    CHECK(found.has("COM_HEIGHT_M", person.com_height_m));
+    CHECK(found.has("INERTIA_KGM2", person.inertia_kgm2));
+    CHECK(found.has("MGH_NM_RAD", person.mgh()));
+    CHECK(found.header.find(format("For a body of %.6g kg", person.mass_kg)) != std::string::npos);
+  }
+  // To the digits that are printed it is the same body.
+  sim::Body rounded = person;
+  rounded.mass_kg = 1e-3 * std::round(1e3 * rounded.mass_kg);
+  write_protocol(own, rounded);
+  CHECK(exported(folder, result + " --protocol " + own).has("MASS_KG", person.mass_kg));
+}
+
+TEST_CASE("export controller: gains are scaled to another body by m g h, and that body has to stand") {
+  const Folder folder;
+  const std::string result = folder / "r.json", other = folder / "robot.json";
+  write_result(result, person, gains(person));
+  write_protocol(other, robot);
+  const double ratio = robot.mgh() / person.mgh();
+  const Exported scaled = exported(folder, result + " --scale-to " + other);
+  check_gains(scaled, gains(person), ratio);
+  CHECK(scaled.has("MASS_KG", robot.mass_kg));
+  CHECK(scaled.has("INERTIA_KGM2", robot.inertia_kgm2));
+  CHECK(scaled.has("MGH_NM_RAD", robot.mgh()));
+
+  // Of the result's build, unless an inertia is told.
+  const Exported told = exported(folder, result + " --protocol short --mass 7.2 --com-height 0.6");
+  check_gains(told, gains(person), ratio);
+  const double inertia =
+      person.inertia_kgm2 * (7.2 / person.mass_kg) * (0.6 / person.com_height_m * (0.6 / person.com_height_m));
+  const std::string define = "#define C_INERTIA_KGM2 ";
+  CHECK(near(std::stod(told.header.substr(told.header.find(define) + define.size())), inertia, rounding));
+  CHECK(exported(folder, result + " --mass 7.2 --com-height 0.6 --inertia 3.1").has("INERTIA_KGM2", 3.1));
+  // What is given on the command line is meant for that body.
+  CHECK(exported(folder, result + " --scale-to " + other + " --kp 40").values[0] == 40.0);
+
+  sim::Parameters late = gains(person);
+  late[sim::Delay] = 0.24;  // far too late for a body of a tenth of the height
+  write_result(folder / "late.json", person, late);
+  const std::string small = " --mass 2 --com-height 0.1";
+  check_refused("export controller " + folder / "late.json" + small + " -o " + folder / "n", {"the body falls"});
+  CHECK_FALSE(std::filesystem::exists(folder / "n"));
+
+  const std::string out = " -o " + folder / "n";
+  check_refused("export controller " + result + " --mass 7.2" + out, {"--mass and --com-height together"});
+  check_refused("export controller " + result + " --com-height 0.6" + out, {"--mass and --com-height together"});
+  check_refused("export controller " + result + " --inertia 3" + out, {"--mass and --com-height together"});
+  check_refused("export controller " + result + " --mass 7.2 --com-height 0.6 --inertia 1" + out, {"inertia"});
+  check_refused("export controller " + result + " --scale-to " + other + " --mass 7 --com-height 0.6" + out,
+                {"--scale-to"});
+  check_refused("export controller " + result + " --scale-to " + other + " --protocol short" + out, {"--scale-to"});
+}
+
+TEST_CASE("export controller: gains that nobody gave are the middle of the ranges of the protocol's body") {
+  const Folder folder;
+  write_protocol(folder / "person.json", person);
+  const sim::Parameters middle = sim::single_pendulum().parameters.middle();
+  check_gains(exported(folder, "--protocol " + folder / "person.json"), middle, person.mgh() / sim::Body{}.mgh());
+  check_gains(exported(folder, ""), middle, 1.0);
+}
+
+TEST_CASE("export controller: a result that does not say whose body it is for is not scaled") {
+  const Folder folder;
+  const std::string result = folder / "r.json";
+  write_protocol(folder / "robot.json", robot);
+  write_result(result, {}, gains(sim::Body{}));
+  check_gains(exported(folder, result + " --protocol short"), gains(sim::Body{}), 1.0);
+  for (const char* option : {"--protocol ", "--scale-to "})
+    check_refused("export controller " + result + " " + option + folder / "robot.json" + " -o " + folder / "n",
+                  {"r.json", "does not say whose body"});
+  write_result(result, sim::Body{.mass_kg = 0.0}, gains(person));
+  check_refused("export controller " + result + " --scale-to " + folder / "robot.json" + " -o " + folder / "n",
+                {"r.json", "body"});
+}
+
+TEST_CASE("simulate: default gains are the middle of the ranges of the protocol's body, as in data sets") {
+  const Folder folder;
+  write_protocol(folder / "person.json", person);
+  const std::string protocol = " --protocol " + folder / "person.json";
+  std::string options;
+  const sim::ParameterTable& table = sim::single_pendulum().parameters;
+  const double ratio = person.mgh() / sim::Body{}.mgh();
+  for (const sim::ParameterInfo& info : table)
+    options += " --" + info.option +
+               format(" %.17g", info.per_mgh ? 0.5 * (ratio * info.low + ratio * info.high) : info.middle());
+  REQUIRE(run_decid("simulate --quiet" + protocol + " -o " + folder / "a.csv").code == 0);
+  REQUIRE(run_decid("simulate --quiet" + protocol + options + " -o " + folder / "b.csv").code == 0);
+  CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
+  REQUIRE(run_decid("simulate --quiet" + options + " -o " + folder / "c.csv").code == 0);
+  CHECK(read_text(folder / "a.csv") != read_text(folder / "c.csv"));
+  write_protocol(folder / "robot.json", robot);
+  CHECK(
+      run_decid("simulate --quiet --delay 0.05 --protocol " + folder / "robot.json" + " -o " + folder / "d.csv").code ==
+      0);
+}
+
+}  // namespace decid

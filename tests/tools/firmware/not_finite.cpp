@@ -1,0 +1,186 @@
+// Exported C and what is no number: flags that would hide it, self-tests that feed it, pools that pass it on, states
+// that were never begun.
+#include <cmath>
+#include <limits>
+
+#include "base/text.hpp"
+#include "tests/tools/firmware/models.hpp"
+#include "tools/firmware/text.hpp"
+
+namespace decid::tools {
+namespace {
+
+using test::Folder;
+using test::run_decid;
+using test::shell;
+
+const std::string warnings = " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror ";
+
+std::vector<std::string> compilers() {
+  std::vector<std::string> all{DECID_C_COMPILER};
+  for (const char* other : {"gcc", "clang-14"})
+    if (test::have(other) && other != all.front()) all.emplace_back(other);
+  return all;
+}
+
+/// A shell's exit code, without a message where it is not 0.
+int quiet_code(const std::string& command) {
+  const int status = std::system((command + " >/dev/null 2>&1 </dev/null").c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/// Compiles folder/c/NAME.c with a main and runs it: its exit code.
+int run_main(const Folder& folder, const std::string& name, const std::string& compiler, const std::string& main) {
+  const std::string c = folder / "c";
+  test::write_text(folder / "main.c", "#include <math.h>\n#include <stdio.h>\n#include \"" + name + ".h\"\n" + main);
+  REQUIRE(shell(compiler + warnings + "-I " + c + " -c " + c + "/" + name + ".c -o " + folder / "c.o") == 0);
+  REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O1 -I " + c + " " + folder / "main.c" + " " +
+                folder / "c.o" + " -lm -o " + folder / "main") == 0);
+  return quiet_code(folder / "main");
+}
+
+void replace_in(const std::string& path, const std::string& what, const std::string& by) {
+  const std::string text = test::read_text(path);
+  REQUIRE(text.find(what) != std::string::npos);
+  test::write_text(path, replaced(text, what, by));
+}
+
+/// A small model of one column of pixels, whose first convolution makes infinity of 2 and whose second NaN of that.
+Model overflowing_model(const std::string& pool) {
+  Model model = test::made_up_model(sim::short_protocol(), {.channels = {dataset::Channel::sway}, .block = 600},
+                                    "conv 1 1x1; conv 1 1x1; " + pool + "; fc 7");
+  for (const std::size_t layer : {0U, 1U})
+    for (nn::Parameter<float>& p : model.network.layers()[layer].parameters()) p.value.assign(p.value.size(), 0.0F);
+  model.network.layers()[0].parameters()[0].value[0] = std::numeric_limits<float>::max();
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("exported C is refused by compilers that may take NaN for a number") {
+  const Folder folder;
+  const std::string c = folder / "c";
+  REQUIRE(run_decid("export controller --name controller --quiet -o " + c).code == 0);
+  REQUIRE(run_decid("export c " + test::firmware_model + " --name model --quiet -o " + c).code == 0);
+  for (const std::string& compiler : compilers())
+    for (const char* name : {"controller", "model"}) {
+      const auto compiled = [&](const std::string& flags) {
+        return quiet_code(compiler + " -std=c99 " + flags + " -I " + c + " -c " + c + "/" + name + ".c -o " +
+                          folder / "c.o");
+      };
+      CAPTURE(compiler);
+      CAPTURE(name);
+      CHECK(compiled("-O2") == 0);
+      CHECK(compiled("-O2 -fno-math-errno") == 0);
+      for (const char* flags : {"-O2 -ffast-math", "-O2 -ffinite-math-only", "-Ofast"}) {
+        CAPTURE(flags);
+        CHECK(compiled(flags) != 0);
+      }
+    }
+}
+
+TEST_CASE("an exported controller tells NaN by its bits, and a state that was never begun") {
+  const Folder folder;
+  REQUIRE(run_decid("export controller --name controller --quiet -o " + folder / "c").code == 0);
+  const std::string main = R"(
+static controller_state state, never;
+int main(void) {
+  controller_parameters p = controller_identified;
+  double torque = 7.0, bad[3];
+  int i, k;
+  bad[0] = (double)NAN; bad[1] = (double)INFINITY; bad[2] = -(double)INFINITY;
+  if (controller_step(&never, 0.01, 0.0, 0.0, 0.0, &torque) != CONTROLLER_ERROR_STATE) return 1;
+  if (controller_step_scaled(&never, 0.01, 0.0, 0.0, 0.0, &torque) != CONTROLLER_ERROR_STATE) return 2;
+  if (torque != 7.0 || !isnan(controller_passive(&never, 0.01, 0.0)) || !isnan(controller_passive(NULL, 0.0, 0.0)))
+    return 3;
+  p.delay = bad[0];
+  if (controller_begin(&never, &p) != CONTROLLER_ERROR_RANGE) return 4;
+  if (controller_step(&never, 0.01, 0.0, 0.0, 0.0, &torque) != CONTROLLER_ERROR_STATE) return 5;
+  if (controller_begin(&state, NULL) != CONTROLLER_OK) return 6;
+  for (k = 0; k < 3; ++k) {
+    p = controller_identified; p.delay = bad[k];
+    if (controller_begin(&state, &p) != CONTROLLER_ERROR_RANGE) return 7;
+    p = controller_identified; p.kp = bad[k];
+    if (controller_begin(&state, &p) != CONTROLLER_ERROR_RANGE) return 8;
+    for (i = 0; i < 4; ++i) {
+      double in[4] = {0.01, 0.0, 0.001, 0.0};
+      in[i] = bad[k];
+      if (controller_step(&state, in[0], in[1], in[2], in[3], &torque) != CONTROLLER_ERROR_NOT_FINITE) return 9;
+    }
+  }
+  /* The parameters that were refused left the state as it was. */
+  if (torque != 7.0 || controller_step(&state, 0.01, 0.0, 0.0, 0.0, &torque) != CONTROLLER_OK) return 10;
+  return 0;
+}
+)";
+  for (const std::string& compiler : compilers()) {
+    CAPTURE(compiler);
+    CHECK(run_main(folder, "controller", compiler + " -std=c99 -O2", main) == 0);
+    // Who talks the preprocessor out of it still has these errors.
+    CHECK(run_main(folder, "controller", compiler + " -std=c99 -O2 -ffast-math -U__FAST_MATH__ -U__FINITE_MATH_ONLY__",
+                   main) == 0);
+  }
+}
+
+TEST_CASE("self-tests of exported C feed NaN: they fail where it passes for a number") {
+  const Folder folder;
+  const std::string c = folder / "c";
+  const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O1";
+  REQUIRE(run_decid("export controller --name controller --quiet -o " + c).code == 0);
+  const std::string controller_main =
+      "static controller_state state;\nint main(void) { return (controller_self_test(&state) == %s) ? 0 : 1; }\n";
+  const auto main_of = [](const std::string& text, const char* code) { return replaced(text, "%s", code); };
+  CHECK(run_main(folder, "controller", compiler, main_of(controller_main, "CONTROLLER_OK")) == 0);
+  replace_in(c + "/controller.c", "((bits_of(value) & infinity) != infinity)",
+             "((bits_of(value) & infinity) <= infinity)");
+  CHECK(run_main(folder, "controller", compiler, main_of(controller_main, "CONTROLLER_ERROR_SELF_TEST")) == 0);
+
+  const std::string model_main =
+      "static model_arena arena;\nint main(void) { return (model_self_test(&arena) == %s) ? 0 : 1; }\n";
+  for (const std::string& model : {std::string(DECID_SOURCE_DIR "/models/ideal.safetensors"), test::firmware_model}) {
+    CAPTURE(model);
+    REQUIRE(run_decid("export c " + model + " --name model --quiet -o " + c).code == 0);
+    CHECK(run_main(folder, "model", compiler, main_of(model_main, "MODEL_OK")) == 0);
+    replace_in(c + "/model.c", "((float_bits(value) & infinity) != infinity)",
+               "((float_bits(value) & infinity) <= infinity)");
+    CHECK(run_main(folder, "model", compiler, main_of(model_main, "MODEL_ERROR_SELF_TEST")) == 0);
+  }
+}
+
+TEST_CASE("a NaN that arises within an exported network passes its pools, in any place") {
+  struct Case {
+    const char* pool;
+    int rows, stride;
+  };
+  for (const auto& [pool, rows, stride] :
+       {Case{"maxpool 2x1", 2, 2}, {"maxpool 3x1 stride 2x1", 3, 2}, {"avgpool 2x1", 2, 2}}) {
+    CAPTURE(pool);
+    const Folder folder;
+    const Model model = overflowing_model(pool);
+    const int pixels = model.images().shape().size();
+    REQUIRE(pixels >= 4);
+    test::write_text(folder / "m.safetensors", to_bytes(model));
+    REQUIRE(run_decid("export c " + folder / "m.safetensors" + " --name model --quiet -o " + folder / "c").code == 0);
+    const std::string main = R"(
+static model_arena arena;
+int main(void) {
+  int place, i;
+  for (place = -1; place < PIXELS; ++place) {
+    float image[PIXELS] = {0.0F}, parameters[MODEL_PARAMETERS];
+    if (place >= 0) image[place] = 2.0F;
+    if (model_identify_image(image, parameters, &arena) != MODEL_OK) return 1;
+    for (i = 0; i < MODEL_PARAMETERS; ++i)
+      if ((isnan(parameters[i]) != 0) != (place >= 0)) return 2 + place;
+  }
+  return 0;
+}
+)";
+    const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
+    // What fills no window at the end is left out.
+    const int seen = (pixels - rows) / stride * stride + rows;
+    CHECK(run_main(folder, "model", compiler, "#define PIXELS " + std::to_string(pixels) + "\n" + main) ==
+          (seen == pixels ? 0 : 2 + seen));
+  }
+}
+
+}  // namespace decid::tools
