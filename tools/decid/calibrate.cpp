@@ -16,6 +16,7 @@
 #include "base/version.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "identify/calibration.hpp"
+#include "identify/fit_conditions.hpp"
 #include "identify/identify.hpp"
 #include "sim/noise.hpp"
 #include "sim/protocol_json.hpp"
@@ -37,7 +38,7 @@ struct CalibrateOptions {
   int trials = 300;
   std::uint64_t seed = 2026;
   bool resume = false;
-  std::string output, figure, model;
+  std::string output, figure, model, conditions;
   posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   posterior::Settings settings;
 };
@@ -49,6 +50,8 @@ Json settings_json(const CalibrateOptions& options, const sim::Protocol& protoco
           {"seed", options.seed},
           {"prior_start_s", options.priors.start_s},
           {"prior_gain", options.priors.gain},
+          {"standing_s", options.priors.standing_s},
+          {"most_steps", options.settings.most_steps},
           {"groups", options.settings.groups},
           {"most_leaps", options.settings.most_leaps},
           {"rounds", options.settings.rounds},
@@ -174,7 +177,10 @@ class Network {
 /// As it is recorded where start and gain are as their priors say.
 sim::Protocol recorded(sim::Protocol protocol, const posterior::Priors& priors) {
   if (priors.start_s > 0.0) protocol.conditions[sim::Condition::start] = {.share = 1.0, .high = priors.start_s};
-  if (priors.gain > 0.0) protocol.conditions[sim::Condition::gain] = {.share = 1.0, .high = priors.gain};
+  // Uniform, with the prior's standard deviation.
+  if (priors.gain > 0.0)
+    protocol.conditions[sim::Condition::gain] = {.share = 1.0, .high = std::sqrt(3.0) * priors.gain};
+  if (protocol.standing_s == 0.0) protocol.standing_s = priors.standing_s;
   return protocol;
 }
 
@@ -221,6 +227,57 @@ CalibratedTrial calibrate_trial(const posterior::Density& density, const Trials:
   result.attempt = trial.attempt;
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
+}
+
+Json conditions_json(const std::vector<FitConditionFigures>& rows, const sim::ParameterTable& table) {
+  Json json = Json::array();
+  for (const FitConditionFigures& row : rows) {
+    json.push_back({{"condition", row.name},
+                    {"figures", figures_json(table, row.figures)},
+                    {"usable", row.usable},
+                    {"caution", row.caution},
+                    {"not_usable", row.not_usable},
+                    {"from_network", row.from_network},
+                    {"mean_s", row.mean_s},
+                    {"max_s", row.max_s}});
+  }
+  return json;
+}
+
+std::string conditions_text(const std::vector<FitConditionFigures>& rows) {
+  std::string text =
+      "| condition | trials | MSE | predicted | coverage of 90% | usable | caution | not usable | network's answer | "
+      "mean s |\n|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const FitConditionFigures& row : rows)
+    text += format("| %s | %d | %.3f | %.3f | %.3f | %d | %d | %d | %d | %.1f |\n", row.name.c_str(),
+                   row.figures.trials, row.figures.all.mse, row.figures.all.promised, row.figures.all.covered90,
+                   row.usable, row.caution, row.not_usable, row.from_network, row.mean_s);
+  return text;
+}
+
+/// The table of recording conditions: fits as users get them, with start and gain unknown.
+void run_conditions(const CalibrateOptions& options) {
+  if (ranks() != nullptr) throw Error("--conditions", "runs in one process", "start it without mpirun");
+  std::vector<std::string> inputs;
+  ProtocolOptions named = options.protocol;
+  named.name = options.conditions;
+  sim::Protocol protocol = named.load(&inputs);
+  inputs.push_back(options.model);
+  refuse_same_file(options.output, inputs);
+  const FitRequest request{{}, options.settings};
+  if (protocol.standing_s == 0.0) protocol.standing_s = request.priors.standing_s;
+  const Model model = model_or_built_in(options.model);
+  catch_interrupt();
+  const std::vector<FitConditionFigures> rows =
+      fit_conditions(model, protocol, request, options.trials, options.seed, [&](const std::string& name) {
+        if (!options.common.quiet) std::cerr << "calibrate: condition " << name << "\n";
+        return !interrupted();
+      });
+  const Json json{{"settings", settings_json(options, protocol)},
+                  {"conditions", conditions_json(rows, protocol.parameters())}};
+  if (!options.output.empty()) write_file(options.output, json.dump(1) + "\n");
+  std::cout << (options.common.json ? json.dump(1) + "\n" : conditions_text(rows));
+  if (interrupted()) throw std::runtime_error(format("stopped after %zu conditions", rows.size()));
 }
 
 void run_calibrate(const CalibrateOptions& options) {
@@ -331,6 +388,14 @@ void add_calibrate(const Command& program) {
   command.add_option("--prior-gain", options->priors.gain, "As for fit, and of the trials; 0: known")
       .show_default()
       .range(0.0, 0.5);
+  command
+      .add_option("--standing", options->priors.standing_s,
+                  "The bodies have stood, and swayed, so many seconds before a trial; 0: they start at rest")
+      .show_default()
+      .range(0.0, 60.0);
+  command.add_option("--conditions", options->conditions,
+                     "Instead, a table for this protocol: each of its recording conditions alone, and all together, "
+                     "fitted as fit does it");
   command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
   command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
   add_output_option(command, "-o,--output", options->output, Written::json,
@@ -339,10 +404,13 @@ void add_calibrate(const Command& program) {
                     "SVG to write: where the truths lie among the draws");
   command.add_flag("--resume", options->resume, "Go on with the trials that the file has");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json");
+  command.footer(
+      "Examples: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json\n"
+      "          decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60");
   command.callback([options] {
     options->settings.least_draws = std::min(options->settings.least_draws, options->settings.most_draws);
     apply(options->common);
+    if (!options->conditions.empty()) return run_conditions(*options);
     run_calibrate(*options);
   });
 }
