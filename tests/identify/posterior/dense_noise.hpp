@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "sim/experiment.hpp"
@@ -77,12 +78,14 @@ struct DenseNoise {
     std::vector<double> covariance(blocks * blocks, 0.0);
     const double sd = 10.0 * sim::rad_per_deg;  // of the offset, and of the line from end to end
     const auto line = [&](std::size_t m) { return (static_cast<double>(m) + 0.5) / static_cast<double>(blocks) - 0.5; };
-    for (std::size_t m = 0; m < blocks; ++m) {
-      for (std::size_t n = 0; n < blocks; ++n) {
-        double sum = sd * sd * (1.0 + line(m) * line(n));
-        for (std::size_t k = 0; k < blocks; ++k) sum += (k < kept ? power(k) : others) * cosine(k, m) * cosine(k, n);
-        covariance[m * blocks + n] = sum;
-      }
+    for (std::size_t m = 0; m < blocks; ++m)
+      for (std::size_t n = 0; n < blocks; ++n) covariance[m * blocks + n] = sd * sd * (1.0 + line(m) * line(n));
+    std::vector<double> cosines(blocks);
+    for (std::size_t k = 0; k < (others > 0.0 ? blocks : kept); ++k) {
+      for (std::size_t m = 0; m < blocks; ++m) cosines[m] = cosine(k, m);
+      const double variance = k < kept ? power(k) : others;
+      for (std::size_t m = 0; m < blocks; ++m)
+        for (std::size_t n = 0; n < blocks; ++n) covariance[m * blocks + n] += variance * cosines[m] * cosines[n];
     }
     return covariance;
   }
@@ -95,18 +98,19 @@ struct DenseNoise {
   /// Of the first `kept` coefficients.
   DenseGaussian of_coefficients(std::size_t kept) const {
     const std::vector<double> all = of_blocks(kept, 0.0);
-    std::vector<double> half, covariance(kept * kept);
-    for (std::size_t m = 0; m < blocks; ++m) {
-      const std::vector<double> row = transform(kept, std::span(all).subspan(m * blocks, blocks));
-      half.insert(half.end(), row.begin(), row.end());
-    }
-    std::vector<double> column(blocks);
+    std::vector<double> cosines, half(kept * blocks, 0.0), covariance(kept * kept, 0.0);
+    for (std::size_t k = 0; k < kept; ++k)
+      for (std::size_t m = 0; m < blocks; ++m) cosines.push_back(cosine(k, m));
     for (std::size_t k = 0; k < kept; ++k) {
-      for (std::size_t m = 0; m < blocks; ++m) column[m] = half[m * kept + k];
-      const std::vector<double> row = transform(kept, column);
-      std::copy(row.begin(), row.end(), covariance.begin() + static_cast<std::ptrdiff_t>(k * kept));
+      for (std::size_t m = 0; m < blocks; ++m)
+        for (std::size_t n = 0; n < blocks; ++n) half[k * blocks + n] += cosines[k * blocks + m] * all[m * blocks + n];
+      for (std::size_t j = 0; j <= k; ++j) {
+        double& entry = covariance[k * kept + j];
+        for (std::size_t n = 0; n < blocks; ++n) entry += half[k * blocks + n] * cosines[j * blocks + n];
+        covariance[j * kept + k] = entry;
+      }
     }
-    return DenseGaussian(covariance);
+    return DenseGaussian(std::move(covariance));
   }
   /// The relative error that rounding leaves in what is computed with these matrices.
   double rounding(std::size_t kept) const {

@@ -98,14 +98,14 @@ TEST_CASE_FIXTURE(Prior, "Sampler: globals that are held stay where they are, an
   for (int chain = 0; chain < lanes; ++chain)
     density.set({.parameters = some_parameters(), .sensor_noise_deg = 0.02, .slow_noise_deg = 0.01},
                 sampler.coordinates(), chain);
-  const auto size = static_cast<std::size_t>(density.size()), free = size - Density::held;
+  const auto size = static_cast<std::size_t>(density.size()), moving = size - Density::held;
   const auto check = [&] {
     const std::vector<double> before(sampler.coordinates().begin(), sampler.coordinates().end());
-    sampler.begin_adapting(1e-3);
+    sampler.begin_adapting(1e-6);
     sampler.move(3);
     for (std::size_t i = 0; i < size * lanes; ++i) {
       REQUIRE(sampler.acceptance()[i % lanes] > 0.9);
-      REQUIRE((sampler.coordinates()[i] == before[i]) == (i >= free * lanes));
+      REQUIRE((sampler.coordinates()[i] == before[i]) == (i >= moving * lanes));
     }
   };
   sampler.hold_last();

@@ -105,7 +105,7 @@ TEST_CASE("NoiseSpectrum: the misfit is the Gaussian density of the kept coeffic
       const std::vector<double> kept = dense.transform(r.rows, r.blocks_of(r.unfolded, l));
       const DenseGaussian gaussian = dense.of_coefficients(r.rows);
       const double scale = gaussian.product(kept, kept) + std::abs(gaussian.log_determinant());
-      CHECK(within(misfit[l], gaussian.misfit(kept), 100.0 * dense.rounding(r.rows) * scale));
+      CHECK(within(misfit[l], gaussian.misfit(kept), dense.rounding(r.rows) * scale));
     }
   }
 }
@@ -152,7 +152,7 @@ TEST_CASE("NoiseSpectrum: derivatives by the residual are the inverse covariance
         unit[m] = 1.0;
         const std::vector<double> its = dense.transform(r.rows, unit);
         const double scale = std::sqrt(gaussian.product(kept, kept) * gaussian.product(its, its));
-        CHECK(within(derivative[m], gaussian.product(kept, its), 100.0 * dense.rounding(r.rows) * scale));
+        CHECK(within(derivative[m], gaussian.product(kept, its), dense.rounding(r.rows) * scale));
       }
     }
   }
@@ -183,7 +183,7 @@ TEST_CASE("NoiseSpectrum: products of whitened columns are those of the inverse 
           double product = 0.0;
           for (std::size_t k = 0; k < r.rows; ++k) product += whitened[a][k * lanes + l] * whitened[b][k * lanes + l];
           const double scale = std::sqrt(gaussian.product(of_a, of_a) * gaussian.product(of_b, of_b));
-          CHECK(within(product, gaussian.product(of_a, of_b), 100.0 * dense.rounding(r.rows) * scale));
+          CHECK(within(product, gaussian.product(of_a, of_b), dense.rounding(r.rows) * scale));
         }
       }
     }
@@ -194,6 +194,7 @@ TEST_CASE("NoiseSpectrum: products of whitened columns are those of the inverse 
 // does say and what rounding leaves are both 1e-8.
 TEST_CASE("NoiseSpectrum: a block given all others has the density of all over that of the others") {
   for (Residuals& r : cases()) {
+    if (r.rows < 8) continue;  // offset and line alone say as little
     r.misfit();
     std::vector<double> log_density(r.blocks * lanes);
     r.spectrum.leave_block_out(log_density, r.work, chosen_isa());
