@@ -17,9 +17,9 @@ struct ParameterPrior {
   struct Normal {
     double mean, sd;
   };
-  std::string name;              ///< as in the parameter table
-  std::optional<Range> range;    ///< empty: the table's
-  std::optional<Normal> normal;  ///< within the range; empty: uniform
+  std::string name;                   ///< as in the parameter table
+  std::optional<Range> range = {};    ///< empty: the table's
+  std::optional<Normal> normal = {};  ///< within the range; empty: uniform
 };
 
 struct Priors {

@@ -1,14 +1,18 @@
 // The density of a recorded trial: its sway against the simulator's, its gradient against finite differences, its
-// information against products of differences, the same bits for every instruction set.
+// information against products of differences, whitened by an explicit covariance matrix; the same bits for every
+// instruction set.
 #include "identify/posterior/density.hpp"
 
 #include <algorithm>
 #include <array>
 #include <complex>
 #include <limits>
+#include <numeric>
+#include <variant>
 
 #include "identify/posterior/cholesky.hpp"
 #include "tests/helpers.hpp"
+#include "tests/identify/posterior/dense_noise.hpp"
 #include "tests/identify/posterior/trial.hpp"
 
 using namespace decid;
@@ -69,14 +73,96 @@ double worst_gradient(const Density& density, const Observation& observation, st
   return worst;
 }
 
+/// Normal priors of two parameters, one of them in a narrower range, and a range of a third.
+std::vector<ParameterPrior> parameter_priors() {
+  return {{.name = "Kp", .range = ParameterPrior::Range{700.0, 1000.0}, .normal = ParameterPrior::Normal{800.0, 100.0}},
+          {.name = "delay", .normal = ParameterPrior::Normal{0.1, 0.03}},
+          {.name = "Nv", .range = ParameterPrior::Range{0.1, 0.6}}};
+}
+
+/// Sets the noise of all chains to that of item `item` of the simulator, in a trial that starts where the density's
+/// model does, if its noise has the period of the density's and begins at 1.6 / period: the basis' harmonic 2 stands
+/// for 1.5 to 2.5 of them.
+void set_simulated_noise(const Density& density, double nv, std::uint64_t item, Values& x) {
+  const Random normals(5, Stream::vestibular_noise, item);
+  const double period_s = density.noise_period_s(), radius = std::sqrt(nv * nv + 0.05 * 0.05);
+  for (int i = 0; i < density.noise_size() / 2; ++i) {
+    const int k = i + 2;
+    if (k > period_s) continue;
+    // The simulator's deviation is the density at k times 1 / period, the basis' the integral over its band.
+    const double from = std::max(1.6, k - 0.5), to = std::min(period_s, k + 0.5);
+    const double ratio = std::sqrt(1.0 / k / std::log(to / from)) * radius;
+    const std::complex<double> turned = std::complex<double>(normals.normal(2 * static_cast<std::uint64_t>(k) + 1),
+                                                             normals.normal(2 * static_cast<std::uint64_t>(k))) *
+                                        std::polar(ratio, 2.0 * sim::pi * k * density.first_bin_s() / period_s);
+    for (std::size_t l = 0; l < lanes; ++l) at(x, 2 * i, l) = turned.imag(), at(x, 2 * i + 1, l) = turned.real();
+  }
+}
+
+struct Modelled {
+  Values sway, residual;
+};
+Modelled model(const Density& density, const Observation& observation, const Values& x) {
+  Density::Workspace work(density);
+  const auto size = static_cast<std::size_t>(density.blocks()) * lanes;
+  Modelled result{Values(size), Values(size)};
+  density.model(observation, x, result.sway, result.residual, work);
+  return result;
+}
+
+std::vector<double> of_chain(const Values& values, std::size_t l) {
+  std::vector<double> result;
+  for (std::size_t at = l; at < values.size(); at += lanes) result.push_back(values[at]);
+  return result;
+}
+
+double rms_deg(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size())) / sim::rad_per_deg;
+}
+
+/// What is left of values without their straight line of least squares: the model's offset and line are fitted.
+std::vector<double> without_line(std::vector<double> values) {
+  const auto count = static_cast<double>(values.size());
+  double mean = 0.0, slope = 0.0, squares = 0.0;
+  const auto place = [&](std::size_t i) { return static_cast<double>(i) - 0.5 * (count - 1.0); };
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    mean += values[i] / count;
+    slope += place(i) * values[i];
+    squares += place(i) * place(i);
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] -= mean + slope / squares * place(i);
+  return values;
+}
+
+/// The measurement noise of a chain as spectrum.hpp defines it; slow noise is an Ornstein-Uhlenbeck process.
+DenseNoise noise_of(const Density& density, const State& state) {
+  const double white = density.block_noise_rad(state.sensor_noise_deg), slow = state.slow_noise_deg * sim::rad_per_deg;
+  return {static_cast<std::size_t>(density.blocks()),
+          density.block_s(),
+          density.priors().drift_hz,
+          white * white,
+          2.0 * slow * slow * state.slow_memory_s / density.block_s(),
+          state.slow_memory_s * state.slow_memory_s};
+}
+/// Of the cosine transform's coefficients those up to 2.5 Hz, at most half of them.
+std::size_t coefficients(const Density& density) {
+  const auto up_to = static_cast<std::size_t>(2.0 * density.blocks() * density.block_s() * 2.5) + 1;
+  return std::min(up_to, static_cast<std::size_t>(density.blocks() / 2));
+}
+
 }  // namespace
 
 TEST_CASE("Density: the gradient is that of the potential") {
   const sim::Protocol protocol = sines_protocol();
-  const Density density(protocol, {});
-  const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
-  CHECK(worst_gradient(density, observation, {}) < 1.0);
-  CHECK(worst_gradient(density, observation, 0.1) < 1.0);
+  for (const Priors& priors : {Priors{}, Priors{.standing_s = 0.0}, Priors{.parameters = parameter_priors()},
+                               Priors{.standing_s = 3.0, .moved_before = true}}) {
+    const Density density(protocol, priors);
+    const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+    CHECK(worst_gradient(density, observation, {}) < 1.0);
+    CHECK(worst_gradient(density, observation, 0.1) < 1.0);
+  }
 }
 
 TEST_CASE("Density: the gradient where start and gain are known, and without vestibular noise") {
@@ -95,42 +181,196 @@ TEST_CASE("Density: the gradient where start and gain are known, and without ves
 TEST_CASE("Density: the modelled sway is the simulator's, with its noise") {
   // The basis' own period, so that the simulator's noise is one of the basis.
   sim::Protocol protocol = sim::default_protocol();
-  protocol.noise.vestibular.period_s = Density(protocol, {}).noise_period_s();
-  const double period_s = protocol.noise.vestibular.period_s;
-  protocol.noise.vestibular.low_hz = 1.6 / period_s;  // the basis' harmonic 2 stands for 1.5 to 2.5
-  const Density density(protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});
-  sim::Parameters parameters = some_parameters();
-  const std::vector<float> sway = recorded(protocol, parameters, 0.0, 4);
-  const Observation observation = density.observe(sway);
+  const Priors priors{.start_s = 0.0, .gain = 0.0, .standing_s = 0.0};
+  protocol.noise.vestibular.period_s = Density(protocol, priors).noise_period_s();
+  protocol.noise.vestibular.low_hz = 1.6 / protocol.noise.vestibular.period_s;
+  const Density density(protocol, priors);
+  const sim::Parameters parameters = some_parameters();
+  const Observation observation = density.observe(recorded(protocol, parameters, 0.0, 4));
   Values x(static_cast<std::size_t>(density.size()) * lanes, 0.0);
   for (int chain = 0; chain < lanes; ++chain)
     density.set({.parameters = parameters, .sensor_noise_deg = 0.02}, x, chain);
-  const Random normals(5, Stream::vestibular_noise, 4);
-  const double radius = std::sqrt(parameters[sim::Nv] * parameters[sim::Nv] + 0.05 * 0.05);
-  for (int i = 0; i < density.noise_size() / 2; ++i) {
-    const int k = i + 2;
-    if (k > period_s) continue;
-    // The simulator's deviation is the density at k times 1 / period, the basis' the integral over its band.
-    const double from = std::max(1.6, k - 0.5), to = std::min(period_s, k + 0.5);
-    const double ratio = std::sqrt(1.0 / k / std::log(to / from)) * radius;
-    const std::complex<double> turned = std::complex<double>(normals.normal(2 * static_cast<std::uint64_t>(k) + 1),
-                                                             normals.normal(2 * static_cast<std::uint64_t>(k))) *
-                                        std::polar(ratio, 2.0 * sim::pi * k * density.first_bin_s() / period_s);
-    for (std::size_t l = 0; l < lanes; ++l) at(x, 2 * i, l) = turned.imag(), at(x, 2 * i + 1, l) = turned.real();
-  }
-  Density::Workspace work(density);
-  const auto size = static_cast<std::size_t>(density.blocks()) * lanes;
-  Values modelled(size), residual(size);
-  density.model(observation, x, modelled, residual, work);
-  double error = 0.0, power = 0.0;
+  set_simulated_noise(density, parameters[sim::Nv], 4, x);
+  const Modelled modelled = model(density, observation, x);
   for (std::size_t m = 0; m < static_cast<std::size_t>(density.blocks()); ++m) {
-    error += residual[m * lanes] * residual[m * lanes];
-    power += observation.sway[m] * observation.sway[m];
-    CHECK(modelled[m * lanes] == modelled[m * lanes + 5]);
+    CHECK(modelled.sway[m * lanes] == modelled.sway[m * lanes + 5]);
+    const double line =
+        observation.level_rad + observation.slope_rad * (static_cast<double>(m) - 0.5 * (density.blocks() - 1));
+    REQUIRE(within(modelled.sway[m * lanes] + modelled.residual[m * lanes], observation.sway[m] + line, 1e-15));
   }
-  const double rms_deg = std::sqrt(error / density.blocks()) / sim::rad_per_deg;
-  CHECK(std::sqrt(power / density.blocks()) / sim::rad_per_deg > 0.1);
-  CHECK(rms_deg < 1e-3);  // bins of 50 ms, 5 Hz; a sensor of 0.02 degrees leaves 6e-3 in a block of 100 ms
+  CHECK(rms_deg(observation.sway) > 0.1);
+  // Bins of 50 ms, 2.5 Hz; a sensor of 0.02 degrees leaves 6e-3 in a block of 100 ms.
+  CHECK(rms_deg(of_chain(modelled.residual, 0)) < 1e-3);
+}
+
+namespace {
+
+/// A trial that begins with 10 s of rest, of which they are cut away: the body sways when the recording begins.
+struct Standing {
+  sim::Protocol protocol;
+  Priors priors{.start_s = 0.0, .gain = 0.0, .standing_s = 10.0};
+  sim::Parameters parameters = some_parameters();
+  std::vector<float> sway;
+  Density density;
+  Values x;
+
+  explicit Standing(const sim::Protocol& of)
+      : protocol(of), sway(cut()), density(protocol, priors), x(static_cast<std::size_t>(density.size()) * lanes, 0.0) {
+    for (int chain = 0; chain < lanes; ++chain)
+      density.set({.parameters = parameters, .sensor_noise_deg = 0.02}, x, chain);
+    set_simulated_noise(density, parameters[sim::Nv], 4, x);
+  }
+  std::vector<float> cut() {
+    protocol.noise.vestibular.period_s = Density(protocol, priors).noise_period_s();
+    protocol.noise.vestibular.low_hz = 1.6 / protocol.noise.vestibular.period_s;
+    sim::Protocol whole = protocol;
+    std::visit([](auto& kind) { kind.lead_in_s = 10.0; }, whole.experiment.stimulus);
+    const std::vector<float> all = recorded(whole, parameters, 0.0, 4);
+    return {all.end() - protocol.samples(), all.end()};
+  }
+};
+
+sim::Protocol one_sequence() {
+  sim::Protocol protocol = sim::default_protocol();
+  std::get<sim::Sequence>(protocol.experiment.stimulus).cycles = 1;
+  return protocol;
+}
+
+}  // namespace
+
+TEST_CASE("Density: a body that has stood and swayed before the recording is modelled") {
+  for (const sim::Protocol& protocol : {sines_protocol(), one_sequence()}) {
+    const Standing standing(protocol);
+    const Observation observation = standing.density.observe(standing.sway);
+    CHECK(rms_deg(observation.sway) > 0.1);
+    CHECK(rms_deg(of_chain(model(standing.density, observation, standing.x).residual, 0)) < 1e-3);
+    // A body at rest is another.
+    const Density at_rest(standing.protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});
+    Values x(static_cast<std::size_t>(at_rest.size()) * lanes, 0.0);
+    for (int chain = 0; chain < lanes; ++chain)
+      at_rest.set({.parameters = standing.parameters, .sensor_noise_deg = 0.02}, x, chain);
+    CHECK(rms_deg(of_chain(model(at_rest, at_rest.observe(standing.sway), x).residual, 0)) > 0.02);
+  }
+}
+
+TEST_CASE("Density: before the trial the platform rested, or it played the end of the cycle") {
+  sim::Protocol twice = sines_protocol();
+  std::get<sim::Sines>(twice.experiment.stimulus).cycles = 2;
+  twice.noise.vestibular.scale_deg = twice.noise.vestibular.period_s = 0.0;
+  sim::Protocol once = sines_protocol();
+  once.noise.vestibular.scale_deg = 0.0;
+  const std::vector<float> both = recorded(twice, some_parameters(), 0.0, 0);
+  const std::vector<float> second(both.end() - once.samples(), both.end());
+  for (const bool moved : {true, false}) {
+    const Density density(once, {.start_s = 0.0, .gain = 0.0, .standing_s = 20.0, .moved_before = moved});
+    Values x(static_cast<std::size_t>(density.size()) * lanes, 0.0);
+    for (int chain = 0; chain < lanes; ++chain)
+      density.set({.parameters = some_parameters(), .sensor_noise_deg = 0.02}, x, chain);
+    const double error = rms_deg(of_chain(model(density, density.observe(second), x).residual, 0));
+    CHECK((error < 1e-3) == moved);
+    CHECK((error > 0.02) == !moved);
+  }
+}
+
+// Samples are floats: 0.3 degrees of offset move them by up to 2e-10 rad.
+TEST_CASE("Density: an offset and a straight line change nothing") {
+  const Standing standing(sines_protocol());
+  std::vector<float> noisy = standing.sway, moved;
+  std::vector<double> noise(noisy.size());
+  Random(5, Stream::sensor_noise, 4).fill_normal(noise);
+  for (std::size_t i = 0; i < noisy.size(); ++i) {
+    const double value = double{noisy[i]} + 0.02 * sim::rad_per_deg * noise[i];
+    const double place = static_cast<double>(i) / static_cast<double>(noisy.size());
+    noisy[i] = static_cast<float>(value);
+    moved.push_back(static_cast<float>(value + (0.3 + 0.4 * place) * sim::rad_per_deg));
+  }
+  const Density& density = standing.density;
+  const Observation here = density.observe(noisy), there = density.observe(moved);
+  CHECK(within((there.level_rad - here.level_rad) / sim::rad_per_deg, 0.5, 1e-3));
+  CHECK(within((there.slope_rad - here.slope_rad) * density.blocks() / sim::rad_per_deg, 0.4, 1e-6));
+  for (std::size_t m = 0; m < here.sway.size(); ++m) REQUIRE(within(there.sway[m], here.sway[m], 1e-9));
+  const Evaluated before = evaluate(density, here, standing.x), after = evaluate(density, there, standing.x);
+  for (std::size_t l = 0; l < lanes; ++l) CHECK(near(after.potential[l], before.potential[l], 1e-6));
+  double largest = 0.0;
+  for (const double value : before.gradient) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < before.gradient.size(); ++i)
+    REQUIRE(within(after.gradient[i], before.gradient[i], 1e-6 * largest));
+  const Modelled modelled = model(density, here, standing.x), shifted = model(density, there, standing.x);
+  for (std::size_t m = 0; m < here.sway.size(); ++m) {
+    const double place = (static_cast<double>(m) + 0.5) / density.blocks();
+    REQUIRE(within((shifted.sway[m * lanes] - modelled.sway[m * lanes]) / sim::rad_per_deg, 0.3 + 0.4 * place, 1e-3));
+  }
+}
+
+// Without what observe() takes away: the priors of offset and line are 10 degrees, so of the noise's size 1e-6.
+TEST_CASE("Density: an offset and a line that the observation still has are integrated out") {
+  const Standing standing(sines_protocol());
+  const Density& density = standing.density;
+  const Observation here = density.observe(standing.sway);
+  Observation there = here;
+  for (std::size_t m = 0; m < there.sway.size(); ++m)
+    there.sway[m] += (0.3 + 0.4 * static_cast<double>(m) / density.blocks()) * sim::rad_per_deg;
+  const Evaluated before = evaluate(density, here, standing.x), after = evaluate(density, there, standing.x);
+  // Half of the squares of offset and line in units of their priors.
+  for (std::size_t l = 0; l < lanes; ++l)
+    CHECK(within(after.potential[l], before.potential[l], 0.6 * (0.05 * 0.05 + 0.04 * 0.04)));
+  double largest = 0.0;
+  for (const double value : before.gradient) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < before.gradient.size(); ++i)
+    REQUIRE(within(after.gradient[i], before.gradient[i], 1e-6 * largest));
+}
+
+TEST_CASE("Density: the misfit is the potential without the priors") {
+  const sim::Protocol protocol = sines_protocol();
+  const Density density(protocol, {});
+  const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+  const Values x = random_points(density, 6);
+  const Evaluated all = evaluate(density, observation, x);
+  Density::Workspace work(density);
+  std::vector<double> misfit(lanes), few(lanes - 1);
+  density.misfit(observation, x, misfit, work);
+  CHECK_THROWS_AS(density.misfit(observation, x, few, work), Error);
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const double nv = density.state(x, static_cast<int>(l)).parameters[sim::Nv];
+    const double variance = nv * nv + 0.05 * 0.05;
+    double prior = 0.5 * density.noise_size() * std::log(variance);
+    for (int i = 0; i < density.size(); ++i) {
+      const double value = x[static_cast<std::size_t>(i) * lanes + l];
+      prior += 0.5 * value * value / (i < density.noise_size() ? variance : 1.0);
+    }
+    CHECK(within(all.potential[l], misfit[l] + prior, 1e-12 * (std::abs(misfit[l]) + std::abs(prior))));
+  }
+}
+
+// Given all others a block is normal with the precision Q_ii and the mean r_i - (Q r)_i / Q_ii.
+TEST_CASE("Density: a block given all others, by the explicit inverse covariance") {
+  const sim::Protocol protocol = sines_protocol();
+  const Density density(protocol, {});
+  const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+  const Values x = random_points(density, 7);
+  const auto blocks = static_cast<std::size_t>(density.blocks());
+  std::vector<double> log_density(blocks * lanes), few(blocks);
+  Density::Workspace work(density);
+  density.leave_block_out(observation, x, log_density, work);
+  CHECK_THROWS_AS(density.leave_block_out(observation, x, few, work), Error);
+  const Modelled modelled = model(density, observation, x);
+  const std::size_t kept = coefficients(density);
+  for (std::size_t l = 0; l < lanes; l += 3) {
+    const DenseNoise noise = noise_of(density, density.state(x, static_cast<int>(l)));
+    const DenseGaussian gaussian = noise.of_coefficients(kept);
+    const std::vector<double> residual = gaussian.whitened(noise.transform(kept, of_chain(modelled.residual, l)));
+    for (std::size_t i = 0; i < blocks; ++i) {
+      std::vector<double> unit(blocks, 0.0);
+      unit[i] = 1.0;
+      const std::vector<double> column = gaussian.whitened(noise.transform(kept, unit));
+      double precision = 0.0, weighed = 0.0;
+      for (std::size_t k = 0; k < kept; ++k) precision += column[k] * column[k], weighed += column[k] * residual[k];
+      const double square = weighed * weighed / precision;
+      const double expected = 0.5 * std::log(precision / (2.0 * sim::pi)) - 0.5 * square + std::log(sim::rad_per_deg);
+      // The residual's line is fitted, with a prior that is not quite flat.
+      CHECK(within(log_density[i * lanes + l], expected, 1e-5 * (1.0 + square)));
+    }
+  }
 }
 
 TEST_CASE("Density: what is perceived is the noise, and what of it and the platform passes the dead band") {
@@ -148,7 +388,10 @@ TEST_CASE("Density: what is perceived is the noise, and what of it and the platf
   CHECK_THROWS_AS(density.perceive(x, none, tilt, work), Error);
   CHECK_THROWS_AS(density.perceive(none, noise, tilt, work), Error);
 
-  const NoiseBasis basis(protocol, 50, protocol.experiment.steps() / 50 + 8, 5.0);
+  // 10 s of standing before the trial: 200 bins.
+  constexpr std::size_t lead = 200;
+  const NoiseBasis basis(protocol, 50, 200 + protocol.experiment.steps() / 50 + 8, protocol.experiment.steps() / 50 + 8,
+                         4.4);
   REQUIRE(basis.size() == density.noise_size());
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
   std::vector<double> column(static_cast<std::size_t>(basis.edges()));
@@ -161,20 +404,22 @@ TEST_CASE("Density: what is perceived is the noise, and what of it and the platf
       const double factor = nv / std::sqrt(nv * nv + 0.05 * 0.05) * x[static_cast<std::size_t>(i) * lanes + l];
       for (std::size_t edge = 0; edge < column.size(); ++edge) expected[edge] += factor * column[edge];
     }
-    // Half-way between edges the cubic through four of them, at the ends the line.
+    expected.erase(expected.begin(), expected.begin() + lead - 1);  // edge + 1 is the trial's
+    // Half-way between edges the cubic through four of them.
     const auto middle = [&](std::size_t edge) {
-      const double near = expected[edge] + expected[edge + 1];
-      return edge == 0 ? 0.5 * near : (9.0 * near - expected[edge - 1] - expected[edge + 2]) / 16.0;
+      const double near = expected[edge + 1] + expected[edge + 2];
+      return (9.0 * near - expected[edge] - expected[edge + 3]) / 16.0;
     };
     // Step by step, as the simulator integrates; halves of bins take velocities for straight lines.
     double estimate = 0.0, largest = 0.0, worst = 0.0;
     for (std::size_t edge = 0; edge < static_cast<std::size_t>(density.edges()); ++edge) {
-      CHECK(within(noise[edge * lanes + l], expected[edge], 1e-12));
+      CHECK(within(noise[edge * lanes + l], expected[edge + 1], 1e-12));
       worst = std::max(worst, std::abs(tilt[edge * lanes + l] - estimate));
       largest = std::max(largest, std::abs(estimate));
       for (int j = 0; j < 50 && edge + 1 < static_cast<std::size_t>(density.edges()); ++j) {
         const double between = (j % 25 + 0.5) / 25.0;
-        const double low = j < 25 ? expected[edge] : middle(edge), high = j < 25 ? middle(edge) : expected[edge + 1];
+        const double low = j < 25 ? expected[edge + 1] : middle(edge);
+        const double high = j < 25 ? middle(edge) : expected[edge + 2];
         const double velocity =
             stimulus.rate_at(static_cast<int>(edge) * 50 + j) + (1.0 - between) * low + between * high;
         estimate += sim::integration_step_s * (velocity - std::clamp(velocity, -theta, theta));
@@ -198,29 +443,57 @@ TEST_CASE("Density: the information is that of the model's derivatives and of th
   const int noises = density.noise_size();
   const std::vector<int> some{0,          1,          11,         noises - 1, noises,     noises + 1, noises + 2,
                               noises + 3, noises + 4, noises + 5, noises + 6, noises + 8, noises + 9};
+  // The model's offset and line follow the rest of it; the inverse covariance does not see them.
   std::vector<Values> columns;
   const double step = 1e-5;
   for (const int i : some) {
-    Values high = x, low = x, modelled(length), above(length), below(length);
+    Values high = x, low = x;
     for (std::size_t l = 0; l < lanes; ++l) at(high, i, l) += step, at(low, i, l) -= step;
-    density.model(observation, high, modelled, above, work);
-    density.model(observation, low, modelled, below, work);
-    for (std::size_t m = 0; m < length; ++m) above[m] = (above[m] - below[m]) / (2.0 * step);
-    columns.push_back(above);
+    Values change = model(density, observation, high).sway;
+    const Values below = model(density, observation, low).sway;
+    for (std::size_t m = 0; m < length; ++m) change[m] = (change[m] - below[m]) / (2.0 * step);
+    columns.push_back(change);
   }
-  for (std::size_t a = 0; a < some.size(); ++a) {
-    for (std::size_t b = 0; b < a; ++b) {
-      for (std::size_t l = 0; l < lanes; ++l) {
-        const double noise = density.block_noise_rad(density.state(x, static_cast<int>(l)).sensor_noise_deg);
-        double product = 0.0, of_a = 0.0, of_b = 0.0;
-        for (std::size_t m = 0; m < static_cast<std::size_t>(density.blocks()); ++m) {
-          product += columns[a][m * lanes + l] * columns[b][m * lanes + l];
-          of_a += columns[a][m * lanes + l] * columns[a][m * lanes + l];
-          of_b += columns[b][m * lanes + l] * columns[b][m * lanes + l];
-        }
+  const std::size_t kept = coefficients(density);
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const DenseNoise noise = noise_of(density, density.state(x, static_cast<int>(l)));
+    const DenseGaussian gaussian = noise.of_coefficients(kept);
+    std::vector<std::vector<double>> whitened;
+    for (const Values& column : columns)
+      whitened.push_back(gaussian.whitened(noise.transform(kept, of_chain(column, l))));
+    const auto product = [&](std::size_t a, std::size_t b) {
+      return std::inner_product(whitened[a].begin(), whitened[a].end(), whitened[b].begin(), 0.0);
+    };
+    for (std::size_t a = 0; a < some.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) {
         const std::size_t entry = triangle(static_cast<std::size_t>(some[a])) + static_cast<std::size_t>(some[b]);
-        const double scale = std::sqrt(of_a * of_b) / (noise * noise);
-        CHECK(within(information[entry * lanes + l], product / (noise * noise), 4e-4 * scale));  // kinks within a step
+        const double scale = std::sqrt(product(a, a) * product(b, b));
+        CHECK(within(information[entry * lanes + l], product(a, b), 4e-4 * scale));  // kinks within a step
+      }
+    }
+  }
+  // Of a coefficient with the variance P, two levels of the noise have half the product of the derivatives of log P.
+  const std::array<int, 3> levels{Density::sensor_noise, Density::slow_noise, Density::slow_memory};
+  for (std::size_t l = 0; l < lanes; ++l) {
+    std::array<std::vector<double>, 3> changes;
+    for (std::size_t a = 0; a < levels.size(); ++a) {
+      Values high = x, low = x;
+      at(high, noises + levels[a], l) += step;
+      at(low, noises + levels[a], l) -= step;
+      const DenseNoise above = noise_of(density, density.state(high, static_cast<int>(l))),
+                       below = noise_of(density, density.state(low, static_cast<int>(l)));
+      for (std::size_t k = 0; k < kept; ++k) {
+        const double offset = k == 0 ? 100.0 * sim::rad_per_deg * sim::rad_per_deg * density.blocks() : 0.0;
+        changes[a].push_back(std::log((offset + above.power(k)) / (offset + below.power(k))) / (2.0 * step));
+      }
+    }
+    for (std::size_t a = 0; a < levels.size(); ++a) {
+      for (std::size_t b = 0; b <= a; ++b) {
+        const double expected = 0.5 * std::inner_product(changes[a].begin(), changes[a].end(), changes[b].begin(), 0.0);
+        const std::size_t entry =
+            triangle(static_cast<std::size_t>(noises + levels[a])) + static_cast<std::size_t>(noises + levels[b]);
+        CHECK(
+            within(information[entry * lanes + l], expected + (a == b ? 1.0 : 0.0), 1e-7 * (1.0 + std::abs(expected))));
       }
     }
   }
@@ -286,17 +559,53 @@ TEST_CASE("Density: the same bits for every instruction set, and beside any othe
 TEST_CASE("Density: states are set and read, those outside of the ranges at their edge") {
   const Density density(sines_protocol(), {});
   Values x(static_cast<std::size_t>(density.size()) * lanes, 0.0);
-  State state{.parameters = some_parameters(), .sensor_noise_deg = 0.05, .start_s = 0.03, .gain = 0.95};
+  State state{.parameters = some_parameters(),
+              .sensor_noise_deg = 0.05,
+              .start_s = 0.03,
+              .gain = 0.95,
+              .slow_noise_deg = 0.03,
+              .slow_memory_s = 2.0};
   density.set(state, x, 2);
   const State back = density.state(x, 2);
   for (std::size_t i = 0; i < state.parameters.size(); ++i) CHECK(near(back.parameters[i], state.parameters[i], 1e-12));
   CHECK(near(back.sensor_noise_deg, 0.05, 1e-12));
   CHECK(near(back.start_s, 0.03, 1e-12));
   CHECK(near(back.gain, 0.95, 1e-12));
+  CHECK(near(back.slow_noise_deg, 0.03, 1e-12));
+  CHECK(near(back.slow_memory_s, 2.0, 1e-12));
+  density.set_noise(0.01, 0.002, x, 2);
+  CHECK(near(density.state(x, 2).sensor_noise_deg, 0.01, 1e-12));
+  CHECK(near(density.state(x, 2).slow_noise_deg, 0.002, 1e-12));
+  CHECK(density.state(x, 2).parameters == back.parameters);
   state.parameters[sim::Kp] = 1e9;
   density.set(state, x, 2);
   const sim::ParameterInfo& info = density.protocol().parameters()[sim::Kp];
   CHECK(near(density.state(x, 2).parameters[sim::Kp], info.low + 0.99 * info.range(), 1e-12));
+}
+
+TEST_CASE("Density: parameters lie where their priors say") {
+  const Density density(sines_protocol(), {.parameters = parameter_priors()});
+  CHECK(density.ranges()[sim::Kp].low == 700.0);
+  CHECK(density.ranges()[sim::Kp].high == 1000.0);
+  CHECK(density.ranges()[sim::Nv].high == 0.6);
+  CHECK(density.ranges()[sim::Kd].high == density.protocol().parameters()[sim::Kd].high);
+  Values x(static_cast<std::size_t>(density.size()) * lanes, 0.0);
+  CHECK(near(density.state(x, 0).parameters[sim::Nv], 0.35, 1e-12));
+  for (const double coordinate : {-30.0, 30.0}) {
+    std::ranges::fill(x, coordinate);
+    const State state = density.state(x, 0);
+    CHECK(near(state.parameters[sim::Kp], coordinate < 0.0 ? 700.0 : 1000.0, 1e-6));
+    CHECK(near(state.parameters[sim::Nv], coordinate < 0.0 ? 0.1 : 0.6, 1e-12));
+  }
+  // The quartiles of a normal distribution that its range does not cut.
+  const Density wide(sines_protocol(), {.parameters = {{.name = "Kp", .normal = ParameterPrior::Normal{900.0, 20.0}}}});
+  Values y(static_cast<std::size_t>(wide.size()) * lanes, 0.6);
+  CHECK(near(wide.state(y, 0).parameters[sim::Kp], 912.0, 1e-12));
+}
+
+TEST_CASE("Density: the last globals, those of the slow noise, are held") {
+  for (std::size_t global = 0; global < Density::globals; ++global)
+    CHECK(Density::is_held(global) == (global == Density::slow_noise || global == Density::slow_memory));
 }
 
 TEST_CASE("Density: a start is a shift of the modelled sway, a gain its factor") {
@@ -308,22 +617,22 @@ TEST_CASE("Density: a start is a shift of the modelled sway, a gain its factor")
   const std::array<State, 3> states{State{some_parameters(), 0.02, 0.0, 1.0}, State{some_parameters(), 0.02, 0.09, 1.0},
                                     State{some_parameters(), 0.02, 0.0, 0.93}};
   for (int chain = 0; chain < lanes; ++chain) density.set(states[static_cast<std::size_t>(chain % 3)], x, chain);
-  const auto size = static_cast<std::size_t>(density.blocks()) * lanes;
-  Values modelled(size), residual(size);
-  Density::Workspace work(density);
-  density.model(observation, x, modelled, residual, work);
-  double worst = 0.0, largest = 0.0;
-  for (std::size_t m = 20; m + 2 < static_cast<std::size_t>(density.blocks()); ++m) {
+  // Offset and line of each chain are fitted to what it leaves of the recording.
+  const Values modelled = model(density, observation, x).sway;
+  const std::vector<double> plain = of_chain(modelled, 0), later = of_chain(modelled, 1), less = of_chain(modelled, 2);
+  std::vector<double> of_start, of_gain;
+  for (std::size_t m = 20; m + 2 < plain.size(); ++m) {
     // Cubic interpolation of the blocks at 0.9 of one to the next.
-    const auto y = [&](std::size_t k) { return modelled[k * lanes]; };
     const double t = 0.09 / block_s;
-    const double between = -t * (t - 1) * (t - 2) / 6 * y(m - 1) + (t + 1) * (t - 1) * (t - 2) / 2 * y(m) -
-                           (t + 1) * t * (t - 2) / 2 * y(m + 1) + (t + 1) * t * (t - 1) / 6 * y(m + 2);
-    worst = std::max(worst, std::abs(modelled[m * lanes + 1] - between));
-    largest = std::max(largest, std::abs(y(m)));
-    CHECK(near(modelled[m * lanes + 2], 0.93 * y(m), 1e-12));
+    const double between = -t * (t - 1) * (t - 2) / 6 * plain[m - 1] + (t + 1) * (t - 1) * (t - 2) / 2 * plain[m] -
+                           (t + 1) * t * (t - 2) / 2 * plain[m + 1] + (t + 1) * t * (t - 1) / 6 * plain[m + 2];
+    of_start.push_back(later[m] - between);
+    of_gain.push_back(less[m] - 0.93 * plain[m]);
   }
-  CHECK(worst < 1e-3 * largest);
+  const double sway_deg = rms_deg(without_line(plain));
+  CHECK(sway_deg > 0.1);
+  CHECK(rms_deg(without_line(of_start)) < 1e-3 * sway_deg);
+  CHECK(rms_deg(without_line(of_gain)) < 1e-12 * sway_deg);
 }
 
 TEST_CASE("Density: errors") {
@@ -340,7 +649,8 @@ TEST_CASE("Density: errors") {
   for (const Priors& wrong :
        {Priors{.sensor_noise_deg = 0.0}, Priors{.sensor_noise_factor = 1.0}, Priors{.start_s = -0.1},
         Priors{.start_s = 1.1}, Priors{.gain = 1.0}, Priors{.gain = std::nan("")}, Priors{.drift_hz = -1.0},
-        Priors{.sensor_noise_deg = HUGE_VAL}, Priors{.sensor_noise_factor = HUGE_VAL}, Priors{.drift_hz = HUGE_VAL}})
+        Priors{.sensor_noise_deg = HUGE_VAL}, Priors{.sensor_noise_factor = HUGE_VAL}, Priors{.drift_hz = HUGE_VAL},
+        Priors{.standing_s = 61.0}, Priors{.slow_ratio = 0.0}, Priors{.slow_ratio_factor = 1.0}})
     check_error([&] { Density(sines_protocol(), wrong); }, {"priors, ", "give"});
 
   const Observation observation = density.observe(recorded(sines_protocol(), some_parameters(), 0.02, 0));

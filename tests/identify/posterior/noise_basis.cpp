@@ -22,7 +22,7 @@ constexpr int edges = 400, bin_steps = 50;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 struct Fixture {
-  NoiseBasis basis{sim::default_protocol(), bin_steps, edges, 5.0};
+  NoiseBasis basis{sim::default_protocol(), bin_steps, edges, edges, 5.0};
   AlignedVector<double> work = AlignedVector<double>(basis.work_size());
   AlignedVector<double> coefficients = AlignedVector<double>(static_cast<std::size_t>(basis.size()) * lanes);
   AlignedVector<double> velocity = AlignedVector<double>(static_cast<std::size_t>(edges) * lanes);
@@ -73,7 +73,7 @@ TEST_CASE_FIXTURE(Fixture, "NoiseBasis: the gradient is the synthesis transposed
 
 TEST_CASE("NoiseBasis: the power of the velocity is the spectrum's") {
   // f from 1/121 to 1 Hz: the integral of (0.2 deg 2 pi f)^2 / f.
-  const NoiseBasis basis(sim::default_protocol(), bin_steps, 2430, 5.0);
+  const NoiseBasis basis(sim::default_protocol(), bin_steps, 2430, 2430, 5.0);
   CHECK(basis.period_s() >= 1.2 * 121.0);
   CHECK(basis.period_s() < 1.3 * 121.0);
   std::vector<double> column(2430);
@@ -92,8 +92,18 @@ TEST_CASE("NoiseBasis: the power of the velocity is the spectrum's") {
   CHECK(near(power, integral, 2e-3));  // the mean of a band's power stands for its middle's
 }
 
+TEST_CASE("NoiseBasis: the period is that of the trial, or as long as all edges") {
+  const sim::Protocol protocol = sim::default_protocol();
+  CHECK(NoiseBasis(protocol, bin_steps, edges + 20, edges, 5.0).period_s() ==
+        NoiseBasis(protocol, bin_steps, edges, edges, 5.0).period_s());
+  const NoiseBasis basis(protocol, bin_steps, 3 * edges, edges, 5.0);
+  CHECK(basis.period_s() > 3 * edges * 0.05);
+  CHECK(basis.period_s() < 1.1 * 3 * edges * 0.05);
+  CHECK(basis.edges() == 3 * edges);
+}
+
 TEST_CASE("NoiseBasis: a silent protocol has no unknowns") {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.vestibular.scale_deg = 0.0;
-  CHECK(NoiseBasis(protocol, bin_steps, edges, 5.0).size() == 0);
+  CHECK(NoiseBasis(protocol, bin_steps, edges, edges, 5.0).size() == 0);
 }

@@ -3,6 +3,7 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 
@@ -99,10 +100,23 @@ TEST_CASE("sample: progress runs to its end, and stopping keeps what was drawn")
   CHECK(drawing);
   CHECK(found.draws_per_chain() == 10);
   CHECK(found.chains() == 8);
-  CHECK(found.rhat().size() == Density::globals);
+  CHECK(found.rhat().size() == Density::globals - Density::held);
   const Posterior none = sample(density, observation, quick(), {}, [](const Progress&) { return false; });
   CHECK(none.draws() == 0);
+  CHECK(none.apart());
   CHECK_FALSE(none.agreed());
+}
+
+// Eight chains of 20 draws; what is known has neither.
+TEST_CASE("sample: chains agree by their R-hats and effective draws, and are apart by R-hats") {
+  const sim::Protocol protocol = sines_protocol();
+  const Density density(protocol, {});
+  const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), quick());
+  REQUIRE(found.effective_draws().size() == found.rhat().size());
+  const double worst = *std::ranges::max_element(found.rhat());
+  CHECK(found.agreed() == (worst <= 1.05 && *std::ranges::min_element(found.effective_draws()) >= 100.0));
+  CHECK(found.apart() == (worst > 1.2));
+  CHECK_FALSE((found.agreed() && found.apart()));
 }
 
 TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
@@ -161,6 +175,15 @@ TEST_CASE("sample: summaries of the draws") {
     CHECK(near(found.correlation(quantity, quantity), 1.0, 1e-12));
     CHECK(std::abs(found.correlation(quantity, 0)) <= 1.0 + 1e-12);
   }
+  // The slow noise is found while the chains warm up, and stays in each of them.
+  for (const int quantity : {Density::slow_noise, Density::slow_memory}) {
+    for (int chain = 0; chain < found.chains(); ++chain) {
+      const auto states = found.states().subspan(static_cast<std::size_t>(chain * found.draws_per_chain()),
+                                                 static_cast<std::size_t>(found.draws_per_chain()));
+      for (const State& state : states)
+        REQUIRE(Posterior::value(state, quantity) == Posterior::value(states[0], quantity));
+    }
+  }
   CHECK(found.deviation(Density::start) == 0.0);
   CHECK(found.rhat()[Density::gain] == 1.0);
   CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);
@@ -171,7 +194,7 @@ TEST_CASE("sample: summaries of the draws") {
 TEST_CASE("sample: the truth lies in the intervals, and the errors are as promised" * doctest::test_suite("slow")) {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.vestibular.period_s = 242.0;
-  const Density density(protocol, {.start_s = 0.0, .gain = 0.0});
+  const Density density(protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});
   int covered = 0, trials = 0, agreed = 0;
   double error = 0.0, promised = 0.0;
   for (std::uint64_t item = 0; trials < 3; ++item) {

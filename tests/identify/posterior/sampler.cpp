@@ -93,6 +93,39 @@ TEST_CASE_FIXTURE(Prior, "Sampler: a metric that is not positive definite is ref
   CHECK(sampler.set_metric(information));
 }
 
+TEST_CASE_FIXTURE(Prior, "Sampler: globals that are held stay where they are, and all others move") {
+  Sampler sampler(density, observation, 3, 0);
+  for (int chain = 0; chain < lanes; ++chain)
+    density.set({.parameters = some_parameters(), .sensor_noise_deg = 0.02, .slow_noise_deg = 0.01},
+                sampler.coordinates(), chain);
+  const auto size = static_cast<std::size_t>(density.size()), moving = size - Density::held;
+  const auto check = [&] {
+    const std::vector<double> before(sampler.coordinates().begin(), sampler.coordinates().end());
+    sampler.begin_adapting(1e-6);
+    sampler.move(3);
+    for (std::size_t i = 0; i < size * lanes; ++i) {
+      REQUIRE(sampler.acceptance()[i % lanes] > 0.9);
+      REQUIRE((sampler.coordinates()[i] == before[i]) == (i >= moving * lanes));
+    }
+  };
+  sampler.hold_last();
+  check();
+  std::vector<double> matrices(triangle(size) * lanes), information(triangle(size));
+  sampler.information(sampler.coordinates(), matrices);
+  for (std::size_t i = 0; i < information.size(); ++i) information[i] = matrices[i * lanes];
+  REQUIRE(sampler.set_metric(information));
+  check();
+}
+
+TEST_CASE_FIXTURE(Prior, "Sampler: the potential is the density's") {
+  Sampler sampler(density, observation, 3, 0);
+  Density::Workspace work(density);
+  std::vector<double> gradient(sampler.coordinates().size()), potential(lanes);
+  density.evaluate(observation, sampler.coordinates(), gradient, potential, work);
+  const Sampler::Lanes found = sampler.potential(sampler.coordinates());
+  for (std::size_t l = 0; l < lanes; ++l) CHECK(found[l] == potential[l]);
+}
+
 // Points whose deviation is 1 in units of the metric, but for one direction, where it is 5.
 TEST_CASE_FIXTURE(Prior, "Sampler: the widest direction is found in units of the metric") {
   Sampler sampler(density, observation, 3, 0);
