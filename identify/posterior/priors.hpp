@@ -34,7 +34,7 @@ struct Priors {
   double standing_s = 10.0;   ///< the body has stood and swayed so long before the protocol's start, to 60; 0: it
                               ///< begins at rest
   bool moved_before = false;  ///< the platform played the cycle's end before the protocol's start; else it rested
-  std::vector<ParameterPrior> parameters;
+  std::vector<ParameterPrior> parameters = {};
 };
 
 /// A parameter as a function of a standard normal coordinate: the quantile of its prior.
