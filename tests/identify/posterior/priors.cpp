@@ -18,7 +18,7 @@ using namespace decid::test;
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon(), infinity = std::numeric_limits<double>::infinity();
-const double nan = std::nan("");
+const double not_a_number = std::nan("");
 
 /// By libm, of the normal distribution: whichever tail is the smaller one is right to the last digits.
 double probability_below(double x) {
@@ -145,11 +145,11 @@ TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refuse
   using Normal = ParameterPrior::Normal;
   check_error([] { ranges({{.name = "kp"}}); }, {"kp", "Kp"});
   check_error([] { ranges({{.name = "Kp"}, {.name = "Kd"}, {.name = "Kp"}}); }, {"Kp", "twice"});
-  for (const Range wrong :
-       {Range{-1.0, 2.0}, Range{2.0, 2.0}, Range{3.0, 2.0}, Range{0.0, infinity}, Range{nan, 1.0}, Range{0.0, nan}})
+  for (const Range wrong : {Range{-1.0, 2.0}, Range{2.0, 2.0}, Range{3.0, 2.0}, Range{0.0, infinity},
+                            Range{not_a_number, 1.0}, Range{0.0, not_a_number}})
     check_error([&] { ranges({{.name = "Kd", .range = wrong}}); }, {"range of Kd"});
-  for (const Normal wrong : {Normal{nan, 1.0}, Normal{infinity, 1.0}, Normal{200.0, 0.0}, Normal{200.0, -1.0},
-                             Normal{200.0, nan}, Normal{200.0, infinity}})
+  for (const Normal wrong : {Normal{not_a_number, 1.0}, Normal{infinity, 1.0}, Normal{200.0, 0.0}, Normal{200.0, -1.0},
+                             Normal{200.0, not_a_number}, Normal{200.0, infinity}})
     check_error([&] { ranges({{.name = "Kd", .normal = wrong}}); }, {"prior of Kd", "standard deviation"});
   // Five standard deviations beyond the end of the range, and four; below and above, and of a range of its own.
   const Range range{100.0, 200.0};
@@ -172,14 +172,14 @@ TEST_CASE("checked: priors out of their bounds are refused, those at their bound
     std::vector<double> wrong, right;
   };
   const std::vector<Setting> settings{
-      {&Priors::sensor_noise_deg, "sensor_noise_deg", {0.0, -1.0, infinity, nan}, {1e-9, 10.0}},
-      {&Priors::sensor_noise_factor, "sensor_noise_factor", {1.0, -2.0, infinity, nan}, {1.5}},
-      {&Priors::slow_ratio, "slow_ratio", {0.0, -1.0, infinity, nan}, {1e-6, 2.0}},
-      {&Priors::slow_ratio_factor, "slow_ratio_factor", {1.0, 0.5, infinity, nan}, {1.5}},
-      {&Priors::start_s, "start_s", {-0.1, 1.1, infinity, nan}, {0.0, 1.0}},
-      {&Priors::gain, "gain", {-0.1, 1.0, infinity, nan}, {0.0, 0.9}},
-      {&Priors::drift_hz, "drift_hz", {-1.0, infinity, nan}, {0.0, 0.1}},
-      {&Priors::standing_s, "standing_s", {-1.0, 61.0, infinity, nan}, {0.0, 60.0}}};
+      {&Priors::sensor_noise_deg, "sensor_noise_deg", {0.0, -1.0, infinity, not_a_number}, {1e-9, 10.0}},
+      {&Priors::sensor_noise_factor, "sensor_noise_factor", {1.0, -2.0, infinity, not_a_number}, {1.5}},
+      {&Priors::slow_ratio, "slow_ratio", {0.0, -1.0, infinity, not_a_number}, {1e-6, 2.0}},
+      {&Priors::slow_ratio_factor, "slow_ratio_factor", {1.0, 0.5, infinity, not_a_number}, {1.5}},
+      {&Priors::start_s, "start_s", {-0.1, 1.1, infinity, not_a_number}, {0.0, 1.0}},
+      {&Priors::gain, "gain", {-0.1, 1.0, infinity, not_a_number}, {0.0, 0.9}},
+      {&Priors::drift_hz, "drift_hz", {-1.0, infinity, not_a_number}, {0.0, 0.1}},
+      {&Priors::standing_s, "standing_s", {-1.0, 61.0, infinity, not_a_number}, {0.0, 60.0}}};
   for (const Setting& setting : settings) {
     for (const double value : setting.wrong) {
       Priors priors;

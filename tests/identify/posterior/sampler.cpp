@@ -108,7 +108,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: globals that are held stay where they are, an
       REQUIRE((sampler.coordinates()[i] == before[i]) == (i >= moving * lanes));
     }
   };
-  sampler.hold_last();
+  sampler.hold_last(true);
   check();
   std::vector<double> matrices(triangle(size) * lanes), information(triangle(size));
   sampler.information(sampler.coordinates(), matrices);
