@@ -180,7 +180,7 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
 def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None, unit: Optional[str] = None, *,
         mass: Optional[float] = None, height: Optional[float] = None, begin: Optional[float] = None,
         detrend: str = "none", model: Union[Model, Path, None] = None, protocol: Union[Protocol, Path, None] = None,
-        prior_start: float = 0.1, prior_gain: float = 0.06, prior_noise: float = 0.02, most_draws: int = 200, seed: int = 1,
+        prior_start: float = 0.1, prior_gain: float = 0.06, prior_noise: float = 0.02, most_draws: int = 160, seed: int = 1,
         progress: Optional[Callable[[float, str], object]] = None) -> Fit:
     """Draws from the posterior, in seconds to minutes: what `decid fit` gives. As identify(), and:
 
