@@ -217,7 +217,7 @@ typedef struct decid_fit_options {
   int detrend;
   const decid_protocol* protocol; /* what was played; NULL: the model's */
   double prior_start_s;           /* the recording starts within +- this of the protocol; 0: at it */
-  double prior_gain;              /* it is scaled by 1 +- this; 0: it is not */
+  double prior_gain;              /* standard deviation of the logarithm of recorded over true sway; 0: known */
   double prior_noise_deg;         /* of the sensor, to a factor of 20 */
   int most_draws;                 /* of each chain, 8 or more; fewer if they are enough */
   uint64_t seed;
@@ -256,7 +256,7 @@ typedef struct decid_figures {
 
 typedef struct decid_sampling {
   int chains, draws; /* draws: of all chains */
-  int agreed;        /* every R-hat is at most 1.2 */
+  int agreed;        /* every R-hat is at most 1.05, and every quantity has 100 effective draws */
   int from_network;  /* they do not, and the values are the model's */
   int divergences;
   double samples_noise_deg; /* the sensor's noise by the samples' second differences */

@@ -5,7 +5,7 @@
 %
 %   "protocol"              what was played: "default", "short" or a JSON file; otherwise the model's
 %   "prior_start"           the recording starts within so many seconds of the protocol
-%   "prior_gain"            its scale is within 1 +- this
+%   "prior_gain"            standard deviation of the logarithm of recorded over true sway
 %   "prior_noise"           of the sensor, degrees, to a factor of 20
 %   "most_draws"            of each chain, 8 or more
 %   "seed"                  of the chains

@@ -1,5 +1,7 @@
 // decid fit: recordings or a published frequency response in, the posterior of their controllers out.
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <numeric>
@@ -38,13 +40,15 @@ struct FitOptions {
   RecordingFlags recordings;
   std::string model, protocol, output, draws, frf, report, table, group;
   bool resume = false;
-  std::optional<double> amplitude_deg, prior_error;
+  std::optional<double> amplitude_deg, prior_error, prior_gain;
+  std::vector<std::string> ranges, priors;  ///< of parameters: NAME=LOW,HIGH and NAME=MEAN,SD
   FitRequest request;
 };
 
 /// Options of recordings alone besides how they are read, and those of a frequency response alone.
-constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise", "--most-draws",
-                                         "--report",   "--table", "--group",       "--resume"};
+constexpr const char* of_recordings[] = {"recordings",     "--model",  "--prior-start", "--prior-noise",
+                                         "--most-draws",   "--report", "--table",       "--group",
+                                         "--moved-before", "--resume", "--range",       "--prior"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not go with what is to be fitted.
@@ -62,6 +66,66 @@ void check_kind(const FitOptions& options, const Command& command) {
   if (is_table) std::ranges::for_each(of_recordings, refuse);
   if (is_table) std::ranges::for_each(reading_options, refuse);
   if (!is_table) std::ranges::for_each(of_tables, refuse);
+}
+
+/// "NAME=NUMBER,NUMBER" as an option says it of a parameter.
+struct NamedPair {
+  std::string name;
+  double first, second;
+};
+
+NamedPair pair_of(const std::string& text, const char* option, const char* form, const sim::ParameterTable& table) {
+  const auto fail = [&](const std::string& problem) { throw Error(option, problem, std::string("give ") + form); };
+  const std::size_t equals = text.find('='), comma = text.find(',', equals == std::string::npos ? 0 : equals);
+  if (equals == std::string::npos || comma == std::string::npos) fail("'" + text + "' is not " + form);
+  const auto number = [&](std::size_t begin, std::size_t end) {
+    double value = 0.0;
+    const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, value);
+    if (error != std::errc() || last != text.data() + end || !std::isfinite(value))
+      fail("'" + text.substr(begin, end - begin) + "' is not a number");
+    return value;
+  };
+  NamedPair pair{text.substr(0, equals), number(equals + 1, comma), number(comma + 1, text.size())};
+  const std::vector<std::string> names = table.names();
+  if (std::ranges::find(names, pair.name) == names.end()) {
+    std::string all;
+    for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+    throw Error(option, "'" + pair.name + "' is not a parameter", "name one of " + all);
+  }
+  return pair;
+}
+
+/// What --range and --prior say of the parameters. Throws Error naming the option.
+std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& options, const sim::ParameterTable& table) {
+  std::vector<posterior::ParameterPrior> all;
+  const auto prior_of = [&](const std::string& name) -> posterior::ParameterPrior& {
+    const auto found = std::ranges::find(all, name, &posterior::ParameterPrior::name);
+    return found != all.end() ? *found : all.emplace_back(posterior::ParameterPrior{name, {}, {}});
+  };
+  const auto twice = [](const char* option, const std::string& name) {
+    throw Error(option, "is given twice for " + name, "give it once");
+  };
+  for (const std::string& text : options.ranges) {
+    const NamedPair pair = pair_of(text, "--range", "NAME=LOW,HIGH", table);
+    posterior::ParameterPrior& prior = prior_of(pair.name);
+    if (prior.range) twice("--range", pair.name);
+    prior.range = {pair.first, pair.second};
+  }
+  for (const std::string& text : options.priors) {
+    const NamedPair pair = pair_of(text, "--prior", "NAME=MEAN,SD", table);
+    posterior::ParameterPrior& prior = prior_of(pair.name);
+    if (prior.normal) twice("--prior", pair.name);
+    prior.normal = {pair.first, pair.second};
+  }
+  posterior::Priors priors;
+  priors.parameters = all;
+  try {
+    static_cast<void>(posterior::ranges_of(priors, table));
+  } catch (const Error& error) {
+    throw Error(error.where().starts_with("range") ? "--range" : "--prior", error.where() + " " + error.problem(),
+                error.remedy());
+  }
+  return all;
 }
 
 std::vector<std::string> outputs_of(const FitOptions& options) {
@@ -101,7 +165,7 @@ void run_table(const FitOptions& options, const Command& command) {
                .draws = options.draws,
                .protocol = protocol_of(options, named),
                .truth = {},
-               .priors = {.gain = options.request.priors.gain, .error = options.prior_error},
+               .priors = {.gain = options.prior_gain.value_or(frf::Priors{}.gain), .error = options.prior_error},
                .walkers = {.seed = options.request.settings.seed},
                .json = options.common.json,
                .options = command.given(beside_answers),
@@ -185,7 +249,7 @@ Fits fit_together(const FitOptions& options, const Model& model, const sim::Prot
         &model, protocol, paths, reading, options.request,
         [](std::size_t, const posterior::Progress&) { return !interrupted(); },
         [&](FittedRecordings& all, std::size_t i) {
-          Json result{{"result", fit_result(all, i)}};
+          Json result{{"result", fit_result(all, i, options.request.priors)}};
           if (const auto& error = all.identified.recordings[i].error)
             result["error"] = {error->where(), error->problem(), error->remedy()};
           Json::to_cbor(result, results[i]);
@@ -240,7 +304,7 @@ Fits fit_alone(const FitOptions& options, const Model& model, const sim::Protoco
       },
       [&](FittedRecordings& all, std::size_t recording) {
         const std::size_t i = left[recording];
-        Json result = fit_result(all, recording);
+        Json result = fit_result(all, recording, options.request.priors);
         begun[i].error = all.identified.recordings[recording].error;
         if (journal != nullptr && !begun[i].error && !all.fits[recording].stopped) journal->append(keys[i], result);
         fits.results[i] = kept(std::move(result), options);
@@ -267,7 +331,7 @@ void write_results(const FitOptions& options, const MadeWith& with, const Fits& 
     if (recordings.back().contains("error")) failed.push_back(recordings.back().at("error"));
     if (!groups.empty()) groups_begun.push_back(groups[i]);
   }
-  const sim::ParameterTable table = fits.common.protocol.ranges();
+  const sim::ParameterTable table = posterior::ranges_of(options.request.priors, fits.common.protocol.ranges());
   const Json compared = groups.empty() ? Json(nullptr) : groups_json(recordings, groups_begun, table);
   const std::string json = recordings_json(with, fits.common, recordings, compared);
   if (!options.draws.empty()) write_draws(options.draws, fits.results);
@@ -294,6 +358,7 @@ void run_fit(FitOptions options, const Command& command) {
       options.group.empty() ? std::vector<std::string>() : groups_of(options.group, recordings.files);
   const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
+  options.request.priors.parameters = parameter_priors(options, protocol.ranges());
   reading.truth = recordings.known(protocol.parameters());
   reading.body = recordings.body();
   // A protocol of one's own may describe it.
@@ -348,15 +413,31 @@ void add_fit(const Command& program) {
       .show_default()
       .range(0.0, 0.5);
   command
-      .add_option("--prior-gain", options->request.priors.gain,
-                  "The sway may be scaled by 1 +- this, say by a wrong height of a marker; 0: it is not")
-      .show_default()
+      .add_option("--prior-gain", options->prior_gain,
+                  format("Standard deviation of the logarithm of recorded over true sway, say by a wrong height of a "
+                         "marker; 0: they are the same. Default: %g. With --frf the table's gains are within 1 +- "
+                         "this; default: %g",
+                         posterior::Priors{}.gain, frf::Priors{}.gain))
       .range(0.0, 0.5);
   command
       .add_option("--prior-noise", options->request.priors.sensor_noise_deg,
                   "The sensor's noise in degrees, to a factor of 20")
       .show_default()
       .range(1e-6, 10.0);
+  command
+      .add_option("--range", options->ranges,
+                  "Where a parameter may lie, in place of its range: NAME=LOW,HIGH in its unit in the JSON, say "
+                  "delay=0.05,0.2. May be given several times")
+      .repeatable()
+      .shown_as("NAME=LOW,HIGH");
+  command
+      .add_option("--prior", options->priors,
+                  "What is known of a parameter, a normal distribution within its range in place of a uniform one: "
+                  "NAME=MEAN,SD, say delay=0.12,0.02. May be given several times")
+      .repeatable()
+      .shown_as("NAME=MEAN,SD");
+  command.add_flag("--moved-before", options->request.priors.moved_before,
+                   "The platform played the end of its cycle before the recording's start; default: it rested");
   command
       .add_option("--prior-error", options->prior_error,
                   "With --frf: the table's errors beyond its confidence over the response, to a factor of 3; default: "
@@ -381,6 +462,7 @@ void add_fit(const Command& program) {
       "          decid fit subjects -o results.json --table results.csv      # and --resume, should it be stopped");
   command.callback([options, command] {
     check_kind(*options, command);
+    if (options->prior_gain) options->request.priors.gain = *options->prior_gain;
     options->request.settings.least_draws =
         std::min(options->request.settings.least_draws, options->request.settings.most_draws);
     apply(options->common);

@@ -59,9 +59,21 @@ std::string check_text(const PredictiveCheck& check) {
   return "  simulated anew, two-sided p: " + text + "\n";
 }
 
-void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol) {
+/// What is known beforehand of each parameter.
+void add_priors(Json& parameters, const posterior::Priors& priors, const sim::ParameterTable& table) {
+  for (std::size_t p = 0; p < table.size(); ++p) parameters[p]["range"] = {table[p].low, table[p].high};
+  for (const posterior::ParameterPrior& prior : priors.parameters) {
+    if (!prior.normal) continue;
+    for (Json& parameter : parameters)
+      if (parameter["name"] == prior.name)
+        parameter["prior"] = {{"mean", prior.normal->mean}, {"sd", prior.normal->sd}};
+  }
+}
+
+void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol,
+                   const posterior::Priors& priors, const sim::ParameterTable& table) {
   const Posterior& found = fitted.posterior;
-  const sim::ParameterTable table = protocol.ranges();
+  add_priors(recording["parameters"], priors, table);
   if (fitted.answer == FitFigures::Answer::posterior) {  // else values, deviations and intervals are the network's
     for (std::size_t p = 0; p < table.size(); ++p)
       add_found(recording["parameters"][p], found, p, table[p], protocol.experiment.body.mgh());
@@ -69,6 +81,9 @@ void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protoco
   }
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
   recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
+  // Chains hold these two while they draw: no interval.
+  recording["slow_noise_deg"] = {{"value", found.mean(Density::slow_noise)},
+                                 {"memory_s", found.mean(Density::slow_memory)}};
   recording["start_s"] = quantity_json(found, Density::start);
   recording["gain"] = quantity_json(found, Density::gain);
   recording["diagnostics"] = diagnostics_json(found, table);
@@ -77,13 +92,13 @@ void add_posterior(Json& recording, const FitFigures& fitted, const sim::Protoco
   recording["fit"]["answer"] = name(fitted.answer);
 }
 
-std::string text_of(const Identification& id, const FitFigures& fitted, const sim::Protocol& protocol) {
+std::string text_of(const Identification& id, const FitFigures& fitted, const sim::Protocol& protocol,
+                    const sim::ParameterTable& table) {
   const Posterior& found = fitted.posterior;
   std::string text = headline(id);
   const bool networks = id.estimate.distribution.has_value();
   text += table_heading(fitted.answer == FitFigures::Answer::network ? "network" : "mean",
                         networks ? "90 % interval" : "90 % of the draws", id.truth.has_value());
-  const sim::ParameterTable table = protocol.ranges();
   for (std::size_t p = 0; p < table.size(); ++p) {
     const double value = id.estimate.parameters[p], mgh = protocol.experiment.body.mgh();
     text += networks ? parameter_line(*id.estimate.distribution, p, table[p], value, mgh, id.truth)
@@ -94,6 +109,8 @@ std::string text_of(const Identification& id, const FitFigures& fitted, const si
       text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);
   };
   line("sensor noise", Density::sensor_noise, " degrees");
+  text += format("  slow noise %.3g degrees, which forgets within %.2g s\n", found.mean(Density::slow_noise),
+                 found.mean(Density::slow_memory));
   line("the recording starts", Density::start, " s after the protocol");
   line("recorded over true sway", Density::gain, "");
   const auto worst = std::ranges::max_element(found.rhat());
@@ -115,6 +132,7 @@ Json draws_of(const Posterior& found) {
     parameters.insert(parameters.end(), state.parameters.begin(), state.parameters.end());
   return {{"parameters", parameters},
           {"sensor_noise_deg", column([&](std::size_t draw) { return states[draw].sensor_noise_deg; })},
+          {"slow_noise_deg", column([&](std::size_t draw) { return states[draw].slow_noise_deg; })},
           {"start_s", column([&](std::size_t draw) { return states[draw].start_s; })},
           {"gain", column([&](std::size_t draw) { return states[draw].gain; })},
           {"chain", column([&](std::size_t draw) {
@@ -125,7 +143,7 @@ Json draws_of(const Posterior& found) {
 
 }  // namespace
 
-Json fit_result(const FittedRecordings& all, std::size_t number) {
+Json fit_result(const FittedRecordings& all, std::size_t number, const posterior::Priors& priors) {
   const Identification& id = all.identified.recordings.at(number);
   const FitFigures& fitted = all.fits.at(number);
   const sim::Protocol& protocol = all.identified.protocol;
@@ -133,9 +151,10 @@ Json fit_result(const FittedRecordings& all, std::size_t number) {
   if (id.error) {
     result["text"] = id.file + ": not fitted\n";
   } else {
-    add_posterior(result["recording"], fitted, protocol);
-    result["text"] = text_of(id, fitted, protocol);
-    result["page"] = fit_page_recording(id, fitted, all.identified);
+    const sim::ParameterTable table = posterior::ranges_of(priors, protocol.ranges());
+    add_posterior(result["recording"], fitted, protocol, priors, table);
+    result["text"] = text_of(id, fitted, protocol, table);
+    result["page"] = fit_page_recording(id, fitted, all.identified, table);
     result["draws"] = draws_of(fitted.posterior);
   }
   // As it comes back from a journal.

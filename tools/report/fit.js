@@ -232,8 +232,8 @@ function diagnosis(recording) {
   const { value, standard_error, effective_parameters, unreliable, blocks, block_s } = recording.log_density;
   const noise = recording.others.find(other => other.name === "Sensor noise"), samples = recording.samples_noise_deg;
   const items = [
-    agreed ? `The ${chains} chains, which began in different places, say the same: R-hat is ${fixed(rhat, 3)} at most (1 is perfect; up to 1.2 counts as agreement).`
-      : `The ${chains} chains do not say the same: R-hat is up to ${fixed(rhat, 2)}, above 1.2. More than one controller may fit this recording; do not rely on these values.`,
+    agreed ? `The ${chains} chains, which began in different places, say the same: R-hat is ${fixed(rhat, 3)} at most (1 is perfect; up to 1.05, with 100 effective draws of every quantity, counts as agreement).`
+      : `The ${chains} chains do not say the same, or not enough: R-hat is up to ${fixed(rhat, 2)} (1.05 and less counts as agreement), the fewest effective draws of a quantity are ${compact(effective_draws)} (100 are enough). More than one controller may fit this recording; do not rely on these values.`,
     `The ${draws} draws are worth ${compact(effective_draws)} independent ones or more.`,
     divergences === 0 ? "No transition ran away." : `${divergences} transition${divergences === 1 ? "" : "s"} ran away (divergences): corners of what is possible may be missing.`,
     energy_fraction < 0.3 ? `The chains cross energies slowly (${fixed(energy_fraction, 2)}, below 0.3): tails may be missing.` : null,

@@ -33,8 +33,9 @@ void add_figures(Json& quantity_json, const Posterior& found, int quantity) {
   quantity_json["effective_draws"] = page_number(found.effective_draws()[place]);
 }
 
-Json parameters_of(const Identification& recording, const FitFigures& fitted, const sim::Protocol& protocol) {
-  Json list = described_parameters(recording, protocol);
+Json parameters_of(const Identification& recording, const FitFigures& fitted, const sim::Protocol& protocol,
+                   const sim::ParameterTable& ranges) {
+  Json list = described_parameters(recording, protocol, ranges);
   for (std::size_t p = 0; p < list.size(); ++p) add_figures(list[p], fitted.posterior, static_cast<int>(p));
   return list;
 }
@@ -198,9 +199,9 @@ Json signals_of(const Identification& recording, const FitFigures& fitted, const
 
 }  // namespace
 
-Json fit_page_recording(const Identification& recording, const FitFigures& fitted, const Identifications& of) {
+Json fit_page_recording(const Identification& recording, const FitFigures& fitted, const Identifications& of,
+                        const sim::ParameterTable& ranges) {
   const Posterior& found = fitted.posterior;
-  const sim::ParameterTable table = of.protocol.ranges();
   const posterior::LeaveOneOut& left_out = fitted.inferred.left_out;
   return {{"file", recording.file},
           {"column", recording.column},
@@ -210,7 +211,7 @@ Json fit_page_recording(const Identification& recording, const FitFigures& fitte
           {"warnings", warnings_json(recording.warnings())},
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
           {"answer", name(fitted.answer)},
-          {"parameters", parameters_of(recording, fitted, of.protocol)},
+          {"parameters", parameters_of(recording, fitted, of.protocol, ranges)},
           {"others", others_of(found)},
           {"samples_noise_deg", page_number(fitted.samples_noise_deg)},
           {"diagnostics", diagnostics_of(found)},
@@ -222,9 +223,9 @@ Json fit_page_recording(const Identification& recording, const FitFigures& fitte
             {"unreliable", left_out.unreliable},
             {"blocks", fitted.inferred.sway_rad.low.size()},
             {"block_s", page_number(fitted.block_s)}}},
-          {"correlations", page_correlations(found, table.size())},
-          {"draws", draws_of(found, table.size())},
-          {"ranks", ranks_of(found, table.size())},
+          {"correlations", page_correlations(found, ranges.size())},
+          {"draws", draws_of(found, ranges.size())},
+          {"ranks", ranks_of(found, ranges.size())},
           {"signals", signals_of(recording, fitted, of)}};
 }
 

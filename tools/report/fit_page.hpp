@@ -9,8 +9,9 @@
 
 namespace decid::tools {
 
-/// What the page shows of a recording.
-Json fit_page_recording(const Identification& recording, const FitFigures& fitted, const Identifications& of);
+/// What the page shows of a recording; ranges: those of the density.
+Json fit_page_recording(const Identification& recording, const FitFigures& fitted, const Identifications& of,
+                        const sim::ParameterTable& ranges);
 
 /// The page of such recordings and of the errors of others; request: what was asked for. Every string from outside
 /// (file names, warnings) is escaped. Deterministic: no dates, no random ids.

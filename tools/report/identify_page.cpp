@@ -173,7 +173,7 @@ Json report_recording(const Identification& recording, const Identifications& of
       {"tilt", tilt_to_json(recording)},
       {"protocol", protocol_figures(of.protocol)},
       {"body_assumed", of.body_assumed},
-      {"parameters", described_parameters(recording, of.protocol)},
+      {"parameters", described_parameters(recording, of.protocol, of.protocol.ranges())},
       {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
       {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
       {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},

@@ -9,8 +9,8 @@
 
 namespace decid::tools {
 
-Json described_parameters(const Identification& recording, const sim::Protocol& protocol) {
-  const sim::ParameterTable table = protocol.ranges();
+Json described_parameters(const Identification& recording, const sim::Protocol& protocol,
+                          const sim::ParameterTable& table) {
   Json list = parameters_json(table, recording.estimate.parameters, protocol.experiment.body.mgh(), recording.truth,
                               page_number);
   for (std::size_t i = 0; i < table.size(); ++i) {

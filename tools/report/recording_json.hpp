@@ -11,8 +11,9 @@
 
 namespace decid::tools {
 
-/// parameters_json() of its estimate, with "description", "low" and "high" of the range.
-Json described_parameters(const Identification& recording, const sim::Protocol& protocol);
+/// parameters_json() of its estimate, with "description", "low" and "high" of the range in `table`.
+Json described_parameters(const Identification& recording, const sim::Protocol& protocol,
+                          const sim::ParameterTable& table);
 /// Adds "mean", "sd", "interval50" and "interval90" of a quantity. Found: as in tools/decid/posterior_results.hpp.
 template <class Found>
 void add_intervals(Json& json, const Found& found, int quantity) {

@@ -180,13 +180,14 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
 def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None, unit: Optional[str] = None, *,
         mass: Optional[float] = None, height: Optional[float] = None, begin: Optional[float] = None,
         detrend: str = "none", model: Union[Model, Path, None] = None, protocol: Union[Protocol, Path, None] = None,
-        prior_start: float = 0.1, prior_gain: float = 0.1, prior_noise: float = 0.02, most_draws: int = 200, seed: int = 1,
+        prior_start: float = 0.1, prior_gain: float = 0.06, prior_noise: float = 0.02, most_draws: int = 200, seed: int = 1,
         progress: Optional[Callable[[float, str], object]] = None) -> Fit:
     """Draws from the posterior, in seconds to minutes: what `decid fit` gives. As identify(), and:
 
     protocol: what was played; None: the model's. prior_start: the recording starts within so many seconds of it.
-    prior_gain: its scale is within 1 +- this. prior_noise: of the sensor, degrees, to a factor of 20.
-    most_draws: of each chain. progress(done, stage): called with the part that is done; what it raises ends the fit."""
+    prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: of the sensor, degrees,
+    to a factor of 20. most_draws: of each chain. progress(done, stage): called with the part that is done; what it
+    raises ends the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
     raw = _decid.fit(of._handle, _recording_of(recording, rate, unit)._handle, mass or 0.0, height or 0.0,

@@ -126,7 +126,7 @@ class Sampling:
     """How a fit's chains ran."""
     chains: int
     draws: int  #: of all chains
-    agreed: bool  #: every R-hat is at most 1.2
+    agreed: bool  #: every R-hat is at most 1.05, and every quantity has 100 effective draws
     from_network: bool  #: they do not agree, and the values are the model's
     divergences: int
     samples_noise_deg: float  #: the sensor's noise by the samples' second differences

@@ -83,6 +83,68 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
   CHECK(run_decid(command + " --threads 1").out == result.out);
 }
 
+TEST_CASE("fit: ranges and priors of parameters" * doctest::test_suite("slow")) {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
+  const std::string known =
+      " --range delay=0.05,0.2 --prior delay=0.12,0.01 --prior Kp=850,20 --range Kp_pass=100,250 --moved-before";
+  const auto result = run_decid("fit --quiet --json --protocol short --most-draws 8" + known + " " + folder / "t.csv" +
+                                " --draws " + folder / "d.npz");
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  const Json all = Json::parse(result.out), recording = all["recordings"].at(0);
+  const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const Json& parameter = recording["parameters"][p];
+    const std::string name = parameter["name"];
+    CAPTURE(name);
+    const Json range = name == "delay"     ? Json{0.05, 0.2}
+                       : name == "Kp_pass" ? Json{100.0, 250.0}
+                                           : Json{table[p].low, table[p].high};
+    const Json prior = name == "delay" ? Json{{"mean", 0.12}, {"sd", 0.01}}
+                       : name == "Kp"  ? Json{{"mean", 850.0}, {"sd", 20.0}}
+                                       : Json(nullptr);
+    CHECK(parameter["range"] == range);
+    CHECK(parameter.value("prior", Json(nullptr)) == prior);
+    CHECK(parameter["interval90"][0].get<double>() >= range[0].get<double>());
+    CHECK(parameter["interval90"][1].get<double>() <= range[1].get<double>());
+  }
+  const std::vector<std::string> options = all["options"];
+  for (const char* option : {"--range delay=0.05,0.2 Kp_pass=100,250", "--prior delay=0.12,0.01 Kp=850,20"})
+    CHECK(std::ranges::count(options, option) == 1);
+  CHECK(std::ranges::count_if(options, [](const std::string& o) { return o.starts_with("--moved-before"); }) == 1);
+  CHECK(recording["slow_noise_deg"]["value"].get<double>() > 0.0);
+  CHECK(recording["slow_noise_deg"]["memory_s"].get<double>() > 0.0);
+  CHECK(recording["slow_noise_deg"].size() == 2);
+  CHECK(recording["diagnostics"]["rhat"].size() == 10);
+  CHECK(recording["diagnostics"]["effective_draws"].size() == 10);
+  CHECK(read_text(folder / "d.npz").find("slow_noise_deg.npy") != std::string::npos);
+}
+
+TEST_CASE("fit refuses ranges and priors that mean nothing, by the option") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);
+  const auto refused = [&](const std::string& options, std::initializer_list<std::string> parts) {
+    check_refused("fit " + folder / "t.csv" + " " + options, parts);
+  };
+  for (const char* text : {"delay", "delay=0.1", "delay=,0.1", "delay=0.1,", "delay=a,0.2", "delay=0.1,0.2,0.3",
+                           "delay=0.1,nan", "=0.1,0.2", "lag=0.1,0.2"}) {
+    refused(std::string("--range ") + text, {"--range"});
+    refused(std::string("--prior ") + text, {"--prior"});
+  }
+  refused("--range lag=0.1,0.2", {"'lag' is not a parameter", "Kp_pass"});
+  refused("--range delay=0.2,0.1", {"--range", "delay", "above it"});
+  refused("--range delay=-0.1,0.1", {"--range", "delay"});
+  refused("--prior delay=0.1,0", {"--prior", "delay", "above 0"});
+  refused("--prior delay=9,0.1", {"--prior", "delay", "outside of the range"});
+  refused("--range delay=0.1,0.2 --range delay=0.1,0.3", {"--range", "twice", "delay"});
+  refused("--prior delay=0.1,0.2 --prior delay=0.1,0.3", {"--prior", "twice", "delay"});
+  const std::string table = " --frf " DECID_SOURCE_DIR "/examples/frf.csv";
+  check_refused("fit --range delay=0.1,0.2" + table, {"--range", "not for --frf"});
+  check_refused("fit --prior delay=0.1,0.2" + table, {"--prior", "not for --frf"});
+  check_refused("fit --moved-before" + table, {"--moved-before", "not for --frf"});
+}
+
 TEST_CASE("fit refuses what it cannot use, in one line") {
   const Folder folder;
   REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);

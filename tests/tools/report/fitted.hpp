@@ -64,7 +64,9 @@ inline std::string fit_page(const std::string& version, const FittedRecordings& 
   for (std::size_t i = 0; i < all.fits.size(); ++i) {
     const Identification& id = all.identified.recordings[i];
     if (id.error) failed.emplace_back(id.error->what());
-    if (!id.error) recordings.push_back(tools::fit_page_recording(id, all.fits[i], all.identified));
+    if (id.error) continue;
+    const sim::ParameterTable ranges = all.identified.protocol.ranges();
+    recordings.push_back(tools::fit_page_recording(id, all.fits[i], all.identified, ranges));
   }
   return tools::fit_report_html(version, quick_request(), std::move(recordings), failed, nullptr);
 }
