@@ -28,10 +28,16 @@ void warn_of_unfamiliarity(const Explanation& networks, bool draws_are_odd, Expl
           {draws_are_odd ? Severity::invalid : Severity::caution, warning.code, "by the network, " + warning.text});
 }
 
+/// Trials that explain and check a recording stand as the density has it.
+sim::Protocol standing(sim::Protocol protocol, double standing_s) {
+  if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
+  return protocol;
+}
+
 class Fitter {
  public:
   Fitter(const Model* model, const sim::Protocol& protocol, const FitRequest& request)
-      : explainer_{sim::Simulator(protocol)},
+      : explainer_{sim::Simulator(standing(protocol, request.priors.standing_s))},
         request_(request),
         density_(protocol, request.priors),
         checker_(explainer_.simulator(), density_.block_s()) {

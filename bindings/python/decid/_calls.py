@@ -186,7 +186,8 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
 
     protocol: what was played; None: the model's. prior_start: the recording starts within so many seconds of it.
     prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: of the sensor, degrees,
-    to a factor of 20. most_draws: of each chain. progress(done, stage): called with the part that is done; what it raises ends the fit."""
+    to a factor of 20. most_draws: of each chain. progress(done, stage): called with the part that is done; what it
+    raises ends the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
     raw = _decid.fit(of._handle, _recording_of(recording, rate, unit)._handle, mass or 0.0, height or 0.0,
