@@ -22,6 +22,21 @@ double mean_of(std::span<const float> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+/// Less the straight line of least squares: a sensor's zero and drift say nothing about a controller.
+std::vector<float> without_line(std::span<const float> values) {
+  const auto count = static_cast<double>(values.size());
+  const double middle = 0.5 * (count - 1.0), mean = mean_of(values);
+  double along = 0.0;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    along = std::fma(static_cast<double>(k) - middle, double{values[k]} - mean, along);
+  const double slope = along / std::max(1.0, count * (count * count - 1.0) / 12.0);
+  std::vector<float> left;
+  left.reserve(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k)
+    left.push_back(static_cast<float>(double{values[k]} - mean - slope * (static_cast<double>(k) - middle)));
+  return left;
+}
+
 double two_sided(double recorded, std::span<const double> simulated) {
   const auto low = std::ranges::count_if(simulated, [&](double value) { return value <= recorded; });
   const auto high = std::ranges::count_if(simulated, [&](double value) { return value >= recorded; });
@@ -122,9 +137,10 @@ double PredictiveChecker::between_cycles_deg(std::span<const float> sway_rad) co
   return std::sqrt(squares / static_cast<double>(length * (count - 1))) / sim::rad_per_deg;
 }
 
-PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> sway_rad,
+PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recorded,
                                                  std::span<const float> tilt_rad) const {
   Shown shown;
+  const std::vector<float> sway_rad = without_line(as_recorded);
   const double mean = mean_of(sway_rad);
   std::vector<double> windowed(static_cast<std::size_t>(fft_.length()), 0.0);
   double squares = 0.0, window_squares = 0.0;
@@ -148,7 +164,7 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> sway_rad
     for (const sim::FrfPoint& point : frf_->measure(sway_rad, tilt_rad)) shown.responses.push_back(point.response);
   shown.between_cycles_deg = between_cycles_deg(sway_rad);
   for (std::size_t k = 0; k + block_samples_ <= sway_rad.size(); k += block_samples_)
-    shown.blocks_rad.push_back(mean_of(sway_rad.subspan(k, block_samples_)) - mean);
+    shown.blocks_rad.push_back(mean_of(std::span(sway_rad).subspan(k, block_samples_)) - mean);
   return shown;
 }
 
@@ -159,6 +175,12 @@ std::vector<float> PredictiveChecker::record(std::span<const double> sway_rad, c
   noise.fill_normal(normals);
   const double shift = draw.start_s * simulator_.protocol().experiment.sample_rate_hz;
   const auto last = static_cast<double>(sway_rad.size() - 1);
+  // Slow noise: an Ornstein-Uhlenbeck process, whose normals follow those of the white noise.
+  std::vector<double> slow_normals(sway_rad.size());
+  noise.fill_normal(slow_normals, slow_normals.size());
+  const double kept = decid::exp(-1.0 / (draw.slow_memory_s * simulator_.protocol().experiment.sample_rate_hz));
+  const double slow_rad = draw.slow_noise_deg * sim::rad_per_deg, fresh = std::sqrt(1.0 - kept * kept);
+  double slow = slow_normals.front();
   std::vector<float> recorded;
   recorded.reserve(sway_rad.size());
   for (std::size_t k = 0; k < sway_rad.size(); ++k) {
@@ -166,7 +188,9 @@ std::vector<float> PredictiveChecker::record(std::span<const double> sway_rad, c
     const auto below = static_cast<std::size_t>(place);
     const std::size_t above = std::min(below + 1, sway_rad.size() - 1);
     const double sway = sway_rad[below] + (place - static_cast<double>(below)) * (sway_rad[above] - sway_rad[below]);
-    recorded.push_back(static_cast<float>(draw.gain * sway + draw.sensor_noise_deg * sim::rad_per_deg * normals[k]));
+    if (k > 0) slow = std::fma(kept, slow, fresh * slow_normals[k]);
+    recorded.push_back(
+        static_cast<float>(draw.gain * sway + draw.sensor_noise_deg * sim::rad_per_deg * normals[k] + slow_rad * slow));
   }
   return recorded;
 }

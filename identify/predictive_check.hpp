@@ -1,6 +1,6 @@
 // Does sway that is simulated anew from a posterior's draws look like the recording? Each trial has a draw's
-// parameters, start, gain and sensor noise, and vestibular noise of its own. Posterior predictive checks: Gelman, Meng,
-// Stern, Statistica Sinica 6, 1996.
+// parameters, start, gain and measurement noise, and vestibular noise of its own. Posterior predictive checks: Gelman,
+// Meng, Stern, Statistica Sinica 6, 1996.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,8 @@
 
 namespace decid {
 
-/// A figure of the recording beside those of the simulated trials. Sways are about their means.
+/// A figure of the recording beside those of the simulated trials. Sways are about their straight lines of least
+/// squares.
 struct CheckedFigure {
   std::string name;  ///< "0.05 to 0.2 Hz" and other bands: the rms there; "frequency response": how far it is from
                      ///< the simulated trials' mean, squared, over their variance; "level": the rms; "largest
@@ -53,7 +54,7 @@ class PredictiveChecker {
 
  private:
   struct Shown;  // what is compared of one sway
-  Shown show(std::span<const float> sway_rad, std::span<const float> tilt_rad) const;
+  Shown show(std::span<const float> as_recorded, std::span<const float> tilt_rad) const;
   /// A simulated sway as it would be recorded.
   std::vector<float> record(std::span<const double> sway_rad, const posterior::State& draw, const Random& noise) const;
   double between_cycles_deg(std::span<const float> sway_rad) const;
