@@ -195,7 +195,7 @@ TEST_CASE("sample: the truth lies in the intervals, and the errors are as promis
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.vestibular.period_s = 242.0;
   const Density density(protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});
-  int covered = 0, trials = 0, agreed = 0;
+  int covered = 0, trials = 0, together = 0;
   double error = 0.0, promised = 0.0;
   for (std::uint64_t item = 0; trials < 3; ++item) {
     const Random random(21, Stream::base_parameters, item);
@@ -208,7 +208,7 @@ TEST_CASE("sample: the truth lies in the intervals, and the errors are as promis
     ++trials;
     const Posterior found = sample(density, density.observe(recorded(protocol, truth, 0.02, item)),
                                    {.seed = 1, .groups = 1, .least_draws = 25, .most_draws = 75});
-    agreed += found.agreed() ? 1 : 0;
+    together += found.apart() ? 0 : 1;
     for (int quantity = 0; quantity < 7; ++quantity) {
       const auto q = static_cast<std::size_t>(quantity);
       covered += found.quantile(quantity, 0.05) <= truth[q] && truth[q] <= found.quantile(quantity, 0.95) ? 1 : 0;
@@ -217,7 +217,7 @@ TEST_CASE("sample: the truth lies in the intervals, and the errors are as promis
       promised += std::pow(found.deviation(quantity) / range, 2) / 21.0;
     }
   }
-  CHECK(agreed >= 2);
+  CHECK(together >= 2);
   CHECK(covered >= 14);
   CHECK(error < 0.3);
   CHECK(promised < 0.2);

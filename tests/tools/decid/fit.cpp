@@ -75,7 +75,7 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
     CHECK(figure["simulated"].get<double>() <= figure["simulated_interval90"][1].get<double>());
   }
   const Json& left_out = recording["log_predictive_density"];
-  CHECK(left_out["blocks"] == 637);
+  CHECK(left_out["blocks"] == 630);
   CHECK(left_out["standard_error"].get<double>() > 0);
   CHECK(left_out["effective_parameters"].get<double>() > 7);
   CHECK(read_text(folder / "r.html").find("Posterior of posture control") != std::string::npos);
