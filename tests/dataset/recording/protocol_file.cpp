@@ -36,7 +36,8 @@ TEST_CASE("implausible protocols: refused in files that people write, read from 
     CHECK_NOTHROW(sim::protocol_from_json(text, "a model from before"));
   };
   check(R"({"name": "a\u001b[2Jb"})", {"p.json", "protocol name", "control character at byte 2"});
-  check(R"({"body": {"inertia_kgm2": 80}})", {"p.json", "body inertia_kgm2: is 80", "mass_kg * com_height_m^2"});
+  check(R"({"body": {"mass_kg": 86.283, "com_height_m": 0.99119, "inertia_kgm2": 80}})",
+        {"p.json", "body inertia_kgm2: is 80", "mass_kg * com_height_m^2"});
   std::string ramp = "0";
   for (int k = 1; k <= 1000; ++k) ramp += ", " + std::to_string(0.04 * k);
   check(R"({"measured": {"cycles": 3, "tilt_deg": [)" + ramp + "]}}",

@@ -93,9 +93,12 @@ TEST_CASE("what is known stays known") {
 TEST_CASE("a table that no controller explains is said to be one, and widens the answer") {
   const frf::Fit good = fit_of(0.02, {}), bad = fit_of(0.02, {}, zigzag);
   CHECK(bad.misfit().p_value < 1e-6);
-  REQUIRE(bad.warnings().size() == 1);
-  CHECK(bad.warnings()[0].text.find("does not explain the table: chi-square") != std::string::npos);
-  CHECK(bad.warnings()[0].text.find("for errors of the table") != std::string::npos);
+  REQUIRE(bad.warnings().size() == 2);
+  CHECK(bad.warnings()[0].code == "no_controller");
+  CHECK(bad.warnings()[0].severity == Severity::invalid);
+  CHECK(bad.warnings()[1].code == "table_unexplained");
+  CHECK_FALSE(bad.explained());
+  CHECK(good.explained());
   CHECK(bad.mean(Density::error) > 0.2);
   CHECK(bad.deviation(sim::Delay) > 2.0 * good.deviation(sim::Delay));
   const frf::Fit sure = fit_of(0.02, {.error = 0.0}, zigzag);
@@ -111,8 +114,9 @@ TEST_CASE("without confidence the table's errors are inferred, and too large one
   CHECK(good.warnings().empty());
   const frf::Fit bad = fit_of(0.0, {}, zigzag);
   CHECK(bad.mean(Density::error) > 0.25);
-  REQUIRE(bad.warnings().size() == 1);
-  CHECK(bad.warnings()[0].text.find("of the response unexplained") != std::string::npos);
+  REQUIRE(bad.warnings().size() == 2);
+  CHECK(bad.warnings()[0].code == "no_controller");
+  CHECK(bad.warnings()[1].code == "response_unexplained");
 }
 
 TEST_CASE("the draws have the bits that they have everywhere" * doctest::test_suite("golden")) {
