@@ -108,15 +108,17 @@ TEST_CASE("fit --frf warns of what the model does not explain") {
              "frequency_hz,gain,phase_deg,sd\n0.05,4,90,0.1\n0.3,0.2,-60,0.01\n1.1,3,100,0.1\n2.2,1,-150,0.1\n");
   const auto text = run_decid("fit --frf " + folder / "t.csv" + " --protocol short");
   CHECK(text.code == 0);
-  CHECK(text.out.find("with caution: the model does not explain the table") != std::string::npos);
+  CHECK(text.out.find("no controller of this model explains the table") != std::string::npos);
+  CHECK(text.out.find("Kp_pass") == std::string::npos);  // no parameters that look like an answer
   write_text(folder / "u.csv", "frequency_hz,gain,phase_deg\n0.05,4,90\n0.3,0.2,-60\n1.1,3,100\n2.2,1,-150\n");
   const Json json = fitted(folder / "u.csv" + " --protocol short");
   CHECK(json["confidence"].is_null());
   CHECK(json["misfit"]["p_value"].is_null());
   CHECK(json["frf"]["sd"][0].is_null());
-  REQUIRE(json["warnings"].size() == 1);
-  CHECK(json["trust"] == "caution");
-  CHECK(json["warnings"][0]["text"].get<std::string>().find("unexplained") != std::string::npos);
+  REQUIRE(json["warnings"].size() == 2);
+  CHECK(json["trust"] == "not usable");
+  CHECK(json["warnings"][0]["code"] == "no_controller");
+  CHECK(json["warnings"][1]["code"] == "response_unexplained");
 }
 
 TEST_CASE("fit --frf refuses what it cannot use, in one line") {
