@@ -23,12 +23,10 @@ Meaning meaning_of(std::string phrase) {
     }
   }
   if (one_of(phrase, {"rate", "frequency", "freq", "frequenz", "fs", "fps", "sr", "sf"})) return Meaning::bare_rate;
-  if (one_of(phrase,
-             {"abtastfrequenz", "abtastrate", "messfrequenz", "messrate", "bildrate", "bildfrequenz", "aufnahmerate",
-              "aufnahmefrequenz", "samplespersecond", "framespersecond", "samplepersecond", "framepersecond", "sps",
-              "fr\xC3\xA9quenced\xC3\xA9"
-              "chantillonnage",
-              "frequencedechantillonnage", "frequenzadicampionamento", "frecuenciademuestreo"}))
+  if (one_of(phrase, {"abtastfrequenz", "abtastrate", "messfrequenz", "messrate", "bildrate", "bildfrequenz",
+                      "aufnahmerate", "aufnahmefrequenz", "samplespersecond", "framespersecond", "samplepersecond",
+                      "framepersecond", "sps", "fr\u00e9quenced\u00e9chantillonnage", "frequencedechantillonnage",
+                      "frequenzadicampionamento", "frecuenciademuestreo"}))
     return Meaning::rate;
   if (one_of(phrase, {"interval", "sampleinterval", "samplinginterval", "sampleperiod", "samplingperiod", "deltax",
                       "dt", "ts", "timestep", "abtastintervall", "secsample", "msecsample", "ssample", "mssample"}))
