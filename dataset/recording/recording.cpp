@@ -28,7 +28,7 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
                 "give the samples per second as --rate");
   }
-  const Clock given{options.rate_hz.value_or(0.0), {}, {}, {}};
+  Clock given{options.rate_hz.value_or(0.0), {}, {}, {}};
   if (time < 0) {
     if (options.rate_hz) return given;
     const std::optional<StatedRate> stated = stated_rate(table, recording.file, "--rate");
