@@ -1,4 +1,4 @@
-// What fits make of recordings as laboratories make them: test trials with one recording condition each, how far off
+// Measures fits of recordings as laboratories make them: test trials with one recording condition each, how far off
 // the answers are, whether their intervals cover the truth, and what trust they are given.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace decid {
 /// One row of the table.
 struct FitConditionFigures {
   std::string name;  ///< a condition's key (sim/conditions.hpp), "none" or "all"
-  /// Of the answers that users get: the posterior's, or the network's where the chains disagree.
+  /// The answers that users get: the posterior's, or the network's where the chains disagree.
   Calibration figures;
   int usable = 0, caution = 0, not_usable = 0;  ///< trials by their trust
   int from_network = 0;                         ///< answers that are the network's

@@ -1,4 +1,4 @@
-// What to know before using a posterior: see fit_warnings.hpp.
+// Warnings of a posterior: see fit_warnings.hpp.
 #include "identify/fit_warnings.hpp"
 
 #include <algorithm>
@@ -14,7 +14,8 @@ namespace {
 using posterior::Density;
 using posterior::Posterior;
 
-// at_edge: so much of the prior's probability at an end, and so many quantities there that the answer is the prior's.
+// at_edge: the prior's probability that counts as an end, and the numbers of quantities there that are cautioned and
+// refused.
 constexpr double outer = 0.05;
 constexpr std::size_t edges_of_caution = 3, edges_of_invalid = 4;
 constexpr double divergent_fraction = 0.02;

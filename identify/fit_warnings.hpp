@@ -1,4 +1,4 @@
-// What to know before using a posterior: signs that its chains, its model or its priors shaped the answer more than the
+// Warns of a posterior: signs that its chains, its model or its priors shaped the answer more than the
 // recording did.
 #pragma once
 

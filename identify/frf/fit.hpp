@@ -53,13 +53,13 @@ class Fit {
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   double acceptance() const noexcept { return acceptance_; }
   long long evaluations() const noexcept { return evaluations_; }
-  /// Whether the chains say the same: every R-hat is at most 1.05, and each quantity has 100 effective draws.
+  /// Returns true if every R-hat is at most 1.05 and each quantity has 100 effective draws.
   bool agreed() const;
 
   /// One a row.
   const std::vector<Predicted>& predicted() const noexcept { return predicted_; }
   const Misfit& misfit() const noexcept { return misfit_; }
-  /// Whether a controller of the model explains the table; else its parameters are no answer.
+  /// Returns true if a controller of the model explains the table; otherwise the parameters are no answer.
   bool explained() const;
   /// For people.
   const Warnings& warnings() const noexcept { return warnings_; }

@@ -12,7 +12,8 @@ struct Density::Chains {
   std::array<Lanes, globals> value, d_coordinate;  // of each quantity, and its derivative by its coordinate; of noises
                                                    // the value alone
   NoiseLevels levels;
-  // Of the logarithms of white and slow, and of the memory, by their coordinates; of slow by the white noise's too.
+  // Derivatives of the logarithms of white, slow and memory by their coordinates; slow has one by the white noise's
+  // too.
   Lanes d_white, d_slow, d_memory, d_slow_white;
   Lanes radius, noise_gain, d_nv;                                         // r, Nv / r, and its derivative by Nv
   std::array<Lanes, 2> delay_first, delay_turn, start_first, start_turn;  // complex

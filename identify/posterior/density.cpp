@@ -409,10 +409,10 @@ void Density::set_noise(Chains& c, std::size_t l, double white, double slow, dou
   const double memory_s = shortest_memory_s * decid::exp(log_memory_range * normal_distribution(memory));
   c.value[slow_noise][l] = slow_rad / sim::rad_per_deg;
   c.value[slow_memory][l] = memory_s;
-  // What an Ornstein-Uhlenbeck process adds to the cosine transform of its blocks below its corner.
+  // The power of an Ornstein-Uhlenbeck process in the cosine transform of its blocks, below its corner.
   c.levels.slow[l] = fixed_noise_deg ? 0.0 : slow_rad * slow_rad * 2.0 * memory_s / block_s();
   c.levels.memory[l] = memory_s * memory_s;
-  // Of the logarithms: white by its coordinate, slow by both of its own, memory by its own.
+  // Derivatives of the logarithms: white by its coordinate, slow by both of its own, memory by its own.
   c.d_white[l] = fixed_noise_deg ? 0.0 : 2.0 * spread * (1.0 - of_model * of_model);
   c.d_slow_white[l] = fixed_noise_deg ? 0.0 : 2.0 * spread;
   c.d_slow[l] = fixed_noise_deg ? 0.0 : 2.0 * slow_spread;

@@ -57,7 +57,7 @@ void put_lane(AlignedVector<double>& values, std::size_t k, std::size_t l, Compl
 
 }  // namespace
 
-// Of a Gaussian coefficient's variance P, by two coordinates: (d log P)_a (d log P)_b / 2.
+// A Gaussian coefficient of variance P has the information (d log P)_a (d log P)_b / 2 about two coordinates.
 void Density::add_noise_information(const Chains& c, const Workspace& work, std::span<double> matrices) const {
   const auto noises = static_cast<std::size_t>(noise_.size()), rows = static_cast<std::size_t>(spectrum_.rows());
   constexpr std::array<std::size_t, 3> quantities{sensor_noise, slow_noise, slow_memory};

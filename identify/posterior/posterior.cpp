@@ -176,7 +176,7 @@ class Run {
     }
   }
 
-  /// Of leapfrog, of a group.
+  /// Leapfrog steps of a group.
   long long steps() const { return groups_.front().leaps() / lanes; }
 
   bool enough() const {

@@ -31,7 +31,7 @@ struct Settings {
   int trial_draws = 25;      ///< of a chain, after which a round that is not the last may begin anew
   int least_draws = 40;      ///< of a chain
   int most_draws = 160;
-  long long most_steps = 20'000;  ///< of leapfrog, of a group; beyond them no more draws are begun
+  long long most_steps = 20'000;  ///< leapfrog steps of a group; beyond them no more draws are begun
   double largest_rhat = 1.05;     ///< enough: every quantity's R-hat is at most this
   double effective_draws = 100;   ///< and it has so many
 };
@@ -80,9 +80,9 @@ class Posterior {
   int restarts() const noexcept { return restarts_; }  ///< of chains that were stuck in a window
   long long leaps() const noexcept { return leaps_; }  ///< of all chains
   double acceptance() const noexcept { return acceptance_; }
-  /// Whether the chains say the same: every R-hat is at most 1.05, and each quantity has 100 effective draws.
+  /// Returns true if every R-hat is at most 1.05 and each quantity has 100 effective draws.
   bool agreed() const;
-  /// Whether they are far apart: an R-hat is above 1.2.
+  /// Returns true if an R-hat is above 1.2.
   bool apart() const;
 
  private:

@@ -1,4 +1,4 @@
-// What is known beforehand of a recorded trial: see priors.hpp.
+// Priors of a recorded trial: see priors.hpp.
 #include "identify/posterior/priors.hpp"
 
 #include <algorithm>

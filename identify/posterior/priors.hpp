@@ -1,4 +1,4 @@
-// What is known beforehand of a recorded trial.
+// Priors of a recorded trial.
 #pragma once
 
 #include <optional>
@@ -57,7 +57,7 @@ const Priors& checked(const Priors& priors);
 /// The table with the priors' ranges. Throws Error for a name that it does not have or that stands twice, a range that
 /// is empty, negative or not finite, or a normal prior that has less than a millionth of its probability in the range.
 sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& table);
-/// Of parameter `name`, which lies in [low, low + range].
+/// Returns the quantile function of parameter `name`, which lies in [low, low + range].
 Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range);
 
 }  // namespace decid::posterior

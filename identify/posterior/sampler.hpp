@@ -36,7 +36,7 @@ class Sampler {
   void information(std::span<const double> x, std::span<double> matrices);
   /// Leaps are in its coordinates from here on, and the metric is of these.
   void set_chart(Chart chart) { chart_ = std::move(chart); }
-  /// Whether the last globals stay where they are (Density::held); the metric is that of the next set_metric().
+  /// Holds the last globals where they are (Density::held), or lets them go; the next set_metric() counts with it.
   void hold_last(bool holds) noexcept { holds_ = holds; }
   /// The metric becomes this: the inverse of a covariance. False, and nothing changes, if it is not positive definite.
   bool set_metric(std::span<const double> information);

@@ -46,7 +46,7 @@ NoiseSpectrum::NoiseSpectrum(int blocks, double block_s, double highest_hz, doub
     square_.push_back(omega * omega);
     const double drift = k == 0 ? 0.0 : 2.0 * sim::pi * drift_hz / omega;
     white_.push_back(1.0 + drift * drift);
-    // Of (m + 1/2) / blocks - 1/2: a sum of sines for odd k.
+    // The line (m + 1/2) / blocks - 1/2: 0 for even k.
     double sum = 0.0;
     if (k % 2 == 1) {
       for (int m = 0; m < blocks; ++m) {
@@ -130,7 +130,7 @@ void NoiseSpectrum::whiten(std::span<const double> unfolded, NoiseWorkspace& wor
                       work.line_shrinkage.data(), work.coefficient.data());
 }
 
-// Of a Gaussian r with inverse covariance Q, block i given the others has the precision Q_ii and the mean
+// A Gaussian r with inverse covariance Q: block i given the others has the precision Q_ii and the mean
 // r_i - (Q r)_i / Q_ii.
 void NoiseSpectrum::leave_block_out(std::span<double> log_density, NoiseWorkspace& work, Isa isa) const {
   const auto count = static_cast<std::size_t>(blocks()), kept = line_.size();

@@ -18,7 +18,7 @@
 
 namespace decid::posterior {
 
-/// Of each chain: variances of a block's mean in rad^2; the square of the slow noise's memory in s^2.
+/// A value a chain: variances of a block's mean in rad^2; the square of the slow noise's memory in s^2.
 struct NoiseLevels {
   std::array<double, lanes> white, slow, memory;
 };

@@ -130,7 +130,7 @@ struct Kernels {
   /// From the transform of unfolded blocks to NoiseState. sums: 4 values a chain, over the coefficients R with
   /// precision u, those of u R^2, u R line, u line^2 and -log u.
   void (*noise_rows)(const NoiseRows&, const NoiseVariances&, const double* spectrum, const NoiseState&, double* sums);
-  /// Of half the sum of u e^2, e = R - line * rise, and of -log u: derivatives by R to the transform that is turned
+  /// Half the sum of u e^2, e = R - line * rise, and of -log u: its derivatives by R to the transform that is turned
   /// back; sums: 3 values a chain, by white, slow and the logarithm of memory. uncertainty: of the rise, its variance.
   void (*noise_rows_gradient)(const NoiseRows&, const NoiseVariances&, const double* rise, const double* uncertainty,
                               const NoiseState&, double* spectrum, double* sums);
