@@ -1,4 +1,4 @@
-// What a tensor refuses, and what its memory asks of the system.
+// Tensors: their refusals, and their memory.
 #include "nn/tensor.hpp"
 
 #include <string>

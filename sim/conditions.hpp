@@ -46,7 +46,8 @@ struct ConditionInfo {
 };
 const ConditionInfo& info(Condition condition);
 
-/// What is recorded so many samples later: cubics between samples, the first before it, straight on behind the last.
+/// Shifts a recording to begin `samples` later: cubics between samples, the first before it, straight on behind the
+/// last.
 void begin_later(std::span<double> values, double samples);
 
 /// How much of a condition trial `item` has; 0: none.

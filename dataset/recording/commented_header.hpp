@@ -9,7 +9,7 @@
 
 namespace decid::dataset {
 
-/// The names of so many columns in the comments just above a table, with the units of a line below them: the last
+/// Returns the names of the columns in the comments just above a table, with the units of a line below them: the last
 /// comment of as many cells of which one names a time, a unit, a part of the body or the like, so that remarks are
 /// none. Empty if there is none. `above`: the text up to the first row.
 std::vector<std::string> commented_names(std::string_view above, char separator, std::size_t columns);

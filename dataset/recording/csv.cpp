@@ -190,7 +190,7 @@ double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column,
               is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
 }
 
-/// Whether a column but this one has decimal points in the first rows.
+/// Returns true if another column has decimal points in the first rows.
 bool CsvTable::has_points_beside(int column) const {
   constexpr std::size_t some = 20;
   std::vector<std::string_view> cells;
@@ -202,7 +202,7 @@ bool CsvTable::has_points_beside(int column) const {
   return false;
 }
 
-/// What commas within the column's cells are. Throws Error if they may be both.
+/// Returns the meaning of commas within the column's cells. Throws Error if they may be both.
 Commas CsvTable::commas_in(int column) const {
   if ((is_plain_ && separator_ == ',') || text_.find(',') == text_.npos) return Commas::none;
   CommaFinder finder;

@@ -28,7 +28,7 @@ struct Preamble {
 /// unit: "C7 X (mm)".
 Preamble find_preamble(std::string_view text);
 
-/// The preamble if it is the first so many lines. Of several units that they state, the last.
+/// Returns the preamble if it is the first `lines` lines; the last unit that they state counts.
 Preamble preamble_of(std::string_view text, std::size_t lines);
 
 }  // namespace decid::dataset

@@ -14,7 +14,7 @@ namespace {
 
 enum class Meaning { none, bare_rate, rate, interval };
 
-/// Of a phrase's letters, lower case, without what stands between them.
+/// Returns the meaning of a phrase, given as its lower-case letters only.
 Meaning meaning_of(std::string phrase) {
   for (const std::string_view unit : {"inhz", "inhertz", "hz", "hertz"}) {
     if (phrase.size() > unit.size() && phrase.ends_with(unit)) {
@@ -96,7 +96,7 @@ void add(std::string_view phrase, const Quantity& quantity, std::vector<StatedRa
   if (is_sample_rate(hz)) rates.push_back({hz, std::string(phrase), meaning != Meaning::bare_rate});
 }
 
-/// What separates names from figures: a comma between digits only if another one plainly does.
+/// Returns the separator of names and figures: a comma between digits only if another one plainly does.
 std::vector<std::string_view> fields_of(std::string_view line) {
   const auto is_digit = [&](std::size_t i) { return i < line.size() && line[i] >= '0' && line[i] <= '9'; };
   const auto within_number = [&](std::size_t i) {

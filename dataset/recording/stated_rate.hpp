@@ -21,7 +21,7 @@ struct StatedRate {
 /// count where their unit is there: "Sampling interval (ms),10", "10 msec/sample".
 void add_stated_rates(std::string_view line, std::vector<StatedRate>& rates);
 
-/// Those that say whose rate they are, or all if none does; several of one rate count once.
+/// Returns the rates that say whose they are, or all if none does; several of one rate count once.
 std::vector<StatedRate> candidates(const std::vector<StatedRate>& rates);
 
 /// "'Sampling rate' 100 Hz, 'Frame rate' 50 Hz"

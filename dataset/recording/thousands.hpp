@@ -14,7 +14,7 @@ std::optional<double> grouped(std::string_view cell, char group);
 /// True if such a number can only be read so: it has two groups, or a decimal sign too.
 bool is_plainly_grouped(std::string_view cell);
 
-/// What commas in the cells of a column are; none: there are no cells with one.
+/// The meaning of commas in the cells of a column; none: there are no cells with one.
 enum class Commas { none, decimal, thousands, unclear };
 
 /// Finds it from the cells of a column, one after the other.

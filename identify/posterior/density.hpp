@@ -135,7 +135,7 @@ class Density {
     AlignedVector<double> bins_spectrum, sway_spectrum, delayed, inverse, sway, observe, loop_spectrum, modelled,
         residual, unfolded, blocks_spectrum;
     NoiseWorkspace noise;
-    AlignedVector<double> fft_work, noise_work, column, columns, products, noise_column, fine_column, response;
+    AlignedVector<double> fft_work, noise_work, columns, products, noise_column, fine_column, response;
   };
 
   // These throw Error for spans of other sizes, and for the observation of another density.

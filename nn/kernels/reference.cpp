@@ -277,7 +277,7 @@ void average_pool_backward(const PoolShape& s, BlockView<const T> diff_dst, Bloc
   });
 }
 
-/// Whether a pool takes x in place of the largest so far: a NaN stays, so that a diverged training shows.
+/// Returns true if a pool takes x instead of the largest so far: a NaN stays, so that a diverged training shows.
 template <class T>
 bool is_larger(T x, T best) {
   return x > best || std::isnan(x);
