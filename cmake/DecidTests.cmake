@@ -34,6 +34,10 @@ endfunction()
 
 function(decid_test_options target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+  # After decid_glue's level: what takes time is in the libraries.
+  if(NOT CMAKE_CROSSCOMPILING)  # an emulator's time is worth more than the compiler's
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)
+  endif()
   if(DECID_SANITIZE)
     # What is tested is in the libraries; in the tests' own sources these checks are two fifths of the time to compile them.
     target_compile_options(${target} PRIVATE -fno-sanitize=undefined)

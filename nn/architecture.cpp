@@ -10,10 +10,17 @@
 namespace decid::nn {
 namespace {
 
+constexpr std::size_t most_bytes = 200;  // of a layer's line
+
 /// The words of a layer's line, read one by one with errors that name the line.
 class Words {
  public:
+  /// Throws Error if the line is longer than any layer, whose errors quote it.
   explicit Words(const std::string& line) : line_(line) {
+    if (line.size() > most_bytes)
+      throw Error("a layer's line",
+                  "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(most_bytes),
+                  "write one layer a line");
     std::istringstream stream(line);
     stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
     for (std::string word; stream >> word;) words_.push_back(word);

@@ -16,6 +16,7 @@
 
 namespace decid::test {
 
+#ifndef __wasi__  // which has no temporary folder
 /// A fresh folder below the system's temporary folder, removed with all it holds.
 class TemporaryFolder {
  public:
@@ -38,6 +39,7 @@ class TemporaryFolder {
  private:
   std::filesystem::path path_;
 };
+#endif
 
 inline std::filesystem::path write_text(const std::filesystem::path& path, const std::string& text) {
   std::ofstream stream(path, std::ios::binary);

@@ -400,6 +400,7 @@ TEST_CASE("texts: errors name the line and what is wrong with it") {
   for (const auto& [line, problem] : texts) {
     CHECK(layer_error(shape, line) == "layer '" + std::string(line) + "': " + problem);
   }
+  CHECK(layer_error(shape, "conv " + std::string(300, '4')).find("has 305 bytes, more than 200") != std::string::npos);
   CHECK(layer_error({4096, 300, 300}, "conv 4096 255x255") ==
         "layer 'conv 4096 255x255': has 1090938470400 weights, more than 268435456");
   CHECK(layer_error({64, 100, 100}, "fc 65536") == "layer 'fc 65536': has 41943040000 weights, more than 268435456");

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <tuple>
 
-#include "base/sha256.hpp"
 #include "tests/helpers.hpp"
 #include "tests/identify/posterior/trial.hpp"
 
@@ -63,25 +62,6 @@ TEST_CASE("sample: the same draws for any number of threads and every instructio
   for (const Isa isa : available_isas()) {
     if (isa != Isa::reference) compare(isa);
   }
-}
-
-// The posterior's part of "the same bits everywhere": also with clang, and on AArch64.
-TEST_CASE("sample: golden draws" * doctest::test_suite("golden")) {
-  const sim::Protocol protocol = sines_protocol();
-  const Density density(protocol, {});
-  Settings settings = quick();
-  settings.most_draws = 4;
-  settings.block = 4;
-  settings.most_leaps = 8;
-  const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings);
-  std::string bytes;
-  for (const State& state : found.states()) {
-    for (int quantity = 0; quantity < Density::globals; ++quantity) {
-      const double value = Posterior::value(state, quantity);
-      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-    }
-  }
-  CHECK(sha256(bytes) == "07b62a13fa8892a7dc06019cf4a70762dff57ffe7fbf46bb8c5549fa992b1ed7");
 }
 
 TEST_CASE("sample: progress runs to its end, and stopping keeps what was drawn") {

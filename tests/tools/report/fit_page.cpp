@@ -39,127 +39,125 @@ const json& data() {
 
 }  // namespace
 
-TEST_CASE("fit page: whole, self-contained, small, and the same again") {
-  const std::string page = page_of(fitted());
-  CHECK(page.starts_with("<!doctype html>"));
-  CHECK(page.ends_with("</html>\n"));
-  for (const char* mark :
-       {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{script_hashes}}", "{{chart_js}}", "{{page_js}}"})
-    CHECK(page.find(mark) == std::string::npos);
-  CHECK(page.find("Chart.js v") == std::string::npos);
-  CHECK(page.find("prefers-color-scheme: dark") != std::string::npos);
-  for (const char* loading : {"src=\"", "@import", "<link", "<img", "fetch(", "XMLHttpRequest"}) {
-    CAPTURE(loading);
-    CHECK(page.find(loading) == std::string::npos);
+// One case, because CTest starts a process for each, and each process would fit the recordings again.
+TEST_CASE("fit page") {
+  SUBCASE("whole, self-contained, small, and the same again") {
+    const std::string page = page_of(fitted());
+    CHECK(page.starts_with("<!doctype html>"));
+    CHECK(page.ends_with("</html>\n"));
+    for (const char* mark :
+         {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{script_hashes}}", "{{chart_js}}", "{{page_js}}"})
+      CHECK(page.find(mark) == std::string::npos);
+    CHECK(page.find("Chart.js v") == std::string::npos);
+    CHECK(page.find("prefers-color-scheme: dark") != std::string::npos);
+    for (const char* loading : {"src=\"", "@import", "<link", "<img", "fetch(", "XMLHttpRequest"}) {
+      CAPTURE(loading);
+      CHECK(page.find(loading) == std::string::npos);
+    }
+    CHECK(page.size() < 150'000);  // two recordings of 30 s
+    CHECK(page == page_of(fitted()));
   }
-  CHECK(page.size() < 150'000);  // two recordings of 30 s
-  CHECK(page == page_of(fitted()));
-  CHECK(page == page_of(test::fitted_recordings()));
-}
-
-TEST_CASE("fit page: text from outside cannot leave its block") {
-  const std::string page = page_of(fitted());
-  CHECK(count(page, "</script>") == 5);  // two of them are the recordings'
-  CHECK(block_of(page).find('<') == std::string::npos);
-  REQUIRE(data()["recordings"].size() == 2);
-  CHECK(data()["recordings"][1]["file"] == test::hostile_name);
-  REQUIRE(data()["failed"].size() == 1);
-  CHECK(data()["failed"][0].get<std::string>().find("none/<b>.csv") != std::string::npos);
-}
-
-TEST_CASE("fit page: the figures are the posterior's") {
-  const json& shown = data()["recordings"][0];
-  const FitFigures& fit = fitted().fits[0];
-  const Posterior& found = fit.posterior;
-  CHECK(data()["version"] == "9.8.7");
-  CHECK(data()["seed"] == 5);
-  CHECK(shown["answer"] == "posterior");
-  CHECK(data()["recordings"][1]["answer"] == "network");
-  CHECK(data()["recordings"][1]["warnings"][0]["code"] == "chains_disagree");
-  const sim::ParameterTable& table = fitted().identified.protocol.parameters();
-  REQUIRE(shown["parameters"].size() == table.size());
-  for (std::size_t p = 0; p < table.size(); ++p) {
-    const json& parameter = shown["parameters"][p];
-    const int quantity = static_cast<int>(p);
-    CHECK(parameter["name"] == table[p].name);
-    CHECK(near(parameter["mean"].get<double>(), found.mean(quantity), six_digits));
-    CHECK(near(parameter["sd"].get<double>(), found.deviation(quantity), six_digits));
-    CHECK(near(parameter["interval90"][1].get<double>(), found.quantile(quantity, 0.95), six_digits));
-    CHECK(near(parameter["interval50"][0].get<double>(), found.quantile(quantity, 0.25), six_digits));
-    CHECK(parameter.contains("true"));
-    CHECK_FALSE(data()["recordings"][1]["parameters"][p].contains("true"));
-    for (std::size_t q = 0; q < p; ++q)
-      CHECK(within(shown["correlations"][p][q].get<double>(), found.correlation(quantity, static_cast<int>(q)), 0.006));
+  SUBCASE("text from outside cannot leave its block") {
+    const std::string page = page_of(fitted());
+    CHECK(count(page, "</script>") == 5);  // two of them are the recordings'
+    CHECK(block_of(page).find('<') == std::string::npos);
+    REQUIRE(data()["recordings"].size() == 2);
+    CHECK(data()["recordings"][1]["file"] == test::hostile_name);
+    REQUIRE(data()["failed"].size() == 1);
+    CHECK(data()["failed"][0].get<std::string>().find("none/<b>.csv") != std::string::npos);
   }
-  REQUIRE(shown["others"].size() == 3);
-  CHECK(shown["others"][0]["name"] == "Sensor noise");
-  CHECK(shown["diagnostics"]["draws"] == found.draws());
-  REQUIRE(shown["check"]["figures"].size() == fit.check.figures.size());
-  CHECK(shown["check"]["figures"].size() == 8);
-  CHECK(near(shown["log_density"]["value"].get<double>(), fit.inferred.left_out.log_density, six_digits));
-}
-
-TEST_CASE("fit page: draws and ranks are those of the chains") {
-  const json& shown = data()["recordings"][0];
-  const Posterior& found = fitted().fits[0].posterior;
-  const json& draws = shown["draws"];
-  const std::size_t each = draws["each"], chains = draws["chains"], every = draws["every"];
-  CHECK(chains == 8);
-  CHECK(each * every == 40);
-  const sim::ParameterTable& table = fitted().identified.protocol.parameters();
-  for (std::size_t p = 0; p < table.size(); ++p) {
-    REQUIRE(draws["values"][p].size() == chains * each);
-    for (std::size_t chain = 0; chain < chains; ++chain) {
-      for (std::size_t i = 0; i < each; ++i) {
-        const double low = draws["low"][p], high = draws["high"][p];
-        const double part = draws["values"][p][chain * each + i].get<double>() / draws["range"].get<double>();
-        const double value = found.states()[chain * 40 + (i + 1) * every - 1].parameters[p];
-        REQUIRE(within(low + part * (high - low), value, 0.51 / 9999.0 * (high - low)));
+  SUBCASE("the figures are the posterior's") {
+    const json& shown = data()["recordings"][0];
+    const FitFigures& fit = fitted().fits[0];
+    const Posterior& found = fit.posterior;
+    CHECK(data()["version"] == "9.8.7");
+    CHECK(data()["seed"] == 5);
+    CHECK(shown["answer"] == "posterior");
+    CHECK(data()["recordings"][1]["answer"] == "network");
+    CHECK(data()["recordings"][1]["warnings"][0]["code"] == "chains_disagree");
+    const sim::ParameterTable& table = fitted().identified.protocol.parameters();
+    REQUIRE(shown["parameters"].size() == table.size());
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      const json& parameter = shown["parameters"][p];
+      const int quantity = static_cast<int>(p);
+      CHECK(parameter["name"] == table[p].name);
+      CHECK(near(parameter["mean"].get<double>(), found.mean(quantity), six_digits));
+      CHECK(near(parameter["sd"].get<double>(), found.deviation(quantity), six_digits));
+      CHECK(near(parameter["interval90"][1].get<double>(), found.quantile(quantity, 0.95), six_digits));
+      CHECK(near(parameter["interval50"][0].get<double>(), found.quantile(quantity, 0.25), six_digits));
+      CHECK(parameter.contains("true"));
+      CHECK_FALSE(data()["recordings"][1]["parameters"][p].contains("true"));
+      for (std::size_t q = 0; q < p; ++q)
+        CHECK(
+            within(shown["correlations"][p][q].get<double>(), found.correlation(quantity, static_cast<int>(q)), 0.006));
+    }
+    REQUIRE(shown["others"].size() == 3);
+    CHECK(shown["others"][0]["name"] == "Sensor noise");
+    CHECK(shown["diagnostics"]["draws"] == found.draws());
+    REQUIRE(shown["check"]["figures"].size() == fit.check.figures.size());
+    CHECK(shown["check"]["figures"].size() == 8);
+    CHECK(near(shown["log_density"]["value"].get<double>(), fit.inferred.left_out.log_density, six_digits));
+  }
+  SUBCASE("draws and ranks are those of the chains") {
+    const json& shown = data()["recordings"][0];
+    const Posterior& found = fitted().fits[0].posterior;
+    const json& draws = shown["draws"];
+    const std::size_t each = draws["each"], chains = draws["chains"], every = draws["every"];
+    CHECK(chains == 8);
+    CHECK(each * every == 40);
+    const sim::ParameterTable& table = fitted().identified.protocol.parameters();
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      REQUIRE(draws["values"][p].size() == chains * each);
+      for (std::size_t chain = 0; chain < chains; ++chain) {
+        for (std::size_t i = 0; i < each; ++i) {
+          const double low = draws["low"][p], high = draws["high"][p];
+          const double part = draws["values"][p][chain * each + i].get<double>() / draws["range"].get<double>();
+          const double value = found.states()[chain * 40 + (i + 1) * every - 1].parameters[p];
+          REQUIRE(within(low + part * (high - low), value, 0.51 / 9999.0 * (high - low)));
+        }
       }
+      std::vector<int> bins(10, 0);
+      for (const json& chain : shown["ranks"][p]) {
+        int sum = 0;
+        for (std::size_t bin = 0; bin < 10; ++bin) sum += chain[bin].get<int>(), bins[bin] += chain[bin].get<int>();
+        CHECK(sum == 40);
+      }
+      for (const int bin : bins) CHECK(bin == 32);
     }
-    std::vector<int> bins(10, 0);
-    for (const json& chain : shown["ranks"][p]) {
-      int sum = 0;
-      for (std::size_t bin = 0; bin < 10; ++bin) sum += chain[bin].get<int>(), bins[bin] += chain[bin].get<int>();
-      CHECK(sum == 40);
-    }
-    for (const int bin : bins) CHECK(bin == 32);
   }
-}
-
-TEST_CASE("fit page: what is shown over time keeps a thousandth of its width") {
-  const json& signals = data()["recordings"][0]["signals"];
-  const posterior::Inferred& inferred = fitted().fits[0].inferred;
-  const auto check_chart = [](const json& chart, const char* name, const std::vector<double>& values_rad,
-                              double offset) {
-    const double per_degree = chart["per_degree"];
-    REQUIRE(chart[name].size() == values_rad.size());
-    for (std::size_t i = 0; i < values_rad.size(); ++i) {
-      const double expected = (values_rad[i] - offset) / sim::rad_per_deg;
-      REQUIRE(within(chart[name][i].get<double>() / per_degree, expected, 0.501 / per_degree));
-    }
-  };
-  double mean = 0.0;
-  for (const double value : inferred.sway_rad.middle) mean += value / 300.0;
-  check_chart(signals["sway"], "model_low", inferred.sway_rad.low, mean);
-  check_chart(signals["sway"], "model_high", inferred.sway_rad.high, mean);
-  CHECK(signals["sway"]["recorded"].size() == 300);
-  CHECK(signals["sway"]["again_high"].size() == 300);
-  CHECK(near(signals["sway"]["first_s"].get<double>(), 0.045, 1e-12));
-  CHECK(near(signals["noise"]["step_s"].get<double>(), 0.1, 1e-12));
-  std::vector<double> estimate;
-  for (std::size_t i = 0; i < inferred.tilt_estimate_rad.middle.size(); i += 2)
-    estimate.push_back(inferred.tilt_estimate_rad.middle[i]);
-  check_chart(signals["tilt"], "estimate_middle", estimate, 0.0);
-  CHECK(signals["tilt"]["platform"].size() == estimate.size());
-}
-
-TEST_CASE("fit page: without trials that stand there is no band of them") {
-  FittedRecordings all = fitted();
-  all.fits[0].check = {};
-  all.fits[0].check.standing = 12;
-  const json shown = test::data_of(page_of(all))["recordings"][0];
-  CHECK(shown["check"]["figures"].empty());
-  CHECK(shown["check"]["standing"] == 12);
-  CHECK_FALSE(shown["signals"]["sway"].contains("again_low"));
+  SUBCASE("what is shown over time keeps a thousandth of its width") {
+    const json& signals = data()["recordings"][0]["signals"];
+    const posterior::Inferred& inferred = fitted().fits[0].inferred;
+    const auto check_chart = [](const json& chart, const char* name, const std::vector<double>& values_rad,
+                                double offset) {
+      const double per_degree = chart["per_degree"];
+      REQUIRE(chart[name].size() == values_rad.size());
+      for (std::size_t i = 0; i < values_rad.size(); ++i) {
+        const double expected = (values_rad[i] - offset) / sim::rad_per_deg;
+        REQUIRE(within(chart[name][i].get<double>() / per_degree, expected, 0.501 / per_degree));
+      }
+    };
+    double mean = 0.0;
+    for (const double value : inferred.sway_rad.middle) mean += value / 300.0;
+    check_chart(signals["sway"], "model_low", inferred.sway_rad.low, mean);
+    check_chart(signals["sway"], "model_high", inferred.sway_rad.high, mean);
+    CHECK(signals["sway"]["recorded"].size() == 300);
+    CHECK(signals["sway"]["again_high"].size() == 300);
+    CHECK(near(signals["sway"]["first_s"].get<double>(), 0.045, 1e-12));
+    CHECK(near(signals["noise"]["step_s"].get<double>(), 0.1, 1e-12));
+    std::vector<double> estimate;
+    for (std::size_t i = 0; i < inferred.tilt_estimate_rad.middle.size(); i += 2)
+      estimate.push_back(inferred.tilt_estimate_rad.middle[i]);
+    check_chart(signals["tilt"], "estimate_middle", estimate, 0.0);
+    CHECK(signals["tilt"]["platform"].size() == estimate.size());
+  }
+  SUBCASE("without trials that stand there is no band of them") {
+    FittedRecordings all = fitted();
+    all.fits[0].check = {};
+    all.fits[0].check.standing = 12;
+    const json shown = test::data_of(page_of(all))["recordings"][0];
+    CHECK(shown["check"]["figures"].empty());
+    CHECK(shown["check"]["standing"] == 12);
+    CHECK_FALSE(shown["signals"]["sway"].contains("again_low"));
+  }
 }
