@@ -55,6 +55,8 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
                                             const std::vector<std::filesystem::path>& files,
                                             const ReadOptions& options) {
   std::vector<Identification> all(files.size());
+  dataset::RecordingOptions reading = options.recording;
+  reading.mean_is_upright = options.trial.detrend != dataset::Detrend::none;
   const dataset::ProtocolPlan plan(protocol);
   parallel_for(static_cast<int>(files.size()), [&](int place) {
     const auto i = static_cast<std::size_t>(place);
@@ -62,7 +64,7 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol,
     id.file = files[i].string();
     id.truth = options.truth;
     try {
-      dataset::Recording recording = dataset::read_recording(files[i], options.recording);
+      dataset::Recording recording = dataset::read_recording(files[i], reading);
       id.estimate.trial = dataset::bring_to_protocol(recording, plan, options.trial);
       id.column = recording.signals.at(dataset::com_sway).column;
       if (const auto* tilt = recording.signals.find(dataset::platform_tilt)) id.tilt_column = tilt->column;

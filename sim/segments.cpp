@@ -52,6 +52,21 @@ Segments segments_of(const Subject& subject) {
   return segments;
 }
 
+Body body_of_person(const Subject& person) {
+  constexpr double most_kg = 250.0, least_index = 12.0, most_index = 60.0;
+  const Body body = body_of(segments_of(person));
+  const double index = person.mass_kg / square(person.height_m);
+  const std::string given = given_text(person.mass_kg) + " kg and " + given_text(person.height_m) + " m";
+  if (person.mass_kg > most_kg)
+    throw Error("mass and height", given + " are beyond a person's 250 kg", "give the weight in kg");
+  if (!(index >= least_index && index <= most_index))
+    throw Error(
+        "mass and height",
+        given + " are a body mass index of " + given_text(std::round(10.0 * index) / 10.0) + ", not from 12 to 60",
+        "give the weight in kg and the height in m; a robot's body belongs in a protocol");
+  return body;
+}
+
 Body body_of(const Segments& segments) {
   return {
       .mass_kg = segments.mass_kg(), .com_height_m = segments.com_height_m(), .inertia_kgm2 = segments.inertia_kgm2()};

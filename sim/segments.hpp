@@ -32,6 +32,10 @@ struct Segments {
 /// Throws Error unless mass and height are positive and below 500 kg and 3 m.
 Segments segments_of(const Subject& subject);
 
+/// The body of a person. Throws Error beyond 250 kg and for a body mass index outside of 12 to 60 kg/m^2: a comma was
+/// lost, or the two were swapped.
+Body body_of_person(const Subject& person);
+
 /// The single inverted pendulum that the straight body is.
 Body body_of(const Segments& segments);
 

@@ -133,7 +133,7 @@ std::optional<sim::Body> body_of(double mass_kg, double height_m, const char* wh
   if ((mass_kg == 0.0) != (height_m == 0.0))
     throw Error(where, "mass or height stands alone", "give both, or neither for the protocol's body");
   if (mass_kg == 0.0) return {};
-  return sim::body_of(sim::segments_of({.mass_kg = mass_kg, .height_m = height_m}));
+  return sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m});
 }
 
 }  // namespace decid::c

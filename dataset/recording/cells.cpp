@@ -125,7 +125,8 @@ Parsed parse_number(std::string_view cell, Commas commas) {
 bool is_missing(std::string_view cell) {
   std::string lower(cell);
   for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return one_of(lower, {"", "nan", "-nan", "na", "n/a", "null", "-", "--", "---", ".", "#n/a", "#nv"});
+  return one_of(lower,
+                {"", "nan", "-nan", "na", "n/a", "null", "none", "missing", "?", "-", "--", "---", ".", "#n/a", "#nv"});
 }
 
 std::optional<std::string> unit_of_cell(std::string_view cell) {
@@ -136,14 +137,99 @@ std::optional<std::string> unit_of_cell(std::string_view cell) {
   std::string unit(cell);
   const std::string as_written = unit;
   for (char& c : unit) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  const bool known =
-      one_of(unit, {"",       "s",       "sec",      "seconds",    "sek",  "sekunden",    "ms",      "us",   "deg",
-                    "degree", "degrees", "\xC2\xB0", "grad",       "rad",  "mrad",        "mm",      "cm",   "m",
-                    "n",      "nm",      "n*m",      "n.m",        "n m",  "v",           "mv",      "hz",   "kg",
-                    "deg/s",  "g",       "rad/s",    "m/s^2",      "m/s2", "m/s",         "%",       "a.u.", "counts",
-                    "1",      "-",       "grad/s",   "\xC2\xB0/s", "min",  "hh:mm:ss.ms", "hh:mm:ss"});
+  const bool known = one_of(unit, {"",
+                                   "s",
+                                   "sec",
+                                   "seconds",
+                                   "sek",
+                                   "sekunden",
+                                   "ms",
+                                   "us",
+                                   "deg",
+                                   "degree",
+                                   "degrees",
+                                   "\xC2\xB0",
+                                   "grad",
+                                   "rad",
+                                   "mrad",
+                                   "mm",
+                                   "cm",
+                                   "m",
+                                   "n",
+                                   "nm",
+                                   "n*m",
+                                   "n.m",
+                                   "n m",
+                                   "v",
+                                   "mv",
+                                   "hz",
+                                   "kg",
+                                   "deg/s",
+                                   "g",
+                                   "rad/s",
+                                   "m/s^2",
+                                   "m/s2",
+                                   "m/s",
+                                   "%",
+                                   "a.u.",
+                                   "counts",
+                                   "uv",
+                                   "\xC2\xB5v",
+                                   "kn",
+                                   "n.mm",
+                                   "nmm",
+                                   "n*mm",
+                                   "n mm",
+                                   "pa",
+                                   "kpa",
+                                   "w",
+                                   "j",
+                                   "khz",
+                                   "bpm",
+                                   "msecs",
+                                   "msec",
+                                   "n/kg",
+                                   "nm/kg",
+                                   "volts",
+                                   "kg*m/s",
+                                   "c",
+                                   "\xC2\xB0"
+                                   "c",
+                                   "gauss",
+                                   "ut",
+                                   "w/kg",
+                                   "1",
+                                   "-",
+                                   "grad/s",
+                                   "\xC2\xB0/s",
+                                   "min",
+                                   "hh:mm:ss.ms",
+                                   "hh:mm:ss"});
   if (!known) return {};
   return as_written;
+}
+
+bool are_units(const std::vector<std::string_view>& cells) {
+  std::size_t known = 0, empty = 0;
+  for (const std::string_view cell : cells) {
+    const std::optional<std::string> unit = unit_of_cell(cell);
+    if (cell.empty()) {
+      ++empty;
+    } else if (unit && !parse_number(*unit).is_number) {
+      ++known;
+    } else if (!unit &&
+               (cell.size() > 8 || cell.find(' ') != cell.npos || clock_time(cell) || parse_number(cell).is_number ||
+                is_missing(cell) || (cell.front() >= '0' && cell.front() <= '9') || cell.front() == '[')) {
+      return false;
+    }
+  }
+  return known > 0 && 2 * (known + empty) >= cells.size();
+}
+
+std::string with_unit(std::string name, std::string_view unit) {
+  const std::string plain = unit_of_cell(unit).value_or(std::string(unit));
+  if (!one_of(plain, {"", "-", "1"})) name += " (" + plain + ")";
+  return name;
 }
 
 char separator_of(std::string_view line_before, std::string_view data) {
@@ -193,19 +279,49 @@ std::optional<double> days(std::string_view date) {
   return 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + parts[2] - 1;
 }
 
+/// Takes " PM" or " am" off. Empty: there is none.
+std::optional<bool> take_afternoon(std::string_view& cell) {
+  for (const auto& [end, afternoon] : {std::pair{"am", false}, {"pm", true}, {"AM", false}, {"PM", true}}) {
+    if (!cell.ends_with(end)) continue;
+    cell = trim(cell.substr(0, cell.size() - 2));
+    return afternoon;
+  }
+  return {};
+}
+
+/// Takes "+00:00", "-05:30" and "Z" off: a recording has one.
+void take_offset(std::string_view& cell) {
+  if (cell.ends_with('Z')) cell.remove_suffix(1);
+  const std::size_t sign = cell.find_last_of("+-");
+  std::array<int, 2> parts{};
+  if (sign != std::string_view::npos && sign > 5 && whole_numbers(cell.substr(sign + 1), ':', parts))
+    cell = cell.substr(0, sign);
+}
+
 }  // namespace
 
 std::optional<ClockTime> clock_time(std::string_view cell) {
+  if (cell.find(':') == std::string_view::npos) return {};
   double day = 0.0;
-  if (const std::size_t blank = cell.find_first_of(" T"); blank != std::string_view::npos) {
+  const std::optional<bool> afternoon = take_afternoon(cell);
+  if (const std::size_t count = cell.find(" days "); count != std::string_view::npos) {  // a timedelta of pandas
+    const Parsed days_passed = parse_number(cell.substr(0, count));
+    if (!days_passed.is_number) return {};
+    day = days_passed.value;
+    cell = trim(cell.substr(count + 6));
+  } else if (const std::size_t blank = cell.find_first_of(" T"); blank != std::string_view::npos) {
     const std::optional<double> found = days(cell.substr(0, blank));
     if (!found) return {};
     day = *found;
     cell = trim(cell.substr(blank + 1));
   }
-  if (cell.ends_with('Z')) cell.remove_suffix(1);
+  take_offset(cell);
   double fraction = 0.0;
-  if (const std::size_t point = cell.find_first_of(".,"); point != std::string_view::npos) {
+  // "12:03:04:250", as some programs write milliseconds
+  const std::size_t last = cell.rfind(':');
+  const bool has_milliseconds = std::count(cell.begin(), cell.end(), ':') == 3 && cell.size() - last == 4;
+  const std::size_t point = has_milliseconds ? last : cell.find_first_of(".,");
+  if (point != std::string_view::npos) {
     const std::string digits = "0." + std::string(cell.substr(point + 1));
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), fraction);
     if (error != std::errc() || end != digits.data() + digits.size() || digits.find_first_of("eE") != digits.npos) {
@@ -214,7 +330,11 @@ std::optional<ClockTime> clock_time(std::string_view cell) {
     cell = cell.substr(0, point);
   }
   std::array<int, 3> parts{};  // hours, minutes, seconds
+  // "03:04.5" are minutes and seconds, "03:04" may be anything.
+  if (std::array<int, 2> two{}; point != std::string_view::npos && whole_numbers(cell, ':', two) && two[1] <= 59)
+    return ClockTime{day, 60.0 * two[0] + two[1] + fraction};
   if (!whole_numbers(cell, ':', parts) || parts[0] > 24 || parts[1] > 59 || parts[2] > 60) return {};
+  if (afternoon) parts[0] = parts[0] % 12 + (*afternoon ? 12 : 0);
   return ClockTime{day, 3600.0 * parts[0] + 60.0 * parts[1] + parts[2] + fraction};
 }
 

@@ -52,6 +52,43 @@ std::optional<double> rounded_step(const std::vector<double>& time, double unit_
   return {};
 }
 
+/// Times of an even grid, rounded so coarsely that several samples have one time: those of so many samples a second.
+std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s, const std::string& name) {
+  if (time.size() < 100 || time.back() <= time.front() || !std::ranges::is_sorted(time) ||
+      std::ranges::adjacent_find(time) == time.end())
+    return {};
+  // A row that stands twice is another fault.
+  std::size_t shared = 0;
+  for (std::size_t k = 1; k < time.size(); ++k) shared += time[k] == time[k - 1] ? 1 : 0;
+  if (10 * shared < time.size()) return {};
+  const double n = static_cast<double>(time.size()), middle = 0.5 * (n - 1.0);
+  double mean = 0.0, product = 0.0;
+  for (const double t : time) mean += (t - time.front()) / n;
+  for (std::size_t k = 0; k < time.size(); ++k)
+    product += (static_cast<double>(k) - middle) * (time[k] - time.front() - mean);
+  const double step = product / (n * (n * n - 1.0) / 12.0);
+  double low = 0.0, high = 0.0;
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    const double off = time[k] - time.front() - step * static_cast<double>(k);
+    low = std::min(low, off);
+    high = std::max(high, off);
+  }
+  for (const double resolution_s : {1e-3, 1e-2, 1e-1}) {
+    const double resolution = resolution_s / unit_s;
+    const auto whole = [&](double t) { return std::abs(t / resolution - std::round(t / resolution)) < 1e-3; };
+    if (high - low > 1.05 * resolution || n * step < 100.0 * resolution || !std::ranges::all_of(time, whole)) continue;
+    Clock clock;
+    clock.rate_hz = 1.0 / (step * unit_s);
+    const double nearest = std::round(clock.rate_hz);
+    if (std::abs(nearest / clock.rate_hz - 1.0) * n < 0.5 * resolution_s * clock.rate_hz) clock.rate_hz = nearest;
+    clock.warning = "the times of '" + name + "' are rounded to " + six_digits(resolution_s) +
+                    " s, so that several samples have the same one: they are those of " + six_digits(clock.rate_hz) +
+                    " Hz";
+    return clock;
+  }
+  return {};
+}
+
 }  // namespace
 
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting) {
@@ -63,6 +100,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   const double usual = median(steps);
   const auto is_even = [&](double step) { return step > 0.0 && std::abs(step - usual) <= even * usual; };
   const double last = static_cast<double>(steps.size());
+  if (const std::optional<Clock> rounded = coarse_clock(time, unit_s, name)) return *rounded;
   if (usual < 0.0)
     throw Error(where, "'" + name + "' runs backwards",
                 "turn the rows round, or give " + setting + " if the samples are in order all the same");
@@ -78,6 +116,11 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     if (steps[i] < 0.0) return here + "goes backwards, by " + six_digits(-steps[i]);
     return here + "steps by " + six_digits(steps[i]) + ", elsewhere by " + six_digits(usual);
   };
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
+      throw SeveralRecordings(where,
+                              table.place_of(i + 1) + ": '" + name + "' begins anew: the file holds several recordings",
+                              "give each of them as a file of its own");
   double places = 0.0;  // of the last sample
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double multiple = std::round(steps[i] / usual);

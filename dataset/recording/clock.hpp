@@ -6,9 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "base/error.hpp"
 #include "dataset/recording/table.hpp"
 
 namespace decid::dataset {
+
+/// Times that begin anew in the middle of a file.
+class SeveralRecordings : public Error {
+  using Error::Error;
+};
 
 /// Where the samples of a recording lie on an even grid of rate_hz, the first at 0.
 struct Clock {
@@ -20,7 +26,8 @@ struct Clock {
 
 /// Sample rate and places of a column of time, in seconds unless its name says otherwise. Steps within 1% of their
 /// median, and times that are an even grid rounded to 1 ms or 0.1 ms, are even. Else each step may differ by 30% of the
-/// median from a whole multiple of it; multiples beyond 1 are lost samples. Throws Error for the first step that does
+/// median from a whole multiple of it; multiples beyond 1 are lost samples. Times rounded so coarsely that
+/// samples share them are an even grid too, with a warning. Throws Error for the first step that does
 /// not fit; the error names `setting` ("--rate"), which gives the rate instead.
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting);
 

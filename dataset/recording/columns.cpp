@@ -56,9 +56,10 @@ const char* other_quantity(std::string_view name) {
   for (const std::string& word : parts)
     if (one_of(word, {"cop", "copx", "copy", "copap", "copml"})) return centre_of_pressure;
   const std::string_view unit = unit_behind(name);
-  for (const auto& [quantity, units] : {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|"},
+  for (const auto& [quantity, units] : {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|volts|"},
                                         {"a force", "|n|kn|"},
-                                        {"a torque", "|nm|n*m|n.m|n m|"},
+                                        {"a torque", "|nm|n*m|n.m|n m|nmm|n*mm|n.mm|n mm|nm/kg|"},
+                                        {"a pressure", "|pa|kpa|"},
                                         {"a velocity", "|m/s|mm/s|cm/s|"},
                                         {"an acceleration", "|m/s^2|m/s2|g|"},
                                         {"a mass", "|kg|"},
@@ -89,8 +90,18 @@ const char* other_quantity(std::string_view name) {
 
 bool is_time_name(std::string_view name) {
   const std::vector<std::string> parts = words(name);
-  return one_of(parts.front(), {"time", "times", "timestamp", "timestamps", "zeit", "zeitstempel", "uhrzeit", "temps",
-                                "tiempo", "tempo", "datetime", "seconds", "sekunden", "sec", "ms"}) ||
+  const auto is_time = [](std::string_view word) {
+    return one_of(word, {"time",     "times",        "timestamp", "timestamps",  "zeit",      "zeitstempel",
+                         "uhrzeit",  "temps",        "tiempo",    "tempo",       "datetime",  "seconds",
+                         "sekunden", "sec",          "ms",        "elapsedtime", "mocaptime", "sampletime",
+                         "reltime",  "relativetime", "frametime", "systemtime",  "abstime"});
+  };
+  // "Elapsed Time (s)", "rel_time_s", "abs time", "Sample Time"
+  const bool is_second =
+      parts.size() > 1 && is_time(parts[1]) &&
+      one_of(parts[0], {"elapsed", "rel", "relative", "abs", "absolute", "sample", "sampling", "mocap", "frame",
+                        "system", "local", "unix", "recording", "trial", "capture"});
+  return is_time(parts.front()) || is_second ||
          (begins_with_t(name) && std::all_of(parts.begin() + 1, parts.end(), [](const std::string& word) {
             return one_of(word, {"in", "s", "sec", "sek", "seconds", "sekunden"}) || time_unit_s(word) != 1.0;
           }));
@@ -262,7 +273,13 @@ int find_time(const Table& table) {
   if (table.has_header()) {
     const auto& names = table.names();
     auto found = std::find_if(names.begin(), names.end(), is_time_name);
-    if (found == names.end()) found = std::find_if(names.begin(), names.end(), begins_with_t);
+    const auto may_be_time = [](const std::string& name) {
+      return begins_with_t(name) && !one_of(words(name).back(), {"c", "degc",
+                                                                 "\xC2\xB0"
+                                                                 "c",
+                                                                 "f", "k"});  // a temperature
+    };
+    if (found == names.end()) found = std::find_if(names.begin(), names.end(), may_be_time);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
   }
   if (table.columns() < 2 || table.rows(0) < 3) return -1;
@@ -279,16 +296,40 @@ int find_time(const Table& table) {
 
 int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting) {
   return find_named(table, without,
-                    {"tilt", "platform_tilt", "platform", "plattform", "platform_angle", "tilt_angle",
-                     "plattformwinkel", "kippwinkel", "support_tilt", "a_fs", "support_surface", "stimulus"},
+                    {"tilt",
+                     "platform_tilt",
+                     "platform",
+                     "plattform",
+                     "platform_angle",
+                     "tilt_angle",
+                     "plattformwinkel",
+                     "kippwinkel",
+                     "support_tilt",
+                     "a_fs",
+                     "support_surface",
+                     "stimulus",
+                     "platform_pitch",
+                     "surface_tilt",
+                     "surface_angle",
+                     "support_surface_tilt",
+                     "support_surface_angle",
+                     "base_angle",
+                     "base_tilt",
+                     "stim_pitch",
+                     "stim_tilt",
+                     "stimulus_angle",
+                     "ss",
+                     "ss_angle"},
                     where, setting);
 }
 
 double time_unit_s(std::string_view name) {
   const std::string unit = words(name).back();
   if (one_of(unit, {"min", "minutes", "minuten"})) return 60.0;
-  if (one_of(unit, {"ms", "msec", "milliseconds", "millisekunden"})) return 1e-3;
-  if (one_of(unit, {"us", "usec", "\xC2\xB5s", "microseconds"})) return 1e-6;
+  if (one_of(unit, {"ms", "msec", "msecs", "msecond", "mseconds", "milliseconds", "millisekunden"})) return 1e-3;
+  if (one_of(unit, {"us", "usec", "\xC2\xB5s", "microseconds", "mikrosekunden"})) return 1e-6;
+  if (one_of(unit, {"ns", "nsec", "nanoseconds", "nanosekunden"})) return 1e-9;
+  if (one_of(unit, {"days", "tage"})) return 86400.0;
   return 1.0;
 }
 

@@ -49,13 +49,12 @@ bool is_name(std::string_view cell) {
 }  // namespace
 
 std::vector<std::string> commented_names(std::string_view above, char separator, std::size_t columns) {
-  std::vector<std::string> units;
+  std::vector<std::string_view> units;
   for (const std::string_view comment : comments_of(above)) {
     const std::vector<std::string_view> cells = cells_of(comment, separator, columns);
     if (cells.empty() || std::ranges::all_of(cells, [](auto cell) { return parse_number(cell).is_number; })) continue;
-    const bool are_units = std::ranges::all_of(cells, [](auto cell) { return unit_of_cell(cell).has_value(); });
-    if (are_units && units.empty() && columns > 1) {
-      for (const auto cell : cells) units.push_back(*unit_of_cell(cell));
+    if (units.empty() && columns > 1 && are_units(cells)) {
+      units = cells;
       continue;
     }
     if (std::ranges::none_of(cells, is_name)) continue;
@@ -64,7 +63,7 @@ std::vector<std::string> commented_names(std::string_view above, char separator,
     std::vector<std::string> names;
     for (std::size_t i = 0; i < columns; ++i) {
       names.push_back(cells[i].empty() ? "column " + std::to_string(i + 1) : std::string(cells[i]));
-      if (!units.empty() && !one_of(units[i], {"", "-", "1"})) names.back() += " (" + units[i] + ")";
+      if (!units.empty()) names.back() = with_unit(names.back(), units[i]);
     }
     return names;
   }

@@ -48,6 +48,19 @@ std::string with_short_lines(std::string text, const std::string& where) {
   return text;
 }
 
+/// Minus signs as Unicode has them become those of numbers.
+std::string with_plain_minus(std::string text) {
+  constexpr std::string_view minus = "\xE2\x88\x92";
+  std::size_t at = text.find(minus);
+  if (at == text.npos) return text;
+  std::string plain = text.substr(0, at);
+  for (std::size_t begin = at; at != text.npos; at = text.find(minus, begin)) {
+    plain += text.substr(begin, at - begin) + "-";
+    begin = at + minus.size();
+  }
+  return plain + text.substr(text.rfind(minus) + minus.size());
+}
+
 /// Without lines of separators alone at its end, as spreadsheets leave them.
 std::string without_empty_end(std::string text) {
   const std::size_t last = text.find_last_not_of(" \t\r\n;,");
@@ -59,9 +72,10 @@ std::string without_empty_end(std::string text) {
 }  // namespace
 
 CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines)
-    : text_(with_short_lines(without_empty_end(to_utf8(std::move(text), where)), where)), where_(std::move(where)) {
+    : text_(with_short_lines(without_empty_end(with_plain_minus(to_utf8(std::move(text), where))), where)),
+      where_(std::move(where)) {
   if (skip_lines) {
-    preamble_ = preamble_of(text_, static_cast<std::size_t>(*skip_lines));
+    preamble_ = preamble_behind(text_, static_cast<std::size_t>(*skip_lines));
   } else {
     preamble_ = find_preamble(text_);
   }
@@ -70,7 +84,17 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   has_header_ = !names_.empty();
   separator_ = find_separator();
   std::vector<std::string_view> cells;
+  std::size_t last_line = 0;
   visit_lines([&](std::string_view line, std::size_t line_number) {
+    const bool follows = line_number == last_line + 1;
+    last_line = line_number;
+    if (!follows && begins_another(line)) {
+      if (skip_lines) return false;
+      throw Error(where_,
+                  "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
+                      std::string(line.substr(0, 40)) + "'",
+                  "delete what is no data; --skip-lines N reads the table below line N, to its end");
+    }
     if (names_.empty()) {
       read_header(line);
       if (has_header_) {
@@ -108,6 +132,19 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     return true;
   });
   if (rows_.empty()) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
+}
+
+/// True for a line behind a blank one that is no row of the table: a section's name, a footer.
+bool CsvTable::begins_another(std::string_view line) const {
+  constexpr std::size_t rows_of_a_table = 3;
+  if (rows_.size() < rows_of_a_table) return false;
+  std::vector<std::string_view> cells;
+  split(line, separator_, cells);
+  const auto is_value = [](std::string_view cell) {
+    return parse_number(cell).is_number || clock_time(cell).has_value() || is_missing(cell);
+  };
+  const bool is_other = !is_value(cells[0]) || (cells.size() == 1 && names_.size() > 1);
+  return is_other && is_value(cell_at(rows_.front(), separator_, 0, is_plain_));
 }
 
 /// Throws Error unless the row has as many cells as the table, or one more, an empty one.
@@ -165,20 +202,10 @@ void CsvTable::read_header(std::string_view line) {
   }
 }
 
-/// True if the cells are units, every one of them; they are then put behind the names.
+/// True if the cells are units, half of them known ones, the others short words; they are then put behind the names.
 bool CsvTable::read_units(const std::vector<std::string_view>& cells) {
-  if (cells.size() < names_.size()) return false;
-  std::vector<std::string> units;
-  bool any = false;
-  for (const std::string_view cell : cells) {
-    const std::optional<std::string> unit = unit_of_cell(cell);
-    if (!unit) return false;
-    any = any || (!unit->empty() && !parse_number(*unit).is_number);
-    units.push_back(*unit);
-  }
-  if (!any) return false;
-  for (std::size_t i = 0; i < names_.size(); ++i)
-    if (!one_of(units[i], {"", "-", "1"})) names_[i] += " (" + units[i] + ")";
+  if (cells.size() < names_.size() || !are_units(cells)) return false;
+  for (std::size_t i = 0; i < names_.size(); ++i) names_[i] = with_unit(names_[i], cells[i]);
   return true;
 }
 

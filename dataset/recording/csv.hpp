@@ -44,6 +44,7 @@ class CsvTable final : public Table {
   char find_separator() const;
   void read_header(std::string_view line);
   void check_columns(std::size_t count) const;
+  bool begins_another(std::string_view line) const;
   bool read_units(const std::vector<std::string_view>& cells);
   void check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const;
   Commas commas_in(int column) const;

@@ -121,6 +121,7 @@ std::string to_utf8(std::string bytes, const std::string& where) {
     bytes = from_utf16(view, false);
   }
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
+  bytes.resize(bytes.find_last_not_of('\0') + 1);  // as programs leave that set a file's size beforehand
   if (bytes.find('\0') != std::string::npos)
     throw Error(where, "is no text file", "save it as CSV, in UTF-8, UTF-16 or Windows-1252");
   if (is_utf8(bytes)) return bytes;

@@ -2,10 +2,13 @@
 #include "dataset/recording/preamble.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
+#include <utility>
 
 #include "dataset/recording/cells.hpp"
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/header_rows.hpp"
 #include "dataset/recording/table.hpp"
 
 namespace decid::dataset {
@@ -46,11 +49,6 @@ bool is_data(const std::vector<std::string_view>& cells) {
   return 2 * values >= std::ssize(cells) && (is_value(cells[0]) || (cells.size() > 1 && is_value(cells[1])));
 }
 
-bool are_units(const std::vector<std::string_view>& cells) {
-  return std::ranges::all_of(cells, [](std::string_view cell) { return unit_of_cell(cell).has_value(); }) &&
-         std::ranges::any_of(cells, [](std::string_view cell) { return !cell.empty() && !is_value(cell); });
-}
-
 /// "inDegrees=no", as OpenSim writes it.
 std::optional<Unit> stated_unit(std::string_view line) {
   std::string text;
@@ -84,8 +82,7 @@ Preamble of_trc(const std::vector<Line>& lines) {
   return found;
 }
 
-}  // namespace
-
+/// The first so many lines.
 Preamble preamble_of(std::string_view text, std::size_t lines) {
   Preamble found{.lines = lines};
   for_each_line(text, [&](std::string_view line, std::size_t number) {
@@ -94,6 +91,27 @@ Preamble preamble_of(std::string_view text, std::size_t lines) {
     if (const auto unit = stated_unit(line)) found.unit = unit;
     return true;
   });
+  return found;
+}
+
+}  // namespace
+
+Preamble preamble_behind(std::string_view text, std::size_t lines) {
+  std::size_t begin = 0;
+  for_each_line(text, [&](std::string_view line, std::size_t number) {
+    begin = static_cast<std::size_t>(line.data() - text.data());
+    return number <= lines;
+  });
+  Preamble found = preamble_of(text, lines);
+  Preamble rows = find_preamble(text.substr(begin));
+  if (rows.names.empty()) return found;
+  // Lines of comments and blank ones before `begin` count too.
+  const auto line_ends = [](std::string_view part) {
+    return static_cast<std::size_t>(std::ranges::count(part, part.find('\n') == part.npos ? '\r' : '\n'));
+  };
+  found.lines = line_ends(text.substr(0, begin)) + rows.lines;
+  found.names = std::move(rows.names);
+  std::ranges::move(rows.rates, std::back_inserter(found.rates));
   return found;
 }
 
@@ -117,7 +135,22 @@ Preamble find_preamble(std::string_view text) {
     bool is_table = (after - first > 1 || first == 0) && row.size() <= most_columns + 1;
     for (std::size_t line = first; line < after && is_table; ++line)
       is_table = fits(line) && is_data(cells_of(lines[line].text, separator));
+    // A row of how many samples there are, below names: those of samples have a time.
+    if (is_table && after - first > 1 && row.size() > 1 && row[0].empty() &&
+        is_value(cells_of(lines[first + 1].text, separator)[0]))
+      continue;
     if (!is_table) continue;
+    HeaderRows rows;
+    for (std::size_t line = 0; line < first; ++line) rows.push_back(cells_of(lines[line].text, separator));
+    const bool ends_in_separator =
+        row.back().empty() && (rows.empty() || rows.back().size() < row.size() || rows.back().back().empty());
+    std::vector<std::string> names = names_of_rows(rows, row.size() - (ends_in_separator ? 1 : 0));
+    if (!names.empty()) {
+      Preamble found = preamble_of(text, lines[first].number - 1);
+      found.names = std::move(names);
+      add_section_rate(rows, found.rates);
+      return found;
+    }
     if (first == 0 || (fits(0) && (first == 1 || has_time(0)))) return {};
     // A damaged row below the header is no header.
     if (fits(0) && std::ranges::any_of(cells_of(lines[first - 1].text, separator), is_value)) return {};
@@ -135,7 +168,9 @@ Preamble find_preamble(std::string_view text) {
       const auto cells = cells_of(lines[line].text, separator);
       if (cells.size() > 1 && std::ranges::all_of(cells, is_value)) return {};
     }
-    return preamble_of(text, lines[header].number - 1);
+    Preamble found = preamble_of(text, lines[header].number - 1);
+    add_section_rate(rows, found.rates);
+    return found;
   }
   return {};
 }

@@ -24,11 +24,12 @@ struct Preamble {
 /// capture say there who, when and at which rate ("Frequency: 100"). A file whose first line has as many cells as its
 /// table and names a time has none, nor has one of a single column whose name has no unit of angles; neither has one in
 /// which no table is found, or whose lines above it hold numbers like it: a damaged row is not to be taken for a
-/// preamble. Of TRC files (OpenSim, Cortex: PathFileType) the names are made of both lines of their header, with the
-/// unit: "C7 X (mm)".
+/// preamble. Headers of several rows are put together (header_rows.hpp). Of TRC files (OpenSim, Cortex: PathFileType)
+/// the names are made of both lines of their header, with the unit: "C7 X (mm)".
 Preamble find_preamble(std::string_view text);
 
-/// Returns the preamble if it is the first `lines` lines; the last unit that they state counts.
-Preamble preamble_of(std::string_view text, std::size_t lines);
+/// Returns the preamble if it is the first `lines` lines, and the rows of a header of several below them. The last unit
+/// that they state counts.
+Preamble preamble_behind(std::string_view text, std::size_t lines);
 
 }  // namespace decid::dataset

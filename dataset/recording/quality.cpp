@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/jumps.hpp"
 #include "sim/protocol.hpp"
 
 namespace decid::dataset {
@@ -158,6 +159,7 @@ void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings&
   look_for_frozen(sway_rad, rate_hz, warnings);
   const double step = look_for_steps(sway_rad, warnings);
   look_for_spikes(sway_rad, rate_hz, step, warnings);
+  look_for_jumps(sway_rad, rate_hz, step, warnings);
   look_for_noise(sway_rad, rate_hz, warnings);
 }
 

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <tuple>
 
 #include "base/error.hpp"
 #include "dataset/recording/clock.hpp"
@@ -22,6 +25,21 @@ constexpr double slowest_plausible_hz = 5.0;
 constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
 /// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
+
+/// What to call a column of time that says this rate if it is in seconds.
+std::string time_hint(const std::string& name, double rate_hz) {
+  for (const auto& [unit, end, per_s] : {std::tuple{"milliseconds", "_ms", 1e3},
+                                         {"microseconds", "_us", 1e6},
+                                         {"nanoseconds", "_ns", 1e9},
+                                         {"days", "_days", 1.0 / 86400.0}}) {
+    const double then_hz = rate_hz * per_s;
+    if (then_hz >= 20.0 && then_hz <= 2000.0)
+      return std::string("if it is in ") + unit + " (" + six_digits(std::round(then_hz * 1e3) / 1e3) +
+             " Hz), call it " + name + end + ", or give --rate";
+  }
+  return rate_hz < lowest_rate_hz ? "if it is in milliseconds, call it time_ms, or give --rate"
+                                  : "if it is in seconds, call it time_s, or give --rate";
+}
 
 Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
@@ -41,6 +59,8 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   Clock clock;
   try {
     clock = read_clock(table, time, recording.file, "--rate");
+  } catch (const SeveralRecordings&) {
+    throw;  // which a rate would join
   } catch (const Error& error) {
     if (!options.rate_hz) throw;
     add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());
@@ -57,44 +77,76 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   if (!is_sample_rate(clock.rate_hz)) {
     throw Error(recording.file,
                 "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
-                clock.rate_hz < lowest_rate_hz ? "if it is in milliseconds, call it time_ms, or give --rate"
-                                               : "if it is in seconds, call it time_s, or give --rate");
+                time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz));
   }
   if (clock.rate_hz < slowest_plausible_hz) {
     add_caution(recording.warnings, "slow_rate",
-                "the column " + name + " says " + six_digits(clock.rate_hz) +
-                    " Hz, which is slow; if it is not in seconds, call it time_ms or give --rate");
+                "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, which is slow; " +
+                    time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz));
   }
   if (!clock.warning.empty()) add_caution(recording.warnings, "uneven_times", clock.warning);
   return clock;
 }
 
+/// Makes NaN of numbers that stand for missing values: the one that was given, or one that programs write (Visual3D,
+/// NDI, spreadsheets), if the others are far smaller.
+void mark_missing(std::vector<double>& values, std::optional<double> given) {
+  constexpr double far = 50.0;
+  const auto is = [](double value, double mark) { return std::abs(value - mark) <= 1e-6 * std::abs(mark); };
+  const auto is_mark = [&](double value) {
+    if (given) return is(value, *given);
+    const double size = std::abs(value);
+    return size >= 9999.0 && (is(size, 9999.0) || is(size, 99999.0) || is(size, 999999.0) || is(size, 9.99e33) ||
+                              is(size, 1e30) || is(value, -3.697314e28));
+  };
+  double smallest_mark = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (const double value : values) {
+    if (is_mark(value))
+      smallest_mark = std::min(smallest_mark, std::abs(value));
+    else if (std::isfinite(value))
+      largest = std::max(largest, std::abs(value));
+  }
+  if (!given && !(far * largest < smallest_mark)) return;
+  for (double& value : values)
+    if (is_mark(value)) value = std::numeric_limits<double>::quiet_NaN();
+}
+
 /// A column on the clock's even grid, its gaps filled if they may be.
-std::vector<double> read_column(const Table& table, int column, const Clock& clock, double fill_gaps_s,
+std::vector<double> read_column(const Table& table, int column, const Clock& clock, const RecordingOptions& options,
                                 Recording& recording) {
+  const double fill_gaps_s = options.fill_gaps_s;
   const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
-  std::vector<double> values = place_evenly(table.numbers(column, missing), clock);
+  std::vector<double> raw = table.numbers(column, missing);
+  mark_missing(raw, options.missing_value);
+  std::vector<double> values = place_evenly(raw, clock);
   const std::string filled =
       fill_gaps(values, clock.rate_hz, fill_gaps_s, table.names()[static_cast<std::size_t>(column)], recording.file);
   if (!filled.empty()) add_caution(recording.warnings, "gaps_filled", filled);
   return values;
 }
 
-/// Checks that the size of sway is a standing body's. `guessed`: its unit was.
-void check_size(const Signal<double>& sway, bool guessed, Recording& recording) {
+/// Checks that the size of sway is a standing body's. `guessed`: its unit was. `mean_is_upright`: what it is counted
+/// from.
+void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, Recording& recording) {
   const bool in_memory = recording.file.empty();
   const std::string where = in_memory ? "recording" : recording.file;
   const char* const other =
       in_memory ? "give radians" : "if the unit is another, give --unit; if these are positions, --com-height";
   const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
-  const double peak_deg = std::max(-*least, *most) / sim::rad_per_deg;
+  const double mean = std::accumulate(sway.rad.begin(), sway.rad.end(), 0.0) / static_cast<double>(sway.rad.size());
+  const double upright = mean_is_upright ? mean : 0.0;
+  const double peak_deg = std::max(upright - *least, *most - upright) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
   if (*least == *most) {
     throw Error(where, sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
                 in_memory ? "give samples of sway" : "name the column of sway with --column");
   }
   if (peak_deg > largest_deg) {
-    const auto at = (-*least > *most ? least : most) - sway.rad.begin();
+    const auto at = (upright - *least > *most - upright ? least : most) - sway.rad.begin();
+    if (!in_memory && peak_to_peak_deg < 2.0 * largest_plausible_deg)
+      throw Error(where,
+                  sway.column + " is about " + three_digits(mean / sim::rad_per_deg) + " degrees, beyond lying flat",
+                  "if that is upright, give --detrend offset; " + std::string(other));
     throw Error(
         where,
         sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
@@ -125,7 +177,7 @@ void read_tilt(const Table& table, int column, int sway, const Clock& clock, con
                 "name signals that were sampled together");
   }
   const Unit unit = angle_unit(table, column, options.tilt_unit, "--tilt-unit", recording);
-  Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options.fill_gaps_s, recording)};
+  Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options, recording)};
   const double factor = rad_in(unit) * (options.invert_tilt ? -1.0 : 1.0);
   for (double& value : tilt.rad) value *= factor;
   recording.signals.add(std::move(tilt));
@@ -177,10 +229,10 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   }
   const Clock clock = find_clock(table, time, options, recording);
   recording.rate_hz = clock.rate_hz;
-  const auto numbers = [&](int column) { return read_column(table, column, clock, options.fill_gaps_s, recording); };
+  const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
   const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
-  check_size(signal, guessed, recording);
+  check_size(signal, guessed, options.mean_is_upright, recording);
   look_for_faults(signal.rad, recording.rate_hz, recording.warnings);
   if (options.invert_sway) {
     for (double& value : signal.rad) value = -value;
@@ -208,7 +260,7 @@ Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
     if (!std::isfinite(sway_rad[k]))
       throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
-  check_size(sway, false, recording);
+  check_size(sway, false, false, recording);
   look_for_faults(sway.rad, rate_hz, recording.warnings);
   return recording;
 }

@@ -22,8 +22,10 @@ struct RecordingOptions {
   std::string column = {};             ///< name of the sway column, or its number from 1; empty: found by name
   std::optional<Unit> unit = {};       ///< empty: taken from the column's name (..._deg, _rad, _mrad), else degrees
   std::optional<double> rate_hz = {};  ///< overrides the time column; 1 to 100,000
-  double fill_gaps_s = 0.0;            ///< missing values and lost samples up to this long are interpolated
-  std::string tilt_column = {};        ///< the platform's tilt, by name or number from 1; empty: see find_tilt
+  std::optional<double> missing_value = {};  ///< a number that stands for a missing value, besides those that are known
+  bool mean_is_upright = false;              ///< an offset will be subtracted (TrialOptions): sizes count from the mean
+  double fill_gaps_s = 0.0;                  ///< missing values and lost samples up to this long are interpolated
+  std::string tilt_column = {};              ///< the platform's tilt, by name or number from 1; empty: see find_tilt
   bool find_tilt = true;               ///< a column that is plainly the tilt by its name is read without being named
   std::optional<Unit> tilt_unit = {};  ///< as `unit`
   bool invert_sway = false;            ///< it is positive against the protocol's direction of tilt

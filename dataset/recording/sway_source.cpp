@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
+#include "dataset/recording/candidates.hpp"
 #include "dataset/recording/columns.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/segments.hpp"
@@ -32,7 +33,8 @@ void refuse_response(const Table& table, const std::string& where) {
 }
 
 void refuse_ankle(const std::string& name, const std::string& where) {
-  if (other_quantity(name) != nullptr) return;  // which is what is said then
+  if (other_quantity(name) != nullptr) return;                              // which is what is said then
+  if (one_of(words(name).front(), {"com", "cog", "sway", "body"})) return;  // "com_sway about the ankle"
   if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "osg", "dorsiflexion", "plantarflexion"}))
     return;
   throw Error(where, name + " is an angle of the ankle by its name: the body's against the platform, not in space",
@@ -52,32 +54,57 @@ void warn_of_part(const std::string& name, Recording& recording) {
 /// Displacements too: they may be the only column, and the unit is looked at later.
 int find_sway(const Table& table, int time, Recording& recording) {
   const int named = find_named(table, time,
-                               {"com_sway", "com_x", "sway", "body_sway", "com_ap", "sway_ap", "com_angle",
-                                "sway_angle", "a_bs", "com", "ksp", "k\xC3\xB6rperschwerpunkt", "schwankung"},
+                               {"com_sway",
+                                "com_x",
+                                "sway",
+                                "body_sway",
+                                "com_ap",
+                                "sway_ap",
+                                "com_angle",
+                                "sway_angle",
+                                "a_bs",
+                                "com",
+                                "ksp",
+                                "k\xC3\xB6rperschwerpunkt",
+                                "schwankung",
+                                "body_sway_angle",
+                                "bodysway",
+                                "swayap",
+                                "cog_x",
+                                "cog_ap",
+                                "cog_angle",
+                                "cog",
+                                "body_angle",
+                                "body_lean",
+                                "lean_angle",
+                                "neigung",
+                                "k\xC3\xB6rperneigung"},
                                recording.file, "--column");
   if (named >= 0) return named;
-  const int candidates = table.columns() - (time >= 0 ? 1 : 0);
-  if (candidates == 0) {
+  std::vector<int> candidates = sway_candidates(table, time);
+  if (candidates.empty())
     throw Error(recording.file, "has a column of time but none of sway", "add the sway, or name it with --column");
-  }
   const int tilt = find_tilt_column(table, time, recording.file, "--column");
-  if (candidates > 2 || (candidates == 2 && tilt < 0)) {
+  std::erase(candidates, tilt);
+  if (candidates.size() > 1) {
     // "0,01,0,02": names are half as many as their cells, so that they are no header.
     const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0;
+    std::string list;
+    for (const int column : candidates)
+      list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + name_of(table, column) + "'";
     throw Error(
-        recording.file, "has several columns that may be the sway: " + list_of(table, time),
+        recording.file, "has several columns that may be the sway: " + list,
         std::string(
             "name one with --column, or what the sway is made of with --leg and --trunk, or --hip and --shoulder") +
             (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : ""));
   }
-  if (candidates == 1 && tilt >= 0)
+  if (candidates.empty())
     throw Error(recording.file, "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but none of sway",
                 "add the sway, or name it with --column");
-  int sway = 0;
-  while (sway == time || sway == tilt) ++sway;
+  const int sway = candidates.front();
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
-             "column '" + name_of(table, sway) + "' is taken as the sway: it is the only one" +
+             "column '" + name_of(table, sway) + "' is taken as the sway: it is the only one that may be" +
                  (tilt >= 0 ? " beside the platform's tilt" : ""));
   }
   return sway;
@@ -123,12 +150,33 @@ std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<do
   return sway;
 }
 
+/// Angles that were kept within a turn go on beyond it: a step of about 360 degrees is none.
+void unwrap(std::vector<double>& rad, const std::string& name, Recording& recording) {
+  constexpr double turn = 360.0 * sim::rad_per_deg, margin = 60.0 * sim::rad_per_deg;
+  double turns = 0.0, sum = 0.0;
+  bool any = false;
+  for (std::size_t k = 0; k < rad.size(); ++k) {
+    const double step = k > 0 ? rad[k] + turns * turn - rad[k - 1] : 0.0;
+    if (std::abs(std::abs(step) - turn) < margin) {
+      turns += step > 0.0 ? -1.0 : 1.0;
+      any = true;
+    }
+    if (turns != 0.0) rad[k] += turns * turn;  // -0 stays
+    sum += rad[k];
+  }
+  if (!any) return;
+  const double whole = turn * std::round(sum / static_cast<double>(rad.size()) / turn);
+  for (double& value : rad) value -= whole;
+  add_info(recording.warnings, "unwrapped", name + " jumps by 360 degrees: whole turns are taken off");
+}
+
 /// Angles of leg or trunk, rad.
 std::vector<double> read_angles(const Table& table, int column, const RecordingOptions& options,
                                 const std::function<std::vector<double>(int)>& read, Recording& recording) {
   const double unit_rad = rad_in(angle_unit(table, column, options.unit, "--unit", recording));
   std::vector<double> values = read(column);
   for (double& value : values) value *= unit_rad;
+  unwrap(values, name_of(table, column), recording);
   return values;
 }
 

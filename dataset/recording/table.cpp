@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "dataset/recording/csv.hpp"
+#include "dataset/recording/foreign.hpp"
 #include "dataset/recording/mat.hpp"
 
 namespace decid::dataset {
@@ -43,25 +44,14 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   // Reading it first gives the reason if a file cannot be read or is too large.
   std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
-  if (text.starts_with("# Created by Octave") || text.starts_with("Octave-1-")) {
-    throw Error(where, "is in Octave's own format, not MATLAB's", "save it in Octave with save -v7 file.mat time sway");
-  }
+  refuse_foreign(text, where, end);
   if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
     if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
     return std::make_unique<MatTable>(text, path);
   }
-  if (const std::size_t first = text.find_first_not_of(" \t\r\n"); first != text.npos && text[first] == '{') {
-    throw Error(where, "is JSON, not a table of numbers",
-                "give the recording itself, a CSV or MAT-file; results of decid are none");
-  }
   if (text.starts_with("\x89HDF\r\n")) {
     throw Error(where, "is an HDF5 file, but not MATLAB's",
                 "save the signals as a MAT-file (SciPy's savemat) or as CSV");
-  }
-  if (text.starts_with("PK\x03\x04") || text.starts_with("\xD0\xCF\x11\xE0")) {
-    const bool is_npz = end == ".npz";
-    throw Error(where, is_npz ? "is a data set, not a recording" : "is a spreadsheet or an archive, not a text",
-                is_npz ? "give a recording, or the data set to decid evaluate --data" : "save the sheet as CSV");
   }
   return std::make_unique<CsvTable>(std::move(text), where, skip_lines);
 }

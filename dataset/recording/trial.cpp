@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/resample.hpp"
+#include "dataset/recording/response_check.hpp"
 #include "dataset/recording/tilt_match.hpp"
 
 namespace decid::dataset {
@@ -163,6 +164,35 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   return result;
 }
 
+/// Warns of a measured tilt that follows the protocol with one delay in a part and with another in the next, as it does
+/// where a stretch of the recording is missing. tilt: at the protocol's samples.
+void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, Warnings& warnings) {
+  constexpr int parts = 8;
+  constexpr double most_s = 0.1, shortest_part_s = 5.0;
+  const double rate = plan.protocol().experiment.sample_rate_hz;
+  const std::vector<double> expected = prescribed_tilt(plan.protocol());
+  const std::size_t length = tilt.size() / parts, around = std::min(length / 4, static_cast<std::size_t>(3.0 * rate));
+  if (static_cast<double>(length) < shortest_part_s * rate) return;
+  for (std::size_t part = 0; part < parts; ++part) {
+    // The part of the recording within what was prescribed about it.
+    const std::size_t begin = part * length, from = begin > around ? begin - around : 0;
+    const std::size_t to = std::min(begin + length + around, expected.size());
+    const std::vector<double> played(tilt.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     tilt.begin() + static_cast<std::ptrdiff_t>(begin + length));
+    const std::vector<double> about(expected.begin() + static_cast<std::ptrdiff_t>(from),
+                                    expected.begin() + static_cast<std::ptrdiff_t>(to));
+    const Match match = TiltMatcher(played, 0).match(about);
+    const double slip_s = (match.delay_samples + static_cast<double>(from) - static_cast<double>(begin)) / rate;
+    if (match.correlation < good_correlation || std::abs(slip_s) <= most_s) continue;
+    add_caution(
+        warnings, "time_slips",
+        "from " + three_digits(static_cast<double>(begin) / rate) +
+            " s after the protocol's start on the measured tilt is " + three_digits(std::abs(slip_s)) + " s " +
+            (slip_s > 0.0 ? "early: a stretch of the recording is missing" : "late: a stretch was recorded twice"));
+    return;
+  }
+}
+
 /// The same of a tilt that was found by its name alone: if it does not follow the protocol, nothing else is known of
 /// the stimulus.
 std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
@@ -281,6 +311,13 @@ const TiltMatcher& ProtocolPlan::tilt() const {
   return *tilt_;
 }
 
+const ResponseCheck& ProtocolPlan::response() const {
+  const std::lock_guard lock(making_);
+  if (!response_)
+    response_ = std::make_unique<const ResponseCheck>(prescribed_tilt(protocol_), protocol_.experiment.sample_rate_hz);
+  return *response_;
+}
+
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options) {
   return bring_to_protocol(recording, ProtocolPlan(protocol), options);
 }
@@ -331,6 +368,8 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   tell_length(recording, protocol, place, options.start_s || trial.tilt);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
+    if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);
+    if (&signal == tilt) look_for_tilt_slips(values, plan, recording.warnings);
     if (&signal != tilt) detrend(values, protocol, options.detrend, recording.warnings);
     trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
   }

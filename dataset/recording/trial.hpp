@@ -45,9 +45,10 @@ struct Trial {
 Trial trial_of(std::vector<float> sway_rad);
 
 class TiltMatcher;
+class ResponseCheck;
 
-/// A protocol that many recordings are brought to: what is looked for in their tilts is made once, with the first that
-/// has one. One serves all threads. The protocol must outlive it.
+/// A protocol that many recordings are brought to: what is looked for in their tilts and sways is made once, with the
+/// first that needs it. One serves all threads. The protocol must outlive it.
 class ProtocolPlan {
  public:
   explicit ProtocolPlan(const sim::Protocol& protocol);
@@ -55,11 +56,13 @@ class ProtocolPlan {
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
   const TiltMatcher& tilt() const;
+  const ResponseCheck& response() const;
 
  private:
   const sim::Protocol& protocol_;
   mutable std::mutex making_;
   mutable std::unique_ptr<const TiltMatcher> tilt_;
+  mutable std::unique_ptr<const ResponseCheck> response_;
 };
 
 /// The recording at the protocol's rate (resampled if the rates differ by more than 0.01%) and length.

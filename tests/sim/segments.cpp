@@ -62,3 +62,12 @@ TEST_CASE("segments: bounds") {
   for (const double height : {0.0, -1.0, 3.1, nan})
     CHECK_THROWS_WITH_AS(segments_of({80.0, height}), doctest::Contains("height_m"), decid::Error);
 }
+
+TEST_CASE("a person's body has a person's weight and height") {
+  const Body body = body_of_person({.mass_kg = 70.0, .height_m = 1.75});
+  CHECK(body == body_of(segments_of({.mass_kg = 70.0, .height_m = 1.75})));
+  CHECK(body_of_person({.mass_kg = 187.0, .height_m = 1.8}).mass_kg > 180.0);
+  for (const Subject& person :
+       {Subject{455.0, 1.8}, {251.0, 2.1}, {187.0, 1.55}, {30.0, 1.75}, {1.75, 70.0}, {70.0, 0.9}})
+    CHECK_THROWS_AS(body_of_person(person), decid::Error);
+}

@@ -34,6 +34,7 @@ ReadOptions RecordingFlags::read_options() const {
   made.recording.unit = unit_of(unit);
   made.recording.rate_hz = rate;
   made.recording.fill_gaps_s = fill_gaps;
+  made.recording.missing_value = missing;
   made.recording.metres_per_unit = metres_of(unit);
   made.recording.skip_lines = skip_lines;
   made.recording.com_height_m = com_height;
@@ -65,7 +66,7 @@ std::optional<sim::Body> BodyFlags::body() const {
   if (mass_kg.has_value() != height_m.has_value())
     throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
   if (!mass_kg) return {};
-  return sim::body_of(sim::segments_of({.mass_kg = *mass_kg, .height_m = *height_m}));
+  return sim::body_of_person({.mass_kg = *mass_kg, .height_m = *height_m});
 }
 
 std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& table) const {
@@ -108,6 +109,8 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
           "--fill-gaps", flags.fill_gaps,
           "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
       .range(0.0, dataset::longest_gap_s);
+  command.add_option("--missing", flags.missing,
+                     "Number that stands for a missing value; default: 9999, -9.99e33 and others where they are plain");
   command.add_option("--begin,--start", flags.begin, "Where the protocol starts, in seconds after the first sample")
       .range(0.0, 1e6);
   command.add_option(

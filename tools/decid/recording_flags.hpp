@@ -29,6 +29,7 @@ struct RecordingFlags : BodyFlags {
   std::optional<double> rate, begin, com_height;
   std::optional<int> skip_lines;
   double fill_gaps = 0.0;
+  std::optional<double> missing;
 
   std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }
   /// Throws Error for options that contradict each other.
@@ -39,8 +40,9 @@ struct RecordingFlags : BodyFlags {
 /// How recordings are read: all options that their errors and warnings advise.
 void add_reading_options(const Command& command, RecordingFlags& flags);
 inline constexpr const char* reading_options[] = {
-    "--column",     "--unit", "--com-height", "--leg",   "--trunk",       "--hip",       "--shoulder", "--ankle",
-    "--skip-lines", "--rate", "--fill-gaps",  "--begin", "--tilt-column", "--tilt-unit", "--invert",   "--detrend"};
+    "--column",   "--unit",        "--com-height", "--leg",    "--trunk",   "--hip",
+    "--shoulder", "--ankle",       "--skip-lines", "--rate",   "--missing", "--fill-gaps",
+    "--begin",    "--tilt-column", "--tilt-unit",  "--invert", "--detrend"};
 /// The recordings themselves, which need not be given, and those options.
 Option add_recording_flags(const Command& command, RecordingFlags& flags);
 /// --truth, of the commands that show estimates.

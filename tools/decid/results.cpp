@@ -2,11 +2,13 @@
 #include "tools/decid/results.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "sim/protocol_json.hpp"
+#include "sim/segments.hpp"
 #include "tools/decid/posterior_results.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/parameters_json.hpp"
@@ -75,11 +77,27 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
   return recording;
 }
 
+namespace {
+
+/// The weight and the height that make this body; empty if it is no person's.
+std::optional<sim::Subject> person_of(const sim::Body& body) {
+  try {
+    return sim::subject_of(body);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+}  // namespace
+
 Json body_json(const sim::Body& body, bool assumed) {
-  return {{"mass_kg", body.mass_kg},
-          {"com_height_m", body.com_height_m},
-          {"inertia_kgm2", body.inertia_kgm2},
-          {"assumed", assumed}};
+  Json json{{"mass_kg", body.mass_kg},
+            {"com_height_m", body.com_height_m},
+            {"inertia_kgm2", body.inertia_kgm2},
+            {"assumed", assumed}};
+  if (const std::optional<sim::Subject> person = person_of(body))
+    json["person"] = Json{{"mass_kg", person->mass_kg}, {"height_m", person->height_m}};
+  return json;
 }
 
 std::string recordings_json(const MadeWith& with, const Identifications& all, const Json& recordings,
@@ -100,9 +118,19 @@ std::string body_text(const Identifications& all) {
   return body_text(all.protocol.experiment.body, all.body_assumed);
 }
 
+namespace {
+
+std::string person_text(const sim::Body& body) {
+  const std::optional<sim::Subject> person = person_of(body);
+  return person ? format("; a person of %.1f kg and %.2f m", person->mass_kg, person->height_m) : "";
+}
+
+}  // namespace
+
 std::string body_text(const sim::Body& body, bool assumed) {
   const std::string text = format("Body: %.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad",
-                                  body.mass_kg, body.com_height_m, body.mgh());
+                                  body.mass_kg, body.com_height_m, body.mgh()) +
+                           person_text(body);
   if (!assumed) return text + ".\n";
   return text +
          ". It is assumed: stiffness and damping of another body of that height are these over its m g h "

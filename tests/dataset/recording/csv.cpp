@@ -97,7 +97,9 @@ TEST_CASE("csv: a line of units becomes part of the names") {
   check_table("a,b\n1,1\n2,2\n", a_b, {{1, 2}, {1, 2}});  // "1" is a unit, but numbers are data
   // Below the header only, and known ones only.
   check_error(taking("a,b\n1,1\ns,deg\n", 0), {"line 3, a", "'s'"});
-  check_error(taking("a,b\ns,furlongs\n1,1\n", 0), {"line 2, a", "'s'"});
+  check_table("a,b,c\ns,N.mm,uV\n1,3,5\n2,4,6\n", {"a (s)", "b (N.mm)", "c (uV)"}, {{1, 2}, {3, 4}, {5, 6}});
+  check_table("a,b\ns,furlongs\n1,3\n2,4\n", {"a (s)", "b (furlongs)"}, {{1, 2}, {3, 4}});
+  check_error(taking("a,b,c\ns,some,word\n1,1,1\n", 0), {"line 2, a", "'s'"});
 }
 
 TEST_CASE("csv: quotes hold separators, and are no part of names and numbers") {

@@ -99,7 +99,7 @@ TEST_CASE("a last column that is empty in the first rows takes nothing from the 
   check_one_two_three("time,sway_deg,event\n0,1,\n0.01,2,\n0.02,3,\n");
   check_one_two_three("Zeit;sway_deg;Ereignis\n0;1;\n0,01;2;\n0,02;3;los\n");
   CHECK(read("time,sway_rad,note\n0,0.1,\n0.01,0.2,\n0.02,0.3,\n0.03,0.4,x\n").signals.at(com_sway).rad.size() == 4);
-  check_error(reading("time,ankle_angle,event\n0,1,\n0.01,2,\n0.02,3,\n"), {"'ankle_angle', 'event'", "--column"});
+  check_error(reading("time,ankle_angle,note\n0,1,\n0.01,2,\n0.02,3,\n"), {"'ankle_angle', 'note'", "--column"});
   // A last row or two of separators alone, as spreadsheets leave them.
   check_one_two_three("time;sway_deg\n0;1\n0,01;2\n0,02;3\n;\n;\n");
   check_one_two_three("time,sway_deg\n0,1\n0.01,#N/A\n0.02,3\n", {.fill_gaps_s = 0.02});

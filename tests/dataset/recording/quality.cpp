@@ -62,7 +62,7 @@ TEST_CASE("stretches that stand still are found, with their share") {
   check_only(found(values), "frozen", Severity::caution, "2 stretches, the longest 1 s, the first from 10 s on, 3.25%");
   std::vector<double> rest = sway(0.02);
   for (std::size_t k = 0; k < 30; ++k) rest[k] = 0.0;
-  CHECK(found(rest).empty());
+  for (const Warning& warning : found(rest)) CHECK(warning.code == "jumps");
   std::vector<double> held = sway(0.02);
   for (std::size_t k = 0; k < held.size(); ++k)
     held[k] = held[k - k % 2];  // a sensor of half the rate stands still by design
@@ -80,7 +80,7 @@ TEST_CASE("steps of a coarse sensor are found, and are no frozen stretches") {
   CHECK(found(rounded(0.01)).empty());
 }
 
-TEST_CASE("single wrong samples are found, the first one too; a jump to another level is none") {
+TEST_CASE("single wrong samples are found, the first one too") {
   std::vector<double> values = sway(0.02);
   values[0] += 5.0;
   check_only(found(values), "spikes", Severity::caution, "the first sample is off by 5");
@@ -90,9 +90,26 @@ TEST_CASE("single wrong samples are found, the first one too; a jump to another 
   values[2500] += 2.0;
   check_only(found(values), "spikes", Severity::caution, "2 single samples are off by up to 3");
   CHECK(found(values).front().text.find("the first at 15 s") != std::string::npos);
-  values = sway(0.02);
-  for (std::size_t k = 2000; k < values.size(); ++k) values[k] += 3.0;
-  CHECK(found(values).empty());
+}
+
+TEST_CASE("jumps to another level are found, at any rate; single samples and frozen sensors are none") {
+  for (const double at_hz : {50.0, 100.0}) {
+    CAPTURE(at_hz);
+    std::vector<double> values = sway(0.02);
+    for (std::size_t k = 2000; k < values.size(); ++k) values[k] += 2.0;
+    check_only(found(values, at_hz), "jumps", Severity::caution, "jumps in 1 place, by up to");
+    for (std::size_t k = 3000; k < 3200; ++k) values[k] -= 3.0;
+    check_only(found(values, at_hz), "jumps", Severity::caution, "jumps in 3 places");
+  }
+  std::vector<double> occluded = sway(0.02);
+  for (std::size_t k = 1500; k < 1530; ++k) occluded[k] = -7.0;
+  const Warnings warnings = found(occluded);
+  REQUIRE(warnings.size() == 2);
+  CHECK(warnings[0].code == "frozen");
+  CHECK(warnings[1].code == "jumps");
+  std::vector<double> frozen = sway(0.02);
+  for (std::size_t k = 1000; k < 1050; ++k) frozen[k] = frozen[1000];  // it goes on half a degree away
+  for (const Warning& warning : found(frozen)) CHECK(warning.code != "jumps");
 }
 
 TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
