@@ -109,13 +109,32 @@ async function take(files) {
   await compute("identify");
 }
 
+// A number as people write it, with a point or a comma, or null. The page reads it itself: a browser's field for numbers
+// makes 455 of "45,5", or nothing of "76,5", by the language of its menus.
+function numberIn(text) {
+  const found = text.match(/^[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)$/);
+  return found ? text.replace(",", ".") : null;
+}
+
+// The options that the fields say, or null if a field that wants a number has none: it is named, and has the focus.
 function optionsOf() {
   const options = [];
+  let wrong = null;
   for (const id of ["mass", "height", "column", "unit", "com-height", "rate", "tilt-column", "begin", "detrend", "invert", "fill-gaps"]) {
-    const value = at(id).value.trim();
-    if (value !== "") options.push("--" + id, value);
+    const field = at(id), text = field.value.trim();
+    const value = field.className === "number" && text !== "" ? numberIn(text) : text;
+    field.setAttribute("aria-invalid", String(value === null));
+    if (value === null) wrong ??= field;
+    else if (value !== "") options.push("--" + id, value);
   }
-  return options;
+  if (wrong === null) return options;
+  if (at("setup").hidden) showSetup();
+  say([`${wrong.parentElement.firstChild.textContent.trim()}: "${wrong.value.trim()}" is no number; correct it, and give the recordings again`]);
+  at("files").value = "";
+  const folded = wrong.closest("details");
+  if (folded) folded.open = true;
+  wrong.focus();
+  return null;
 }
 
 const counted = count => count === 1 ? "1 recording" : `${count} recordings`;
@@ -123,10 +142,13 @@ const outputs = { json: "decid/result.json", html: "decid/report.html", csv: "de
 
 async function compute(command) {
   const names = recordings.map(([name]) => name);
+  const options = optionsOf();
+  document.body.dataset.refused = String(options === null);
+  if (options === null) return;
   say([]);
   busy(command === "fit" ? `Fitting ${counted(names.length)}, about a minute each` : `Identifying ${counted(names.length)}`);
   const started = performance.now();
-  const said = await run([command, ...names, ...optionsOf(), "-o", outputs.json, "--report", outputs.html, "--table", outputs.csv], recordings);
+  const said = await run([command, ...names, ...options, "-o", outputs.json, "--report", outputs.html, "--table", outputs.csv], recordings);
   busy(null);
   if (said === null) return;
   say(said.errors.map(line => line.replace(/^decid: /, "")));

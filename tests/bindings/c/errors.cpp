@@ -63,7 +63,10 @@ TEST_CASE("identification refuses what the library refuses") {
   options.mass_kg = 70.0;
   refused(decid_identify(built_in(), recording.get(), &options, &result), {"mass or height stands alone"});
   options.height_m = 0.9;
+  refused(decid_identify(built_in(), recording.get(), &options, &result), {"body mass index of 86.4"});
+  options.mass_kg = 20.0;
   refused(decid_identify(built_in(), recording.get(), &options, &result), {"built-in model"});
+  options.mass_kg = 70.0;
   options.height_m = 1.75;
   options.detrend = 7;
   refused(decid_identify(built_in(), recording.get(), &options, &result), {"no detrending 7"});

@@ -91,6 +91,10 @@ class Page(unittest.TestCase):
 
     def drop(self, files, done="identify"):
         """Drops (name, content) pairs as a person does; returns once they are answered."""
+        self.start_drop(files)
+        self.wait_for(done)
+
+    def start_drop(self, files):
         given = json.dumps([[name, base64.b64encode(content).decode()] for name, content in files])
         self.chromium.evaluate("delete document.body.dataset.done")
         self.chromium.evaluate("""{
@@ -99,7 +103,6 @@ class Page(unittest.TestCase):
             transfer.items.add(new File([Uint8Array.from(atob(content), c => c.charCodeAt(0))], name));
           at("drop").dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
         }""" % given)
-        self.wait_for(done)
 
     def wait_for(self, command):
         self.chromium.wait(f"document.body.dataset.done?.startsWith('{command} ')", 800)
@@ -139,6 +142,26 @@ class Answers(Page):
         self.chromium.evaluate("at('mass').value = '70'; at('height').value = '1.75'; at('detrend').value = 'offset';")
         self.drop(self.read("trial4.csv"))
         self.check_same("identify", "trial4.csv", "--mass", "70", "--height", "1.75", "--detrend", "offset")
+
+
+    def test_numbers_with_a_comma_or_a_point_are_the_same(self):
+        self.chromium.evaluate("at('mass').value = '76,5'; at('height').value = ' 1.75 '; at('detrend').value = '';")
+        self.drop(self.read("trial4.csv"))
+        self.check_same("identify", "trial4.csv", "--mass", "76.5", "--height", "1.75")
+
+    def test_what_is_no_number_is_refused_at_its_field(self):
+        for text in ("76,5 kg", "1.234,5", "1e2", "seventy", ","):
+            with self.subTest(text):
+                self.chromium.evaluate(f"at('mass').value = '{text}'; at('height').value = '1.75'")
+                self.start_drop(self.read("trial4.csv"))
+                self.chromium.wait("document.body.dataset.refused === 'true'")
+                self.assertIn(f'Mass in kg: "{text}"', self.chromium.evaluate("at('problems').textContent"))
+                self.assertEqual(self.chromium.evaluate("document.activeElement.id"), "mass")
+                self.assertEqual(self.chromium.evaluate("at('mass').getAttribute('aria-invalid')"), "true")
+                self.chromium.evaluate("document.body.dataset.refused = ''")
+        self.chromium.evaluate("at('mass').value = '455'")
+        self.drop(self.read("trial4.csv"))
+        self.assertIn("250 kg", self.chromium.evaluate("at('problems').textContent"))
 
 
 class Uses(Page):
