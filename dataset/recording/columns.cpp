@@ -274,10 +274,7 @@ int find_time(const Table& table) {
     const auto& names = table.names();
     auto found = std::find_if(names.begin(), names.end(), is_time_name);
     const auto may_be_time = [](const std::string& name) {
-      return begins_with_t(name) && !one_of(words(name).back(), {"c", "degc",
-                                                                 "\xC2\xB0"
-                                                                 "c",
-                                                                 "f", "k"});  // a temperature
+      return begins_with_t(name) && !one_of(words(name).back(), {"c", "degc", "\u00B0c", "f", "k"});  // a temperature
     };
     if (found == names.end()) found = std::find_if(names.begin(), names.end(), may_be_time);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
