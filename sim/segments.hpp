@@ -32,8 +32,8 @@ struct Segments {
 /// Throws Error unless mass and height are positive and below 500 kg and 3 m.
 Segments segments_of(const Subject& subject);
 
-/// The body of a person. Throws Error beyond 250 kg and for a body mass index outside of 12 to 60 kg/m^2: a comma was
-/// lost, or the two were swapped.
+/// Returns the body of a person. Throws Error beyond 250 kg or if the body mass index is not from 12 to 60 kg/m^2,
+/// which mostly means a lost comma or swapped values.
 Body body_of_person(const Subject& person);
 
 /// The single inverted pendulum that the straight body is.

@@ -1,4 +1,4 @@
-// Columns that may be the sway where none is called so. Not installed.
+// Finds the columns that may be the sway if no column has its name. Not installed.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,9 @@
 
 namespace decid::dataset {
 
-/// All columns but the time (-1: there is none), counters of rows, events, quaternions and what is no angle by its name
-/// (forces, centres of pressure, velocities). All but the time if nothing else is left.
+/// Returns all columns except the time (-1: the table has none), row counters, events, quaternions and columns whose
+/// names exclude an angle (forces, centres of pressure, velocities). Returns all columns except the time if none
+/// remains.
 std::vector<int> sway_candidates(const Table& table, int time);
 
 }  // namespace decid::dataset

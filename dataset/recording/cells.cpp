@@ -220,7 +220,7 @@ std::optional<double> days(std::string_view date) {
   return 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + parts[2] - 1;
 }
 
-/// Takes " PM" or " am" off. Empty: there is none.
+/// Removes " PM" or " am". Returns true for the afternoon, nothing if the cell has neither.
 std::optional<bool> take_afternoon(std::string_view& cell) {
   for (const auto& [end, afternoon] : {std::pair{"am", false}, {"pm", true}, {"AM", false}, {"PM", true}}) {
     if (!cell.ends_with(end)) continue;
@@ -230,7 +230,7 @@ std::optional<bool> take_afternoon(std::string_view& cell) {
   return {};
 }
 
-/// Takes "+00:00", "-05:30" and "Z" off: a recording has one.
+/// Removes a time zone: "+00:00", "-05:30" or "Z". All times of a recording have the same one.
 void take_offset(std::string_view& cell) {
   if (cell.ends_with('Z')) cell.remove_suffix(1);
   const std::size_t sign = cell.find_last_of("+-");

@@ -53,7 +53,7 @@ Parsed parse_number(std::string_view cell);
 /// In a column whose commas have this meaning.
 Parsed parse_number(std::string_view cell, Commas commas);
 
-/// Empty, nan, NA, null, None, missing, ?, -: no value.
+/// Returns true for a cell without a value: empty, nan, NA, null, None, missing, ? or -.
 bool is_missing(std::string_view cell);
 
 struct ClockTime {
@@ -61,17 +61,18 @@ struct ClockTime {
   double s = 0.0;    ///< since midnight
   bool operator==(const ClockTime&) const = default;
 };
-/// Of "12:03:04.5", "12:03:04,5", "12:03:04:500", "1:03:04 PM", "03:04.5" (minutes and seconds), "2026-03-05T12:03:04",
-/// "05.03.2026 12:03:04.250", "2026-03-05 12:03:04+01:00", "0 days 00:00:01.5". Empty for anything else.
+/// Reads a clock time: "12:03:04.5", "12:03:04,5", "12:03:04:500", "1:03:04 PM", "03:04.5" (minutes and seconds),
+/// "2026-03-05T12:03:04", "05.03.2026 12:03:04.250", "2026-03-05 12:03:04+01:00" or "0 days 00:00:01.5". Returns
+/// nothing for other text. Ignores the time zone.
 std::optional<ClockTime> clock_time(std::string_view cell);
 
 /// "deg" of "[deg]" and "(deg)", if it is a unit; empty otherwise. Brackets must close.
 std::optional<std::string> unit_of_cell(std::string_view cell);
 
-/// True for a line of units: half of its cells at least are known ones or empty, the others are short words, and some
-/// cell is a unit that is no number.
+/// Returns true for a line of units: at least half of its cells are known units or empty, the others are short words,
+/// and one known unit is not a number.
 bool are_units(const std::vector<std::string_view>& cells);
-/// "sway (deg)" of "sway" and "[deg]"; the name alone if the unit is none.
+/// Returns "sway (deg)" for "sway" and "[deg]", or only the name if the unit says nothing.
 std::string with_unit(std::string name, std::string_view unit);
 
 /// Which of ; tab , blank separates the cells of a line of data, of which the line before it may be the header.

@@ -25,9 +25,13 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Where the times are an even grid, rounded: its step in the column's unit. Rounding moves a time by half a unit in
-/// either direction, so those of an even grid lie within one unit of a straight line.
-std::optional<double> rounded_step(const std::vector<double>& time, double unit_s) {
+/// The even grid that fits times best, by least squares.
+struct Grid {
+  double step;   ///< in the column's unit
+  double width;  ///< from the earliest to the latest time, counted from the grid
+};
+
+Grid fit_grid(const std::vector<double>& time) {
   const double n = static_cast<double>(time.size());
   const double mean_k = 0.5 * (n - 1.0);
   double mean = 0.0, product = 0.0;
@@ -42,47 +46,48 @@ std::optional<double> rounded_step(const std::vector<double>& time, double unit_
     low = std::min(low, off);
     high = std::max(high, off);
   }
+  return {step, high - low};
+}
+
+/// Returns true if every time is a whole multiple of `resolution`.
+bool are_multiples(const std::vector<double>& time, double resolution) {
+  return std::ranges::all_of(time,
+                             [&](double t) { return std::abs(t / resolution - std::round(t / resolution)) < 1e-3; });
+}
+
+/// Where the times are an even grid, rounded: its step in the column's unit. Rounding moves a time by half a unit in
+/// either direction, so those of an even grid lie within one unit of a straight line.
+std::optional<double> rounded_step(const std::vector<double>& time, double unit_s) {
+  const Grid grid = fit_grid(time);
   for (const double resolution_s : {1e-3, 1e-4}) {
     const double resolution = resolution_s / unit_s;
-    const auto whole = [&](double t) { return std::abs(t / resolution - std::round(t / resolution)) < 1e-3; };
-    if (high - low <= 1.05 * resolution && 3.0 * resolution <= step && std::all_of(time.begin(), time.end(), whole)) {
-      return step;
-    }
+    if (grid.width <= 1.05 * resolution && 3.0 * resolution <= grid.step && are_multiples(time, resolution))
+      return grid.step;
   }
   return {};
 }
 
-/// Times of an even grid, rounded so coarsely that several samples have one time: those of so many samples a second.
+/// Returns the clock of an even grid whose times are rounded so coarsely that samples share them. Empty for other
+/// times.
 std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s, const std::string& name) {
   if (time.size() < 100 || time.back() <= time.front() || !std::ranges::is_sorted(time) ||
       std::ranges::adjacent_find(time) == time.end())
     return {};
-  // A row that stands twice is another fault.
+  // A duplicated row is another fault.
   std::size_t shared = 0;
   for (std::size_t k = 1; k < time.size(); ++k) shared += time[k] == time[k - 1] ? 1 : 0;
   if (10 * shared < time.size()) return {};
-  const double n = static_cast<double>(time.size()), middle = 0.5 * (n - 1.0);
-  double mean = 0.0, product = 0.0;
-  for (const double t : time) mean += (t - time.front()) / n;
-  for (std::size_t k = 0; k < time.size(); ++k)
-    product += (static_cast<double>(k) - middle) * (time[k] - time.front() - mean);
-  const double step = product / (n * (n * n - 1.0) / 12.0);
-  double low = 0.0, high = 0.0;
-  for (std::size_t k = 0; k < time.size(); ++k) {
-    const double off = time[k] - time.front() - step * static_cast<double>(k);
-    low = std::min(low, off);
-    high = std::max(high, off);
-  }
+  const auto [step, width] = fit_grid(time);
+  const double n = static_cast<double>(time.size());
   for (const double resolution_s : {1e-3, 1e-2, 1e-1}) {
     const double resolution = resolution_s / unit_s;
-    const auto whole = [&](double t) { return std::abs(t / resolution - std::round(t / resolution)) < 1e-3; };
-    if (high - low > 1.05 * resolution || n * step < 100.0 * resolution || !std::ranges::all_of(time, whole)) continue;
+    if (width > 1.05 * resolution || n * step < 100.0 * resolution || !are_multiples(time, resolution)) continue;
     Clock clock;
     clock.rate_hz = 1.0 / (step * unit_s);
     const double nearest = std::round(clock.rate_hz);
     if (std::abs(nearest / clock.rate_hz - 1.0) * n < 0.5 * resolution_s * clock.rate_hz) clock.rate_hz = nearest;
     clock.warning = "the times of '" + name + "' are rounded to " + six_digits(resolution_s) +
-                    " s, so that several samples have the same one: they are those of " + six_digits(clock.rate_hz) +
+                    " s, so that several samples have the same one: decid takes an even " + six_digits(clock.rate_hz) +
                     " Hz";
     return clock;
   }
@@ -118,9 +123,9 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   };
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
-      throw SeveralRecordings(where,
-                              table.place_of(i + 1) + ": '" + name + "' begins anew: the file holds several recordings",
-                              "give each of them as a file of its own");
+      throw SeveralRecordings(
+          where, table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
+          "give each of them as a file of its own");
   double places = 0.0;  // of the last sample
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double multiple = std::round(steps[i] / usual);

@@ -11,7 +11,7 @@
 
 namespace decid::dataset {
 
-/// Times that begin anew in the middle of a file.
+/// Thrown if the times start again in the middle of a file.
 class SeveralRecordings : public Error {
   using Error::Error;
 };
@@ -26,9 +26,9 @@ struct Clock {
 
 /// Sample rate and places of a column of time, in seconds unless its name says otherwise. Steps within 1% of their
 /// median, and times that are an even grid rounded to 1 ms or 0.1 ms, are even. Else each step may differ by 30% of the
-/// median from a whole multiple of it; multiples beyond 1 are lost samples. Times rounded so coarsely that
-/// samples share them are an even grid too, with a warning. Throws Error for the first step that does
-/// not fit; the error names `setting` ("--rate"), which gives the rate instead.
+/// median from a whole multiple of it; multiples beyond 1 are lost samples. Times of an even grid may be rounded so
+/// coarsely that samples share them; the clock then has a warning. Throws SeveralRecordings if the times start again,
+/// and Error for the first step that does not fit; the error names `setting` ("--rate"), which gives the rate instead.
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting);
 
 /// Values at the clock's places brought to its even grid: by cubic interpolation between four neighbours, linear beside

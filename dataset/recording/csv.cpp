@@ -48,7 +48,7 @@ std::string with_short_lines(std::string text, const std::string& where) {
   return text;
 }
 
-/// Minus signs as Unicode has them become those of numbers.
+/// Replaces the minus sign of Unicode by a hyphen, as numbers have it.
 std::string with_plain_minus(std::string text) {
   constexpr std::string_view minus = "\xE2\x88\x92";
   std::size_t at = text.find(minus);
@@ -134,7 +134,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   if (rows_.empty()) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
 }
 
-/// True for a line behind a blank one that is no row of the table: a section's name, a footer.
+/// Returns true for a line after a blank one that is not a row of the table: a section's name or a footer.
 bool CsvTable::begins_another(std::string_view line) const {
   constexpr std::size_t rows_of_a_table = 3;
   if (rows_.size() < rows_of_a_table) return false;
@@ -202,7 +202,7 @@ void CsvTable::read_header(std::string_view line) {
   }
 }
 
-/// True if the cells are units, half of them known ones, the others short words; they are then put behind the names.
+/// Appends the cells to the names and returns true if the cells are units (are_units).
 bool CsvTable::read_units(const std::vector<std::string_view>& cells) {
   if (cells.size() < names_.size() || !are_units(cells)) return false;
   for (std::size_t i = 0; i < names_.size(); ++i) names_[i] = with_unit(names_[i], cells[i]);

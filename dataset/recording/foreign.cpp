@@ -1,4 +1,4 @@
-// Files that are no tables: see foreign.hpp. Their first bytes are those of the formats' own specifications.
+// Recognises other formats: see foreign.hpp. The first bytes come from the formats' own specifications.
 #include "dataset/recording/foreign.hpp"
 
 #include <algorithm>
@@ -66,7 +66,8 @@ bool has(std::string_view bytes, std::string_view part) {
   throw Error(where, "is a ZIP archive", std::string(unpack));
 }
 
-/// A first byte of 1 to 127 says where the parameters are, then comes 0x50; text has a digit or a letter first.
+/// The first byte (1 to 127) says where the parameters are, the second one is 0x50. Text starts with a digit or a
+/// letter.
 bool is_c3d(std::string_view bytes, std::string_view end) {
   return bytes.size() >= 512 && bytes[1] == '\x50' && (end == ".c3d" || (bytes[0] > 0 && bytes[0] < 9));
 }

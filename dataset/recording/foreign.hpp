@@ -6,8 +6,8 @@
 
 namespace decid::dataset {
 
-/// Throws Error for a file that is something else than a table: what it is, and what to do. `where` names it, `end` is
-/// the end of its name, lower case: ".xls".
+/// Throws Error if the bytes are not a table; the error says what the file is and what to do. `where` names the file;
+/// `end` is its extension in lower case: ".xls".
 void refuse_foreign(std::string_view bytes, const std::string& where, std::string_view end);
 
 }  // namespace decid::dataset

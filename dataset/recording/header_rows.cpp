@@ -1,4 +1,4 @@
-// Headers of several rows: see header_rows.hpp.
+// Reads headers of several rows: see header_rows.hpp.
 #include "dataset/recording/header_rows.hpp"
 
 #include <algorithm>
@@ -18,20 +18,20 @@ std::size_t filled(const Cells& cells) {
   return static_cast<std::size_t>(std::ranges::count_if(cells, [](auto cell) { return !cell.empty(); }));
 }
 
-/// A row of identities, or of how many samples there are.
+/// Returns true for a row that counts samples or numbers the markers.
 bool half_are_numbers(const Cells& cells) {
   const auto numbers = std::ranges::count_if(cells, [](auto cell) { return parse_number(cell).is_number; });
   return 2 * static_cast<std::size_t>(numbers) >= filled(cells);
 }
 
-/// One word for all columns says nothing: "CAL", "ORIGINAL".
+/// Returns true if all columns have the same word ("CAL", "ORIGINAL"), which cannot tell them apart.
 bool is_one_word(const Cells& cells) {
   std::set<std::string_view> different(cells.begin(), cells.end());
   different.erase("");
   return different.size() == 1;
 }
 
-/// Cells that are empty behind others stand for them, as where cells of a sheet were joined.
+/// Gives each empty cell the text to its left, because programs write the name of a group of columns once.
 Cells filled_up(Cells cells, std::size_t columns) {
   cells.resize(columns);
   const auto first = std::ranges::find_if(cells, [](auto cell) { return !cell.empty(); });
@@ -53,7 +53,7 @@ bool are_unique(const Names& names) {
   return different.size() == count && std::ranges::none_of(names, is_axis);
 }
 
-/// Of Qualisys: each marker's X, Y and Z, in mm, behind what comes before.
+/// Names the columns of Qualisys: frame and time, then X, Y and Z of each marker in mm.
 Names of_markers(const Cells& row, std::size_t columns) {
   const std::size_t markers = filled(row) - 1;
   if (markers == 0 || 3 * markers > columns) return {};
@@ -64,8 +64,8 @@ Names of_markers(const Cells& row, std::size_t columns) {
   return names;
 }
 
-/// Of AcqKnowledge: "min,CH1,CH2" below a line of each channel's name and one of its unit, which begin behind the
-/// number of channels.
+/// Names the columns of AcqKnowledge. Above the row "min,CH1,CH2", two lines for each channel hold its name and its
+/// unit.
 Names of_channels(const HeaderRows& rows, std::size_t row, std::size_t columns) {
   const std::size_t channels = columns - 1;
   if (row < 2 * channels) return {};
@@ -77,7 +77,7 @@ Names of_channels(const HeaderRows& rows, std::size_t row, std::size_t columns) 
   return names;
 }
 
-/// LabVIEW leaves the first column empty then.
+/// Returns true if LabVIEW wrote no times; the first column is then empty.
 bool lacks_times(const HeaderRows& rows) {
   return std::ranges::any_of(
       rows, [](const Cells& row) { return row.size() > 1 && row[0] == "X_Columns" && row[1] == "No"; });
@@ -106,7 +106,7 @@ std::vector<std::string> names_of_rows(const HeaderRows& rows, std::size_t colum
   if (rows.empty() || columns < 2) return {};
   Names names = of_known_format(rows, columns);
   if (names.empty()) {
-    // From the lowest row up, as long as rows are of the table's width.
+    // Reads upwards while the rows are as wide as the table.
     Cells units;
     bool combined = false;
     for (std::size_t i = rows.size(); i-- > 0;) {
@@ -124,7 +124,7 @@ std::vector<std::string> names_of_rows(const HeaderRows& rows, std::size_t colum
       if (names.empty()) {
         names.assign(row.begin(), row.end());
         names.resize(columns);
-      } else if (!row[0].empty()) {  // as that of frames or times is, where a row says what columns are of
+      } else if (!row[0].empty()) {  // A row of groups leaves the column of frames or times empty.
         break;
       } else {
         const Cells above = filled_up(row, columns);

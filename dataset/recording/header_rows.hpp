@@ -1,4 +1,4 @@
-// Headers of several rows, as programs of motion capture, force plates and amplifiers write them. Not installed.
+// Reads headers of several rows, which programs for motion capture, force plates and amplifiers write. Not installed.
 #pragma once
 
 #include <string>
@@ -9,16 +9,17 @@
 
 namespace decid::dataset {
 
-/// The lines above the first row of numbers, the first one first, each with its cells.
+/// The lines above the first row of numbers, from top to bottom, each with its cells.
 using HeaderRows = std::vector<std::vector<std::string_view>>;
 
-/// The names of so many columns from the rows just above the numbers: the lowest that is none of units, with what the
-/// rows above say where its names are not unique ("X" of "HIP", "HIP X"), and with the units. Known formats: Motive,
-/// Vicon Nexus, Visual3D, Shimmer by that rule; Qualisys (MARKER_NAMES), LabChart (ChannelTitle=), LabVIEW (X_Value),
-/// AcqKnowledge. Empty if the lowest row alone will do, or there is none.
+/// Returns a name for each column, made from the rows just above the numbers. The lowest row that does not hold units
+/// gives the names; while they are not unique, the row above goes before them ("HIP" and "X": "HIP X"). The units
+/// follow. This rule reads Motive, Vicon Nexus, Visual3D and Shimmer. Qualisys (MARKER_NAMES), LabChart
+/// (ChannelTitle=), LabVIEW (X_Value) and AcqKnowledge have rules of their own. Returns nothing if the lowest row is
+/// enough, or there is no row.
 std::vector<std::string> names_of_rows(const HeaderRows& rows, std::size_t columns);
 
-/// Adds the rate of Vicon Nexus, a number below the name of its section ("Trajectories").
+/// Adds the rate that Vicon Nexus writes below the name of a section ("Trajectories").
 void add_section_rate(const HeaderRows& rows, std::vector<StatedRate>& rates);
 
 }  // namespace decid::dataset

@@ -1,4 +1,4 @@
-// Jumps of a sway: see jumps.hpp. The lines are those of least squares through eight samples, at about 100 Hz.
+// Finds jumps: see jumps.hpp. Lines are fitted by least squares to eight samples at about 100 Hz.
 #include "dataset/recording/jumps.hpp"
 
 #include <algorithm>
@@ -42,7 +42,7 @@ std::vector<double> smoothed(std::span<const double> sway, std::size_t block) {
   return means;
 }
 
-/// What the line through the first samples is at half a step beyond them: weights of the samples.
+/// Returns the weights of eight samples with which their fitted line is extrapolated by half a step.
 std::array<double, side_samples> weights() {
   std::array<double, side_samples> all{};
   const double n = side_samples, middle = 0.5 * (n - 1.0), squares = n * (n * n - 1.0) / 12.0;
@@ -51,7 +51,8 @@ std::array<double, side_samples> weights() {
   return all;
 }
 
-/// [k]: from what the samples before k lead to, to what those from k on come from; 0 near the ends.
+/// Returns for each k the line through the samples from k on minus the line through those before, at k; 0 near the
+/// ends.
 std::vector<double> jumps_of(const std::vector<double>& sway) {
   const std::array<double, side_samples> weight = weights();
   std::vector<double> jumps(sway.size(), 0.0);
@@ -61,7 +62,7 @@ std::vector<double> jumps_of(const std::vector<double>& sway) {
   return jumps;
 }
 
-/// A sensor that froze goes on elsewhere: that is no jump, unless it froze at another level than it was at.
+/// Sets jumps to 0 around a frozen sensor, which continues at another level, unless it froze at a level of its own.
 void take_out_frozen(std::span<const double> sway, double rate_hz, std::size_t block, double least,
                      std::vector<double>& jumps) {
   for (std::size_t begin = 0, end = 1; end <= sway.size(); ++end) {

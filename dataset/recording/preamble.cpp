@@ -82,7 +82,7 @@ Preamble of_trc(const std::vector<Line>& lines) {
   return found;
 }
 
-/// The first so many lines.
+/// Returns the first lines of the text.
 Preamble preamble_of(std::string_view text, std::size_t lines) {
   Preamble found{.lines = lines};
   for_each_line(text, [&](std::string_view line, std::size_t number) {
@@ -135,7 +135,7 @@ Preamble find_preamble(std::string_view text) {
     bool is_table = (after - first > 1 || first == 0) && row.size() <= most_columns + 1;
     for (std::size_t line = first; line < after && is_table; ++line)
       is_table = fits(line) && is_data(cells_of(lines[line].text, separator));
-    // A row of how many samples there are, below names: those of samples have a time.
+    // A row below the names may count the samples; rows of samples have a time.
     if (is_table && after - first > 1 && row.size() > 1 && row[0].empty() &&
         is_value(cells_of(lines[first + 1].text, separator)[0]))
       continue;

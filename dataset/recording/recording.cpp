@@ -26,7 +26,7 @@ constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, l
 /// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
 
-/// What to call a column of time that says this rate if it is in seconds.
+/// Returns the advice for a column of time that would mean this rate in seconds.
 std::string time_hint(const std::string& name, double rate_hz) {
   for (const auto& [unit, end, per_s] : {std::tuple{"milliseconds", "_ms", 1e3},
                                          {"microseconds", "_us", 1e6},
@@ -60,7 +60,7 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   try {
     clock = read_clock(table, time, recording.file, "--rate");
   } catch (const SeveralRecordings&) {
-    throw;  // which a rate would join
+    throw;  // A rate would join them.
   } catch (const Error& error) {
     if (!options.rate_hz) throw;
     add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());
@@ -88,8 +88,8 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   return clock;
 }
 
-/// Makes NaN of numbers that stand for missing values: the one that was given, or one that programs write (Visual3D,
-/// NDI, spreadsheets), if the others are far smaller.
+/// Replaces numbers that stand for missing values by NaN: the given number, or those that Visual3D, NDI and
+/// spreadsheets write if all others are far smaller.
 void mark_missing(std::vector<double>& values, std::optional<double> given) {
   constexpr double far = 50.0;
   const auto is = [](double value, double mark) { return std::abs(value - mark) <= 1e-6 * std::abs(mark); };
@@ -125,8 +125,8 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   return values;
 }
 
-/// Checks that the size of sway is a standing body's. `guessed`: its unit was. `mean_is_upright`: what it is counted
-/// from.
+/// Throws Error if the sway is too large for a standing body, and warns of suspicious sizes. `guessed`: its unit was
+/// guessed. `mean_is_upright`: sizes count from the mean instead of 0.
 void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, Recording& recording) {
   const bool in_memory = recording.file.empty();
   const std::string where = in_memory ? "recording" : recording.file;

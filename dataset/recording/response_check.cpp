@@ -1,5 +1,5 @@
-// A sway against the response to the tilt: see response_check.hpp. The sums of products of the tilt are kept from the
-// start on, so that each place and size of a slip costs one small system of equations.
+// Checks a sway: see response_check.hpp. Running sums of the tilt's products make each place and size of a slip cost
+// one small system of equations.
 #include "dataset/recording/response_check.hpp"
 
 #include <algorithm>
@@ -26,8 +26,8 @@ constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0;
 using Row = std::array<double, unknowns>;
 using Square = std::array<Row, unknowns>;  // its lower triangle
 
-/// A matrix becomes its Cholesky factor L and b becomes L^-1 b, without what no equation says. Returns the squares of
-/// that: how much of the squares of what is to be explained b's equations explain.
+/// Replaces a by its Cholesky factor L and b by L^-1 b; skips unknowns that the equations do not determine. Returns
+/// |L^-1 b|^2, the sum of squares that the fit explains.
 template <std::size_t N>
 double eliminate(std::array<std::array<double, N>, N>& a, std::array<double, N>& b) {
   double explained = 0.0;
@@ -48,7 +48,7 @@ double eliminate(std::array<std::array<double, N>, N>& a, std::array<double, N>&
   return explained;
 }
 
-/// The solution of a x = b, which takes b's place.
+/// Solves a x = b and writes x to b.
 template <std::size_t N>
 void solve(std::array<std::array<double, N>, N> a, std::array<double, N>& b) {
   eliminate(a, b);
@@ -69,7 +69,7 @@ std::vector<double> block_means(std::span<const double> values, std::size_t bloc
 
 using Filter = std::array<double, order>;
 
-/// values[k] - sum_i a_i values[k - 1 - i]; the first ones, which lack some, as if 0 was before them.
+/// Returns values[k] - sum_i a_i values[k - 1 - i], with zeros before the first value.
 std::vector<double> whitened(const std::vector<double>& values, const Filter& a) {
   std::vector<double> result = values;
   for (std::size_t k = 0; k < values.size(); ++k)
@@ -77,7 +77,7 @@ std::vector<double> whitened(const std::vector<double>& values, const Filter& a)
   return result;
 }
 
-/// Yule and Walker's equations.
+/// Solves the Yule-Walker equations of the noise.
 Filter autoregression(const std::vector<double>& noise) {
   std::array<double, order + 1> covariance{};
   for (std::size_t lag = 0; lag <= order; ++lag)
@@ -93,7 +93,7 @@ Filter autoregression(const std::vector<double>& noise) {
   return a;
 }
 
-/// What the sway at a block of the trial is made of; the tilt may be read so much later than it was played.
+/// Returns the regressors of the sway at block `at`: the last tilts and a constant.
 Row row_of(const std::vector<double>& tilt, double constant, std::size_t at) {
   Row row;
   for (std::size_t j = 0; j < taps; ++j) row[j] = tilt[at - j];
@@ -116,7 +116,7 @@ double constant_of(const Filter& a) {
   return constant;
 }
 
-/// What of the sway is no response, and its filter.
+/// The sway minus its response, and the autoregression of that.
 struct Rest {
   std::vector<double> noise;
   Filter a;
@@ -144,7 +144,7 @@ Rest fit_response(const std::vector<double>& sway, const std::vector<double>& ti
   return found;
 }
 
-/// Residuals of fits in which the tilt is read later from some block on. y, u: whitened sway and tilt.
+/// Fits in which the tilt is read later from some block on. y, u: whitened sway and tilt.
 class Slips {
  public:
   Slips(std::vector<double> y, std::vector<double> u, double constant)
@@ -162,8 +162,8 @@ class Slips {
 
   double without() const { return residual(y_.size(), rest, {}); }
 
-  /// Calls visit(block, residual) for places from the last to the first. `shifted`: rest, and by how much later the
-  /// tilt is read.
+  /// Calls visit(block, residual) for each place, the last first. `shifted`: `rest` plus the blocks by which the tilt
+  /// is read later.
   template <class Visit>
   void visit(std::size_t shifted, const Visit& visit) const {
     Row behind{};

@@ -33,7 +33,7 @@ void refuse_response(const Table& table, const std::string& where) {
 }
 
 void refuse_ankle(const std::string& name, const std::string& where) {
-  if (other_quantity(name) != nullptr) return;                              // which is what is said then
+  if (other_quantity(name) != nullptr) return;                              // The error names that quantity.
   if (one_of(words(name).front(), {"com", "cog", "sway", "body"})) return;  // "com_sway about the ankle"
   if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "osg", "dorsiflexion", "plantarflexion"}))
     return;
@@ -150,7 +150,7 @@ std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<do
   return sway;
 }
 
-/// Angles that were kept within a turn go on beyond it: a step of about 360 degrees is none.
+/// Removes steps of about 360 degrees, which programs make that keep angles within a turn.
 void unwrap(std::vector<double>& rad, const std::string& name, Recording& recording) {
   constexpr double turn = 360.0 * sim::rad_per_deg, margin = 60.0 * sim::rad_per_deg;
   double turns = 0.0, sum = 0.0;

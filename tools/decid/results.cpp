@@ -79,7 +79,7 @@ Json recording_json(const Identification& id, const sim::Protocol& protocol) {
 
 namespace {
 
-/// The weight and the height that make this body; empty if it is no person's.
+/// Returns the weight and height of a person with this body, or nothing if no person has it.
 std::optional<sim::Subject> person_of(const sim::Body& body) {
   try {
     return sim::subject_of(body);

@@ -114,8 +114,8 @@ TEST_CASE("several recordings in a file are not joined, whatever the rate") {
       for (int k = 0; k < 30; ++k) rows += std::to_string(k * 10) + "e-3," + std::to_string(k % 4) + "\n";
     return rows;
   }();
-  check_error(reading(text), {"line 32", "begins anew"});
-  check_error(reading(text, {.rate_hz = 100.0}), {"line 32", "begins anew"});
+  check_error(reading(text), {"line 32", "starts again"});
+  check_error(reading(text, {.rate_hz = 100.0}), {"line 32", "starts again"});
 }
 
 TEST_CASE("counters, forces and quaternions are no sway, and what is left is") {

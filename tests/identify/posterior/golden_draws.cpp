@@ -4,6 +4,7 @@
 #include "base/sha256.hpp"
 #include "identify/posterior/posterior.hpp"
 #include "tests/helpers.hpp"
+#include "tests/identify/posterior/quick.hpp"
 #include "tests/identify/posterior/trial.hpp"
 
 using namespace decid;
@@ -13,16 +14,10 @@ using namespace decid::test;
 TEST_CASE("sample: golden draws" * doctest::test_suite("golden")) {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
-  const Settings settings{.seed = 7,
-                          .groups = 1,
-                          .annealing_moves = 5,
-                          .window_moves = 9,
-                          .most_leaps = 8,
-                          .block = 4,
-                          .rounds = 1,
-                          .trial_draws = 20,
-                          .least_draws = 20,
-                          .most_draws = 4};
+  Settings settings = quick();
+  settings.most_draws = 4;
+  settings.block = 4;
+  settings.most_leaps = 8;
   const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings);
   std::string bytes;
   for (const State& state : found.states()) {

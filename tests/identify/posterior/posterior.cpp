@@ -8,28 +8,12 @@
 #include <tuple>
 
 #include "tests/helpers.hpp"
+#include "tests/identify/posterior/quick.hpp"
 #include "tests/identify/posterior/trial.hpp"
 
 using namespace decid;
 using namespace decid::posterior;
 using namespace decid::test;
-
-namespace {
-
-Settings quick() {
-  return {.seed = 7,
-          .groups = 1,
-          .annealing_moves = 5,
-          .window_moves = 9,
-          .most_leaps = 40,
-          .block = 10,
-          .rounds = 1,
-          .trial_draws = 20,
-          .least_draws = 20,
-          .most_draws = 20};
-}
-
-}  // namespace
 
 TEST_CASE("sample: the same draws for any number of threads and every instruction set") {
   const sim::Protocol protocol = sines_protocol();
