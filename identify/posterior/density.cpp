@@ -23,15 +23,7 @@ constexpr double evidence_hz = 2.5;  // of the coefficients that are looked at
 constexpr double full_hz = 2.6, top_hz = 4.4, block_ms = 100.0, bin_ms = 50.0;
 constexpr double whole_damping = 10.0;  // c times the transforms' length: what wraps around is e^-10 of itself
 constexpr int spare_blocks = 40;        // of the transforms, beside the trial: more than the latest start
-constexpr double nv_scale = 0.05;       // kappa: below it the noise's coefficients are non-centred
 constexpr int fewest_blocks = 20;
-
-constexpr double model_error_deg = 0.0005;  // of a block's mean (the test compares with the simulator)
-
-// Slow noise forgets within these: its corner frequency is 0.4 Hz to 0.005 Hz.
-constexpr double shortest_memory_s = 0.4, longest_memory_s = 30.0;
-constexpr double least_slow_ratio = 1e-2;  // over the prior's median: far below what is seen
-const double log_memory_range = decid::log(longest_memory_s / shortest_memory_s);
 
 /// Samples in a block, for blocks of about 100 ms.
 int samples_per_block(const sim::Experiment& experiment) {
@@ -74,17 +66,6 @@ double kept(double hz) {
   if (u <= 0.0) return 1.0;
   if (u >= 1.0) return 0.0;
   return 1.0 / (1.0 + decid::exp(std::clamp(1.0 / (1.0 - u) - 1.0 / u, -700.0, 700.0)));
-}
-
-/// (sin a - a), by its series: |a| stays below 0.1.
-double sine_excess(double a) {
-  const double z = a * a;
-  return a * z * (-1.0 / 6 + z * (1.0 / 120 - z * (1.0 / 5040)));
-}
-
-void put(AlignedVector<double>& values, Complex value) {
-  values.push_back(value.real());
-  values.push_back(value.imag());
 }
 
 }  // namespace
@@ -208,144 +189,6 @@ Density::Transforms Density::transforms() const {
   return {bins_fft_.length(), blocks_fft_.length(), noise_.transform_length(), noise_.transforms()};
 }
 
-double Density::block_noise_rad(double sensor_noise_deg) const {
-  const double of_sensor = sensor_noise_deg / std::sqrt(static_cast<double>(block_samples_));
-  return std::sqrt(of_sensor * of_sensor + model_error_deg * model_error_deg) * sim::rad_per_deg;
-}
-
-namespace {
-
-/// Takes the straight line of least squares from the blocks.
-void subtract_line(Observation& observation) {
-  const auto count = static_cast<double>(observation.sway.size());
-  const double middle = 0.5 * (count - 1.0);
-  double sum = 0.0, along = 0.0;
-  for (std::size_t m = 0; m < observation.sway.size(); ++m) {
-    sum += observation.sway[m];
-    along = std::fma(static_cast<double>(m) - middle, observation.sway[m], along);
-  }
-  observation.level_rad = sum / count;
-  observation.slope_rad = along / (count * (count * count - 1.0) / 12.0);
-  for (std::size_t m = 0; m < observation.sway.size(); ++m)
-    observation.sway[m] -= observation.level_rad + observation.slope_rad * (static_cast<double>(m) - middle);
-}
-
-}  // namespace
-
-Observation Density::observe(std::span<const float> sway_rad) const {
-  if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
-    throw Error("recording", "has " + std::to_string(sway_rad.size()) + " samples",
-                "give the protocol's " + std::to_string(protocol_.samples()));
-  }
-  Observation observation;
-  for (int block = 0; block < blocks_; ++block) {
-    double sum = 0.0;
-    for (int j = 0; j < block_samples_; ++j)
-      sum += double{sway_rad[static_cast<std::size_t>(block * block_samples_ + j)]};
-    observation.sway.push_back(sum / block_samples_);
-  }
-  subtract_line(observation);
-  observation.noise_deg = noise_of_highest(observation.sway);
-
-  const double block_s = block_samples_ / protocol_.experiment.sample_rate_hz;
-  const double middle_s = 0.5 * (block_samples_ - 1) / protocol_.experiment.sample_rate_hz;
-  const double mgh = protocol_.experiment.body.mgh();
-  std::vector<double> torque(static_cast<std::size_t>(padded_blocks_), 0.0);
-  for (int block = 0; block < blocks_; ++block) {
-    double sum = 0.0;
-    int count = 0;
-    for (int j = std::max(0, block - 1); j <= std::min(blocks_ - 1, block + 1); ++j, ++count)
-      sum += observation.sway[static_cast<std::size_t>(j)];
-    const int place = lead_blocks_ + block;
-    torque[static_cast<std::size_t>(place)] =
-        mgh * sine_excess(sum / count) * decid::exp(-damping_ * (block_s * place + middle_s));
-  }
-  std::vector<Complex> spectrum(static_cast<std::size_t>(blocks_fft_.bins()));
-  std::vector<Complex> work(static_cast<std::size_t>(blocks_fft_.work_length()));
-  blocks_fft_.forward(torque, spectrum, work);
-  const long long middle_steps = static_cast<long long>(block_samples_ - 1) * protocol_.experiment.steps_per_sample();
-  const long long padded_steps = static_cast<long long>(padded_bins_) * bin_steps_;
-  for (int k = 0; k < frequencies_; ++k) {
-    const auto [sin, cos] = sincos_of_turn(k * middle_steps, 2 * padded_steps);
-    put(observation.torque,
-        spectrum[static_cast<std::size_t>(k)] * Complex(cos, -sin) * (block_s / sim::integration_step_s));
-  }
-  return observation;
-}
-
-double Density::noise_of_highest(std::span<const double> sway) const {
-  NoiseWorkspace work = spectrum_.workspace();
-  AlignedVector<double> none(sway.size() * lanes, 0.0), unfolded(none.size());
-  kernels(isa_).unfold(blocks_, sway.data(), none.data(), undamp_.data(), unfolded.data());
-  NoiseLevels levels;
-  levels.white.fill(1.0);
-  levels.slow.fill(0.0);
-  levels.memory.fill(0.0);
-  spectrum_.misfit(levels, unfolded, work, isa_);
-  const auto rows = static_cast<std::size_t>(spectrum_.rows());
-  const std::size_t first = rows - std::max<std::size_t>(1, rows / 5);
-  double squares = 0.0;
-  for (std::size_t k = first; k < rows; ++k)
-    squares = std::fma(work.coefficient[k * lanes], work.coefficient[k * lanes], squares);
-  const double of_block_rad = std::sqrt(squares / static_cast<double>(rows - first));
-  return of_block_rad * std::sqrt(static_cast<double>(block_samples_)) / sim::rad_per_deg;
-}
-
-State Density::state(std::span<const double> x, int chain) const {
-  const auto at = [&](int global) { return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)]; };
-  State state;
-  state.parameters = sim::Parameters(quantiles_.size());
-  for (std::size_t i = 0; i < quantiles_.size(); ++i)
-    state.parameters[i] = quantiles_[i].value(at(static_cast<int>(i)));
-  state.sensor_noise_deg =
-      priors_.sensor_noise_deg * decid::exp(decid::log(priors_.sensor_noise_factor) * at(sensor_noise));
-  state.start_s = priors_.start_s * (2.0 * normal_distribution(at(start)) - 1.0);
-  state.gain = decid::exp(priors_.gain * at(gain));
-  state.slow_noise_deg =
-      state.sensor_noise_deg * priors_.slow_ratio * decid::exp(decid::log(priors_.slow_ratio_factor) * at(slow_noise));
-  state.slow_memory_s = shortest_memory_s * decid::exp(log_memory_range * normal_distribution(at(slow_memory)));
-  return state;
-}
-
-void Density::set(const State& state, std::span<double> x, int chain) const {
-  const auto at = [&](int global) -> double& {
-    return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
-  };
-  for (std::size_t i = 0; i < quantiles_.size(); ++i)
-    at(static_cast<int>(i)) = quantiles_[i].coordinate(state.parameters[i]);
-  set_noise(state.sensor_noise_deg, state.slow_noise_deg, x, chain);
-  at(start) = prior_coordinate(start, state.start_s);
-  at(gain) = prior_coordinate(gain, state.gain);
-  at(slow_memory) = prior_coordinate(slow_memory, state.slow_memory_s);
-}
-
-double Density::prior_coordinate(int global, double value) const {
-  const auto probit = [](double probability) { return inverse_normal(std::clamp(probability, 0.01, 0.99)); };
-  switch (global) {
-    case sensor_noise:
-      return decid::log(value / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
-    case start:
-      return priors_.start_s > 0.0 ? probit(0.5 * (1.0 + value / priors_.start_s)) : 0.0;
-    case gain:
-      return priors_.gain > 0.0 ? decid::log(value) / priors_.gain : 0.0;
-    case slow_noise:
-      return decid::log(value / priors_.slow_ratio) / decid::log(priors_.slow_ratio_factor);
-    case slow_memory:
-      return probit(decid::log(value / shortest_memory_s) / log_memory_range);
-    default:
-      return quantiles_[static_cast<std::size_t>(global)].coordinate(value);
-  }
-}
-
-void Density::set_noise(double sensor_noise_deg, double slow_noise_deg, std::span<double> x, int chain) const {
-  const auto at = [&](int global) -> double& {
-    return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
-  };
-  at(sensor_noise) = prior_coordinate(sensor_noise, sensor_noise_deg);
-  at(slow_noise) =
-      prior_coordinate(slow_noise, std::max(slow_noise_deg / sensor_noise_deg, least_slow_ratio * priors_.slow_ratio));
-}
-
 Density::Workspace::Workspace(const Density& d) {
   const auto of = [](int count) { return static_cast<std::size_t>(count) * lanes; };
   for (auto* values : {&velocity, &by_velocity}) values->assign(of(d.noise_.edges()), 0.0);
@@ -362,61 +205,6 @@ Density::Workspace::Workspace(const Density& d) {
   noise = d.spectrum_.workspace();
   fft_work.assign(of(2 * std::max(d.bins_fft_.work_length(), d.blocks_fft_.work_length())), 0.0);
   noise_work.assign(d.noise_.work_size(), 0.0);
-}
-
-Density::Chains Density::chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const {
-  Chains c;
-  const double padded_s = padded_bins_ * bin_steps_ * sim::integration_step_s;
-  for (std::size_t l = 0; l < lanes; ++l) {
-    const auto coordinate = [&](int global) { return x[static_cast<std::size_t>(noise_.size() + global) * lanes + l]; };
-    for (std::size_t i = 0; i < quantiles_.size(); ++i) {
-      const double at = coordinate(static_cast<int>(i));
-      c.value[i][l] = quantiles_[i].value(at);
-      c.d_coordinate[i][l] = quantiles_[i].slope(at);
-    }
-    c.value[start][l] = priors_.start_s * (2.0 * normal_distribution(coordinate(start)) - 1.0);
-    c.d_coordinate[start][l] = 2.0 * priors_.start_s * normal_density(coordinate(start));
-    c.value[gain][l] = decid::exp(priors_.gain * coordinate(gain));
-    c.d_coordinate[gain][l] = priors_.gain * c.value[gain][l];
-    set_noise(c, l, coordinate(sensor_noise), coordinate(slow_noise), coordinate(slow_memory), fixed_noise_deg);
-    const double nv = c.value[sim::Nv][l], radius = std::sqrt(nv * nv + nv_scale * nv_scale);
-    c.radius[l] = radius;
-    c.noise_gain[l] = nv / radius;
-    c.d_nv[l] = nv_scale * nv_scale / (radius * radius * radius);
-    const double angle = 2.0 * sim::pi / padded_s;
-    const double delay_s = c.value[sim::Delay][l], start_s = c.value[start][l];
-    c.delay_first[0][l] = decid::exp(-damping_ * delay_s);
-    c.delay_first[1][l] = 0.0;
-    c.delay_turn[0][l] = cos_small(angle * delay_s);
-    c.delay_turn[1][l] = -sin_small(angle * delay_s);
-    c.start_first[0][l] = decid::exp(damping_ * start_s);
-    c.start_first[1][l] = 0.0;
-    c.start_turn[0][l] = cos_small(angle * start_s);
-    c.start_turn[1][l] = sin_small(angle * start_s);
-  }
-  return c;
-}
-
-void Density::set_noise(Chains& c, std::size_t l, double white, double slow, double memory,
-                        std::optional<double> fixed_noise_deg) const {
-  const double spread = decid::log(priors_.sensor_noise_factor), slow_spread = decid::log(priors_.slow_ratio_factor);
-  const double noise_deg = fixed_noise_deg.value_or(priors_.sensor_noise_deg * decid::exp(spread * white));
-  const double noise_rad = block_noise_rad(noise_deg);
-  const double of_model = model_error_deg * sim::rad_per_deg / noise_rad;
-  c.value[sensor_noise][l] = noise_deg;
-  c.levels.white[l] = noise_rad * noise_rad;
-  const double slow_rad = noise_deg * priors_.slow_ratio * decid::exp(slow_spread * slow) * sim::rad_per_deg;
-  const double memory_s = shortest_memory_s * decid::exp(log_memory_range * normal_distribution(memory));
-  c.value[slow_noise][l] = slow_rad / sim::rad_per_deg;
-  c.value[slow_memory][l] = memory_s;
-  // The power of an Ornstein-Uhlenbeck process in the cosine transform of its blocks, below its corner.
-  c.levels.slow[l] = fixed_noise_deg ? 0.0 : slow_rad * slow_rad * 2.0 * memory_s / block_s();
-  c.levels.memory[l] = memory_s * memory_s;
-  // Derivatives of the logarithms: white by its coordinate, slow by both of its own, memory by its own.
-  c.d_white[l] = fixed_noise_deg ? 0.0 : 2.0 * spread * (1.0 - of_model * of_model);
-  c.d_slow_white[l] = fixed_noise_deg ? 0.0 : 2.0 * spread;
-  c.d_slow[l] = fixed_noise_deg ? 0.0 : 2.0 * slow_spread;
-  c.d_memory[l] = fixed_noise_deg ? 0.0 : log_memory_range * normal_density(memory);
 }
 
 LoopParameters Density::loop_parameters(const Chains& c) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 
+#include "base/aligned.hpp"
 #include "base/math.hpp"
 
 namespace decid::posterior {
@@ -20,6 +21,12 @@ inline std::complex<double> turned(double turns) {
   constexpr long long parts = 1LL << 50;
   const auto [sin, cos] = sincos_of_turn(std::llround(turns * static_cast<double>(parts)), parts);
   return {cos, sin};
+}
+
+/// Appends the real and the imaginary part.
+inline void put(AlignedVector<double>& values, std::complex<double> value) {
+  values.push_back(value.real());
+  values.push_back(value.imag());
 }
 
 }  // namespace decid::posterior

@@ -1,6 +1,5 @@
-// The density of a recorded trial: its sway against the simulator's, its gradient against finite differences, its
-// information against products of differences, whitened by an explicit covariance matrix; the same bits for every
-// instruction set.
+// The density of a recorded trial: its sway against the simulator's, its gradient against finite differences, the same
+// bits for every instruction set.
 #include "identify/posterior/density.hpp"
 
 #include <algorithm>
@@ -12,7 +11,7 @@
 
 #include "identify/posterior/cholesky.hpp"
 #include "tests/helpers.hpp"
-#include "tests/identify/posterior/dense_noise.hpp"
+#include "tests/identify/posterior/density_points.hpp"
 #include "tests/identify/posterior/trial.hpp"
 
 using namespace decid;
@@ -22,32 +21,6 @@ using namespace decid::test;
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-
-using Values = AlignedVector<double>;
-
-/// Eight chains at different places.
-Values random_points(const Density& density, std::uint64_t item) {
-  Values x(static_cast<std::size_t>(density.size()) * lanes);
-  Random(3, Stream::posterior, item).fill_normal(x);
-  for (double& value : x) value *= 0.5;
-  return x;
-}
-
-double& at(Values& x, int coordinate, std::size_t chain) {
-  return x[static_cast<std::size_t>(coordinate) * lanes + chain];
-}
-
-struct Evaluated {
-  Values gradient;
-  std::vector<double> potential;
-};
-Evaluated evaluate(const Density& density, const Observation& observation, const Values& x,
-                   std::optional<double> fixed_noise_deg = {}) {
-  Density::Workspace work(density);
-  Evaluated result{Values(x.size()), std::vector<double>(lanes)};
-  density.evaluate(observation, x, result.gradient, result.potential, work, fixed_noise_deg);
-  return result;
-}
 
 /// The largest difference of the gradient from a central difference of the potential, over what rounding, the
 /// third derivative and the dead band's kinks within a step allow.
@@ -73,13 +46,6 @@ double worst_gradient(const Density& density, const Observation& observation, st
   return worst;
 }
 
-/// Normal priors of two parameters, one of them in a narrower range, and a range of a third.
-std::vector<ParameterPrior> parameter_priors() {
-  return {{.name = "Kp", .range = ParameterPrior::Range{700.0, 1000.0}, .normal = ParameterPrior::Normal{800.0, 100.0}},
-          {.name = "delay", .normal = ParameterPrior::Normal{0.1, 0.03}},
-          {.name = "Nv", .range = ParameterPrior::Range{0.1, 0.6}}};
-}
-
 /// Sets the noise of all chains to that of item `item` of the simulator, in a trial that starts where the density's
 /// model does, if its noise has the period of the density's and begins at 1.6 / period: the basis' harmonic 2 stands
 /// for 1.5 to 2.5 of them.
@@ -97,23 +63,6 @@ void set_simulated_noise(const Density& density, double nv, std::uint64_t item, 
                                         std::polar(ratio, 2.0 * sim::pi * k * density.first_bin_s() / period_s);
     for (std::size_t l = 0; l < lanes; ++l) at(x, 2 * i, l) = turned.imag(), at(x, 2 * i + 1, l) = turned.real();
   }
-}
-
-struct Modelled {
-  Values sway, residual;
-};
-Modelled model(const Density& density, const Observation& observation, const Values& x) {
-  Density::Workspace work(density);
-  const auto size = static_cast<std::size_t>(density.blocks()) * lanes;
-  Modelled result{Values(size), Values(size)};
-  density.model(observation, x, result.sway, result.residual, work);
-  return result;
-}
-
-std::vector<double> of_chain(const Values& values, std::size_t l) {
-  std::vector<double> result;
-  for (std::size_t at = l; at < values.size(); at += lanes) result.push_back(values[at]);
-  return result;
 }
 
 double rms_deg(const std::vector<double>& values) {
@@ -134,22 +83,6 @@ std::vector<double> without_line(std::vector<double> values) {
   }
   for (std::size_t i = 0; i < values.size(); ++i) values[i] -= mean + slope / squares * place(i);
   return values;
-}
-
-/// The measurement noise of a chain as spectrum.hpp defines it; slow noise is an Ornstein-Uhlenbeck process.
-DenseNoise noise_of(const Density& density, const State& state) {
-  const double white = density.block_noise_rad(state.sensor_noise_deg), slow = state.slow_noise_deg * sim::rad_per_deg;
-  return {static_cast<std::size_t>(density.blocks()),
-          density.block_s(),
-          density.priors().drift_hz,
-          white * white,
-          2.0 * slow * slow * state.slow_memory_s / density.block_s(),
-          state.slow_memory_s * state.slow_memory_s};
-}
-/// Of the cosine transform's coefficients those up to 2.5 Hz, at most half of them.
-std::size_t coefficients(const Density& density) {
-  const auto up_to = static_cast<std::size_t>(2.0 * density.blocks() * density.block_s() * 2.5) + 1;
-  return std::min(up_to, static_cast<std::size_t>(density.blocks() / 2));
 }
 
 }  // namespace
@@ -373,163 +306,6 @@ TEST_CASE("Density: a block given all others, by the explicit inverse covariance
   }
 }
 
-TEST_CASE("Density: what is perceived is the noise, and what of it and the platform passes the dead band") {
-  const sim::Protocol protocol = sines_protocol();
-  const Density density(protocol, {});
-  const Values x = random_points(density, 5);
-  const auto size = static_cast<std::size_t>(density.edges()) * lanes;
-  CHECK(density.edges() == 401);
-  CHECK(near(density.bin_s(), 0.05, 1e-15));
-  CHECK(near(density.block_s(), 0.1, 1e-15));
-  Values noise(size), tilt(size), none(size - 1);
-  Density::Workspace work(density);
-  density.perceive(x, noise, tilt, work);
-  CHECK_THROWS_AS(density.perceive(x, noise, none, work), Error);
-  CHECK_THROWS_AS(density.perceive(x, none, tilt, work), Error);
-  CHECK_THROWS_AS(density.perceive(none, noise, tilt, work), Error);
-
-  // 10 s of standing before the trial: 200 bins.
-  constexpr std::size_t lead = 200;
-  const NoiseBasis basis(protocol, 50, 200 + protocol.experiment.steps() / 50 + 8, protocol.experiment.steps() / 50 + 8,
-                         4.4);
-  REQUIRE(basis.size() == density.noise_size());
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
-  std::vector<double> column(static_cast<std::size_t>(basis.edges()));
-  for (std::size_t l = 0; l < lanes; l += 5) {
-    const sim::Parameters parameters = density.state(x, static_cast<int>(l)).parameters;
-    const double nv = parameters[sim::Nv], theta = parameters[sim::Theta];
-    std::vector<double> expected(column.size(), 0.0);
-    for (int i = 0; i < basis.size(); ++i) {
-      basis.column(i, column);
-      const double factor = nv / std::sqrt(nv * nv + 0.05 * 0.05) * x[static_cast<std::size_t>(i) * lanes + l];
-      for (std::size_t edge = 0; edge < column.size(); ++edge) expected[edge] += factor * column[edge];
-    }
-    expected.erase(expected.begin(), expected.begin() + lead - 1);  // edge + 1 is the trial's
-    // Half-way between edges the cubic through four of them.
-    const auto middle = [&](std::size_t edge) {
-      const double near = expected[edge + 1] + expected[edge + 2];
-      return (9.0 * near - expected[edge] - expected[edge + 3]) / 16.0;
-    };
-    // Step by step, as the simulator integrates; halves of bins take velocities for straight lines.
-    double estimate = 0.0, largest = 0.0, worst = 0.0;
-    for (std::size_t edge = 0; edge < static_cast<std::size_t>(density.edges()); ++edge) {
-      CHECK(within(noise[edge * lanes + l], expected[edge + 1], 1e-12));
-      worst = std::max(worst, std::abs(tilt[edge * lanes + l] - estimate));
-      largest = std::max(largest, std::abs(estimate));
-      for (int j = 0; j < 50 && edge + 1 < static_cast<std::size_t>(density.edges()); ++j) {
-        const double between = (j % 25 + 0.5) / 25.0;
-        const double low = j < 25 ? expected[edge + 1] : middle(edge);
-        const double high = j < 25 ? middle(edge) : expected[edge + 2];
-        const double velocity =
-            stimulus.rate_at(static_cast<int>(edge) * 50 + j) + (1.0 - between) * low + between * high;
-        estimate += sim::integration_step_s * (velocity - std::clamp(velocity, -theta, theta));
-      }
-    }
-    CHECK(largest > 1e-3);
-    CHECK(worst < 1e-3 * largest);
-  }
-}
-
-TEST_CASE("Density: the information is that of the model's derivatives and of the prior") {
-  const sim::Protocol protocol = sines_protocol();
-  const Density density(protocol, {});
-  const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
-  const Values x = random_points(density, 2);
-  Density::Workspace work(density);
-  const auto size = static_cast<std::size_t>(density.size()),
-             length = static_cast<std::size_t>(density.blocks()) * lanes;
-  std::vector<double> information(triangle(size) * lanes);
-  density.information(observation, x, information, work);
-  const int noises = density.noise_size();
-  const std::vector<int> some{0,          1,          11,         noises - 1, noises,     noises + 1, noises + 2,
-                              noises + 3, noises + 4, noises + 5, noises + 6, noises + 8, noises + 9};
-  // The model's offset and line follow the rest of it; the inverse covariance does not see them.
-  std::vector<Values> columns;
-  const double step = 1e-5;
-  for (const int i : some) {
-    Values high = x, low = x;
-    for (std::size_t l = 0; l < lanes; ++l) at(high, i, l) += step, at(low, i, l) -= step;
-    Values change = model(density, observation, high).sway;
-    const Values below = model(density, observation, low).sway;
-    for (std::size_t m = 0; m < length; ++m) change[m] = (change[m] - below[m]) / (2.0 * step);
-    columns.push_back(change);
-  }
-  const std::size_t kept = coefficients(density);
-  for (std::size_t l = 0; l < lanes; ++l) {
-    const DenseNoise noise = noise_of(density, density.state(x, static_cast<int>(l)));
-    const DenseGaussian gaussian = noise.of_coefficients(kept);
-    std::vector<std::vector<double>> whitened;
-    for (const Values& column : columns)
-      whitened.push_back(gaussian.whitened(noise.transform(kept, of_chain(column, l))));
-    const auto product = [&](std::size_t a, std::size_t b) {
-      return std::inner_product(whitened[a].begin(), whitened[a].end(), whitened[b].begin(), 0.0);
-    };
-    for (std::size_t a = 0; a < some.size(); ++a) {
-      for (std::size_t b = 0; b < a; ++b) {
-        const std::size_t entry = triangle(static_cast<std::size_t>(some[a])) + static_cast<std::size_t>(some[b]);
-        const double scale = std::sqrt(product(a, a) * product(b, b));
-        CHECK(within(information[entry * lanes + l], product(a, b), 4e-4 * scale));  // kinks within a step
-      }
-    }
-  }
-  // Of a coefficient with the variance P, two levels of the noise have half the product of the derivatives of log P.
-  const std::array<int, 3> levels{Density::sensor_noise, Density::slow_noise, Density::slow_memory};
-  for (std::size_t l = 0; l < lanes; ++l) {
-    std::array<std::vector<double>, 3> changes;
-    for (std::size_t a = 0; a < levels.size(); ++a) {
-      Values high = x, low = x;
-      at(high, noises + levels[a], l) += step;
-      at(low, noises + levels[a], l) -= step;
-      const DenseNoise above = noise_of(density, density.state(high, static_cast<int>(l))),
-                       below = noise_of(density, density.state(low, static_cast<int>(l)));
-      for (std::size_t k = 0; k < kept; ++k) {
-        const double offset = k == 0 ? 100.0 * sim::rad_per_deg * sim::rad_per_deg * density.blocks() : 0.0;
-        changes[a].push_back(std::log((offset + above.power(k)) / (offset + below.power(k))) / (2.0 * step));
-      }
-    }
-    for (std::size_t a = 0; a < levels.size(); ++a) {
-      for (std::size_t b = 0; b <= a; ++b) {
-        const double expected = 0.5 * std::inner_product(changes[a].begin(), changes[a].end(), changes[b].begin(), 0.0);
-        const std::size_t entry =
-            triangle(static_cast<std::size_t>(noises + levels[a])) + static_cast<std::size_t>(noises + levels[b]);
-        CHECK(
-            within(information[entry * lanes + l], expected + (a == b ? 1.0 : 0.0), 1e-7 * (1.0 + std::abs(expected))));
-      }
-    }
-  }
-  std::vector<double> factor;
-  for (std::size_t i = 0; i < triangle(size); ++i) factor.push_back(information[i * lanes + 1]);
-  const std::vector<double> matrix = factor;
-  CHECK(factorize(size, factor));
-
-  // The same, and what follows from it, chain by chain in lanes.
-  const Kernels& run = kernels(density.isa());
-  AlignedVector<double> lane_factors(information.begin(), information.end());
-  run.factorize(density.size(), lane_factors.data());
-  double worst = 0.0;
-  for (std::size_t i = 0; i < triangle(size); ++i)
-    worst = std::max(worst, std::abs(lane_factors[i * lanes + 1] - factor[i]) / std::abs(factor[triangle(size) - 1]));
-  CHECK(worst < 1e-8);
-  Values ones(size * lanes, 1.0), solution(size * lanes, 1.0), product(size * lanes, 0.0);
-  run.solve_transposed(density.size(), lane_factors.data(), solution.data());
-  for (std::size_t column = 0; column < size; ++column) {
-    double sum = 0.0;
-    for (std::size_t row = column; row < size; ++row)
-      sum += lane_factors[(triangle(row) + column) * lanes + 1] * at(solution, static_cast<int>(row), 1);
-    REQUIRE(near(sum, 1.0, 1e-8));
-  }
-  run.symmetric_times(density.size(), information.data(), ones.data(), product.data());
-  for (std::size_t row = 0; row < size; ++row) {
-    double sum = 0.0, scale = 0.0;
-    for (std::size_t column = 0; column < size; ++column) {
-      const double value = matrix[triangle(std::max(row, column)) + std::min(row, column)];
-      sum += value;
-      scale += std::abs(value);
-    }
-    REQUIRE(within(at(product, static_cast<int>(row), 1), sum, 1e-12 * scale));
-  }
-}
-
 TEST_CASE("Density: the same bits for every instruction set, and beside any other chains") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
@@ -554,58 +330,6 @@ TEST_CASE("Density: the same bits for every instruction set, and beside any othe
   const Evaluated alone = evaluate(density, density.observe(sway), x);
   CHECK(alone.potential[0] == first.potential[0]);
   for (std::size_t i = 0; i < x.size(); i += lanes) REQUIRE(alone.gradient[i] == first.gradient[i]);
-}
-
-TEST_CASE("Density: states are set and read, those outside of the ranges at their edge") {
-  const Density density(sines_protocol(), {});
-  Values x(static_cast<std::size_t>(density.size()) * lanes, 0.0);
-  State state{.parameters = some_parameters(),
-              .sensor_noise_deg = 0.05,
-              .start_s = 0.03,
-              .gain = 0.95,
-              .slow_noise_deg = 0.03,
-              .slow_memory_s = 2.0};
-  density.set(state, x, 2);
-  const State back = density.state(x, 2);
-  for (std::size_t i = 0; i < state.parameters.size(); ++i) CHECK(near(back.parameters[i], state.parameters[i], 1e-12));
-  CHECK(near(back.sensor_noise_deg, 0.05, 1e-12));
-  CHECK(near(back.start_s, 0.03, 1e-12));
-  CHECK(near(back.gain, 0.95, 1e-12));
-  CHECK(near(back.slow_noise_deg, 0.03, 1e-12));
-  CHECK(near(back.slow_memory_s, 2.0, 1e-12));
-  density.set_noise(0.01, 0.002, x, 2);
-  CHECK(near(density.state(x, 2).sensor_noise_deg, 0.01, 1e-12));
-  CHECK(near(density.state(x, 2).slow_noise_deg, 0.002, 1e-12));
-  CHECK(density.state(x, 2).parameters == back.parameters);
-  state.parameters[sim::Kp] = 1e9;
-  density.set(state, x, 2);
-  const sim::ParameterInfo& info = density.protocol().parameters()[sim::Kp];
-  CHECK(near(density.state(x, 2).parameters[sim::Kp], info.low + 0.99 * info.range(), 1e-12));
-}
-
-TEST_CASE("Density: parameters lie where their priors say") {
-  const Density density(sines_protocol(), {.parameters = parameter_priors()});
-  CHECK(density.ranges()[sim::Kp].low == 700.0);
-  CHECK(density.ranges()[sim::Kp].high == 1000.0);
-  CHECK(density.ranges()[sim::Nv].high == 0.6);
-  CHECK(density.ranges()[sim::Kd].high == density.protocol().parameters()[sim::Kd].high);
-  Values x(static_cast<std::size_t>(density.size()) * lanes, 0.0);
-  CHECK(near(density.state(x, 0).parameters[sim::Nv], 0.35, 1e-12));
-  for (const double coordinate : {-30.0, 30.0}) {
-    std::ranges::fill(x, coordinate);
-    const State state = density.state(x, 0);
-    CHECK(near(state.parameters[sim::Kp], coordinate < 0.0 ? 700.0 : 1000.0, 1e-6));
-    CHECK(near(state.parameters[sim::Nv], coordinate < 0.0 ? 0.1 : 0.6, 1e-12));
-  }
-  // The quartiles of a normal distribution that its range does not cut.
-  const Density wide(sines_protocol(), {.parameters = {{.name = "Kp", .normal = ParameterPrior::Normal{900.0, 20.0}}}});
-  Values y(static_cast<std::size_t>(wide.size()) * lanes, 0.6);
-  CHECK(near(wide.state(y, 0).parameters[sim::Kp], 912.0, 1e-12));
-}
-
-TEST_CASE("Density: the last globals, those of the slow noise, are held") {
-  for (std::size_t global = 0; global < Density::globals; ++global)
-    CHECK(Density::is_held(global) == (global == Density::slow_noise || global == Density::slow_memory));
 }
 
 TEST_CASE("Density: a start is a shift of the modelled sway, a gain its factor") {
