@@ -38,6 +38,7 @@ class TrainingFolder : public Folder {
   /// its own handler all the same.
   std::string interrupt(const std::string& command) const {
     const std::string err = *this / "err";
+    std::filesystem::remove(err);  // or the wait could end at an epoch of the training before
     const std::string line = std::string(DECID_PROGRAM) + " " + command + " >/dev/null 2>" + err +
                              " & child=$!; while ! grep -qs ^epoch " + err +
                              "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
