@@ -28,6 +28,13 @@ void warn_of_unfamiliarity(const Explanation& networks, bool draws_are_odd, Expl
           {draws_are_odd ? Severity::invalid : Severity::caution, warning.code, "by the network, " + warning.text});
 }
 
+/// The noise that was inferred explains what a trial without noise does not, and the predictive check asks whether
+/// such noise is usual: how little the trial without noise explains is no fault of the recording.
+void explain_by_noise(Explanation& explanation) {
+  for (Warning& warning : explanation.warnings)
+    if (warning.code == "little_explained") warning.severity = Severity::info;
+}
+
 /// Trials that explain and check a recording stand as the density has it.
 sim::Protocol standing(sim::Protocol protocol, double standing_s) {
   if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
@@ -81,6 +88,7 @@ class Fitter {
       }
     }
     id.explanation = explainer_.explain({id.estimate.parameters, trial});
+    explain_by_noise(id.explanation);
     figures.check = checker_.check(found.states(), trial, request_.settings.seed);
     const std::string odd = figures.check.warning();
     if (!odd.empty())
