@@ -45,7 +45,7 @@ parts = {
     "about": f"decid {version}, with the built-in model.",
     "model": packed(model, 4), "plain": packed(plain), "relaxed": packed(relaxed), "probe": packed(probe),
     "worker": text(here / "wasi.js", here / "worker.js"),
-    "script": text(here / "page.js"),
+    "script": text(here / "program.js", here / "files.js", here / "page.js"),
 }
 html = (here / "page.html").read_text()
 for name, content in parts.items():

@@ -1,125 +1,8 @@
 // The page: takes recordings, has the worker run the program on them, and shows the report that it writes. Text of files
 // and of the program goes in through textContent only; the report stands in a frame that may do nothing but draw itself.
-"use strict";
-
-const at = id => document.getElementById(id);
-const blame = message => { document.body.dataset.error = String(message); };
-window.addEventListener("error", event => blame(event.message));
-window.addEventListener("unhandledrejection", event => blame(event.reason));
-// The policy above refuses to load anything; where the browser asks, leaving for another page is refused too.
-window.navigation?.addEventListener("navigate", event => {
-  if (event.cancelable && !event.hashChange && event.downloadRequest === null && event.navigationType !== "reload") event.preventDefault();
-});
-
-// ---- the program ---------------------------------------------------------------------------------------------------
-
-// The number of bytes, a blank, then eleven digits for nine bytes. pack.py writes it.
-function fromBase94(text) {
-  const begin = text.indexOf(" ") + 1, count = Number(text.slice(0, begin)), bytes = new Uint8Array(9 * Math.ceil(count / 9));
-  for (let at = begin, to = 0; to < bytes.length; to += 9) {
-    let high = 0, middle = 0, low = 0;  // 24 bits each
-    for (const end = at + 11; at < end; ++at) {
-      const code = text.charCodeAt(at);
-      low = low * 94 + code - (code > 60 ? 33 : 32);
-      middle = middle * 94 + (low >>> 24);
-      high = high * 94 + (middle >>> 24);
-      low &= 0xffffff;
-      middle &= 0xffffff;
-    }
-    [high, middle, low].forEach((limb, i) => bytes.set([limb >>> 16, limb >>> 8 & 255, limb & 255], to + 3 * i));
-  }
-  return bytes.subarray(0, count);
-}
-
-const unpacked = async id => {
-  const packed = fromBase94(at(id).textContent);
-  at(id).remove();
-  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
-};
-
-// Bytes 0, 4, 8 ..., then 1, 5, 9 ...: pack.py has put them apart.
-function together(apart) {
-  const bytes = new Uint8Array(apart.length);
-  for (let first = 0, from = 0; first < 4; ++first)
-    for (let at = first; at < bytes.length; at += 4) bytes[at] = apart[from++];
-  return bytes;
-}
-
-// Whether relaxed multiply-adds are one rounding here: where the product is rounded first, these differ.
-async function fuses() {
-  const bytes = await unpacked("probe");
-  if (!WebAssembly.validate(bytes)) return false;
-  const { doubles, floats } = new WebAssembly.Instance(new WebAssembly.Module(bytes)).exports;
-  const holds = (multiply_add, e) => multiply_add(1 + e, 1 - e, -1) === -e * e && multiply_add(1 - e, -1 - e, 1) === e * e &&
-    multiply_add(1 + e, 1 + e, -1 - 2 * e) === e * e && multiply_add(3, 1 / 3, -1) !== undefined;
-  return holds(doubles, 2 ** -30) && holds(floats, 2 ** -13);
-}
-
-const workerAddress = URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" }));
-const program = (async () => {
-  const relaxed = location.hash !== "#plain" && await fuses();
-  document.body.dataset.kernels = relaxed ? "relaxed" : "wasm";
-  const module = await WebAssembly.compile(await unpacked(relaxed ? "relaxed" : "plain"));
-  at(relaxed ? "plain" : "relaxed").remove();
-  return { module, model: together(new Uint8Array(await unpacked("model"))), environment: [] };
-})();
-
-let worker;
-async function startWorker() {
-  worker = new Worker(workerAddress);
-  worker.postMessage(await program);
-}
-const ready = startWorker().then(() => { document.body.dataset.ready = "yes"; });
-
-// ---- one task at a time --------------------------------------------------------------------------------------------
-
-let turn = 0;        // counts tasks, so that a task that another one replaced does not go on
-let working = null;  // {command, state} of the task, null if there is none
-let stop = null;     // ends its run of the program
-
-function end() {
-  ++turn;
-  stop?.();
-  stop = working = null;
-  busy(null);
-}
-
-// Ends the task before it. Returns the number of the new one. command: null before there are recordings.
-function begin(command, what) {
-  end();
-  working = { command, state: state() };
-  busy(what);
-  return turn;
-}
-
-// Returns false if another task has taken the place of this one.
-function finish(mine) {
-  if (mine !== turn) return false;
-  stop = working = null;
-  busy(null);
-  return true;
-}
-
-// Runs the program for the present task; its outcome is {code, out, errors, files}. Null if the task ends before it.
-async function run(args, files) {
-  const mine = turn;
-  await ready;
-  if (mine !== turn) return null;
-  return new Promise(resolve => {
-    worker.onmessage = ({ data }) => data.progress === undefined ? resolve(data) : showProgress(data.progress);
-    worker.onerror = event => resolve({ code: 1, out: "", errors: ["decid: " + event.message], files: [] });
-    stop = () => {
-      worker.terminate();
-      startWorker();
-      resolve(null);
-    };
-    worker.postMessage({ args, files });
-  });
-}
 
 // ---- recordings ----------------------------------------------------------------------------------------------------
 
-let largestCount = 1000, largestBytes = 500e6;  // docs/web.md states them
 let recordings = [];   // [name, bytes]
 let chosen = 0;        // counts choices of recordings
 let notes = [];        // what was wrong with this choice
@@ -130,107 +13,25 @@ let answered = null;  // {command, names, title, settings, state, messages} of t
 const title = names => names.length === 1 ? names[0] : counted(names.length);
 const counted = count => count === 1 ? "1 recording" : `${count} recordings`;
 
-// Names that the program cannot take for options, each one once.
-function namesOf(files) {
-  const taken = new Set();
-  return files.map(({ name }) => {
-    const dot = name.lastIndexOf("."), stem = dot > 0 ? name.slice(0, dot) : name, end = dot > 0 ? name.slice(dot) : "";
-    let own = name.startsWith("-") ? "./" + name : name;
-    for (let i = 2; taken.has(own); ++i) own = `${stem} (${i})${end}`;
-    taken.add(own);
-    return own;
-  });
-}
-
-// The files in a folder and in its folders, as {name, read}. Chromium reads folders for a page that is a file only through
-// handles; browsers that have no handles have entries.
-async function* filesOfHandle(handle, name) {
-  if (handle.kind === "file") yield { name, read: () => handle.getFile() };
-  else for await (const inner of handle.values()) yield* filesOfHandle(inner, `${name}/${inner.name}`);
-}
-async function* filesOfEntry(entry, name) {
-  if (entry.isFile) yield { name, read: () => new Promise((resolve, reject) => entry.file(resolve, reject)) };
-  if (!entry.isDirectory) return;
-  const reader = entry.createReader(), more = () => new Promise((resolve, reject) => reader.readEntries(resolve, reject));
-  for (let some = await more(); some.length > 0; some = await more())
-    for (const inner of some) yield* filesOfEntry(inner, `${name}/${inner.name}`);
-}
-
-const plainFiles = files => files.map(file => ({ name: file.name, read: async () => file }));
-const isHidden = name => name.split("/").some(part => part.startsWith("."));
-const isRecording = name => at("files").accept.split(",").some(ending => name.toLowerCase().endsWith(ending));
-
-// What a drop holds: {name, read} of a file, {name, files} of a folder. The event's items are gone after it.
-function droppedOn(transfer) {
-  return [...transfer.items].filter(({ kind }) => kind === "file").flatMap(item => {
-    const entry = item.webkitGetAsEntry?.();
-    if (!entry?.isDirectory) return plainFiles([item.getAsFile()].filter(file => file !== null));
-    const handle = item.getAsFileSystemHandle?.();
-    return [{ name: entry.name, files: async function* () {
-      if (handle) yield* filesOfHandle(await handle, entry.name);
-      else yield* filesOfEntry(entry, entry.name);
-    } }];
-  });
-}
-
-// Adds the recordings of a folder to `found`. Throws a text if it cannot be read or holds none.
-async function addFolder({ name, files }, found, isCurrent) {
-  const before = found.length;
-  try {
-    for await (const file of files()) {
-      if (!isCurrent() || found.length > largestCount) return;
-      if (!isHidden(file.name) && isRecording(file.name)) found.push(file);
-    }
-  } catch (error) {
-    throw `${name}: the browser does not read this folder (${error.name}); drop the files in it instead`;
-  }
-  found.push(...found.splice(before).sort((a, b) => a.name < b.name ? -1 : 1));
-  if (found.length === before) throw `${name}: the folder holds no recording; their names end in ${at("files").accept.replaceAll(",", ", ")}`;
-}
-
-async function readAll(found) {
-  const read = [];
-  let sum = 0;
-  for (const { name, read: open } of found) {
-    let content = null;
-    try {
-      const file = await open();
-      sum += file.size;
-      if (sum <= largestBytes) content = await file.arrayBuffer();
-    } catch (error) {
-      notes.push(`${name}: the browser does not read this file (${error.name}); choose it again, or the files in it if it is a folder`);
-      continue;
-    }
-    if (content === null) throw `these files hold more than ${largestBytes / 1e6} MB; choose fewer at a time`;
-    read.push({ name, content });
-  }
-  return read;
-}
-
 // Takes files and folders as the recordings, and answers them.
 async function take(sources) {
+  if (sources.length === 0) return say([...notes, "No file was dropped: drop files or folders, or paste a table"]);
   if (working) {
-    overlooked = [`Not taken while the page computes: ${sources.map(({ name }) => name).join(", ")}. Cancel, or give it again afterwards`];
+    overlooked = [`Not taken while the page computes: ${title(sources.map(({ name }) => name))}. Cancel, or give it again afterwards`];
     return say([...notes, ...overlooked]);
   }
-  if (sources.length === 0) return say(["That was no file: drop files or folders, or paste a table"]);
   const mine = begin(null, "Reading files"), found = [];
-  notes = overlooked = [];
+  notes = [];
+  overlooked = [];
   say([]);
-  let read = [];
-  try {
-    for (const source of sources) {
-      if (!source.files) found.push(source);
-      else await addFolder(source, found, () => mine === turn).catch(problem => notes.push(problem));
-    }
-    if (mine !== turn) return;
-    if (found.length > largestCount) throw `more than ${largestCount} recordings; choose fewer at a time`;
-    read = await readAll(found);
-  } catch (problem) {
-    if (typeof problem !== "string") throw problem;
-    notes.push(problem);
-    read = [];
+  for (const source of sources) {
+    if (source.files) await addFolder(source, found, () => mine === turn).catch(problem => notes.push(problem.message));
+    else found.push(source);
   }
+  const read = await readAll(found, () => mine === turn).catch(problem => {
+    notes.push(problem.message);
+    return [];
+  });
   if (!finish(mine)) return;
   document.body.dataset.taken = String(read.length);
   if (read.length === 0) return say([...notes, ...overlooked]);
@@ -391,7 +192,6 @@ function show(stays) {
 function showSetup() {
   document.body.classList.remove("answered");
   at("settings").open = true;
-  at("files").value = "";
   at("files").focus();
 }
 
@@ -410,7 +210,11 @@ addEventListener("message", event => {
 
 // ---- what is done --------------------------------------------------------------------------------------------------
 
-at("files").addEventListener("change", event => take(plainFiles([...event.target.files])));
+at("files").addEventListener("change", event => {
+  const files = [...event.target.files];
+  event.target.value = "";  // so that the same file can be chosen again
+  if (files.length > 0) take(plainFiles(files));
+});
 document.addEventListener("dragover", event => {
   event.preventDefault();
   at("drop").classList.add("over");

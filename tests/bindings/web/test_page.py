@@ -366,7 +366,7 @@ class Drops(Page):
           transfer.setData("text/plain", "0,1");
           at("drop").dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
         }""")
-        self.assertIn("no file", self.problems())
+        self.assertIn("No file was dropped", self.problems())
 
     def test_a_drop_during_a_fit_is_answered_and_the_fit_goes_on(self):
         self.drop(self.read("trial3.csv"))
@@ -420,7 +420,7 @@ class Changes(Page):
         self.wait_for("identify")
         self.assertIn("is said to be a length", self.problems())
         self.assertEqual(self.seen(), [True, True, False])
-        self.assertIn("An earlier answer: trial3.csv, no settings. Now chosen: trial3.csv, Its unit mm.", self.note())
+        self.assertIn("An earlier answer: trial3.csv, no settings. Now chosen: trial3.csv, Unit of the sway mm.", self.note())
         self.assertEqual(self.result("html"), before)
         # What it is an answer to is chosen again.
         self.assertEqual(self.changed("at('unit').value = ''"), [True, False, False])
