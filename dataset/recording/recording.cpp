@@ -149,11 +149,12 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
       throw Error(where,
                   sway.column + " is about " + three_digits(mean / sim::rad_per_deg) + " degrees, beyond lying flat",
                   "if that is upright, give --detrend offset; " + std::string(other));
-    throw Error(
-        where,
-        sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
-            std::to_string(at + 1),
-        in_memory ? other : other + std::string("; if it stands for a missing value, give it as --missing NUMBER"));
+    throw Error(where,
+                sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
+                    std::to_string(at + 1),
+                in_memory
+                    ? other
+                    : other + std::string("; if it stands for a missing value, give --missing NUMBER and --fill-gaps"));
   }
   if (peak_deg > largest_plausible_deg) {
     recording.is_large = true;

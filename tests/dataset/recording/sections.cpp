@@ -49,7 +49,7 @@ TEST_CASE("a section is chosen by its name or number, and lines keep their numbe
   check_error(reading(vicon), {"several tables", "2 'Model Outputs' (from line 10)", "--section"});
   for (const char* name : {"Model Outputs", "model outputs", "2"}) {
     CAPTURE(name);
-    check_one_two_three(vicon, section(name, "COM angle"));
+    check_one_two_three(vicon, section(name, "angle"));
   }
   CHECK(read(vicon,
              [] {
@@ -61,7 +61,7 @@ TEST_CASE("a section is chosen by its name or number, and lines keep their numbe
             .rate_hz == 100.0);
   std::string wrong = vicon;
   wrong.replace(wrong.find("2,0,2,1"), 7, "2,0,x,1");
-  check_error(reading(wrong, section("2", "COM angle")), {"line 16, COM angle", "'x'"});
+  check_error(reading(wrong, section("2", "angle")), {"line 16, angle (deg)", "'x'"});
   check_error(reading(vicon, section("Joints")), {"has no section Joints", "3 'Trajectories'"});
   check_error(reading(vicon, section("4")), {"has no section 4"});
   check_error(reading(vicon, section("0")), {"has no section 0"});
