@@ -81,7 +81,8 @@ struct Protocol {
 
 /// 121 s: 242 states of 0.25 s, twice.
 Protocol default_protocol();
-/// The Freiburg short protocol, 63.7 s: 80 states of 0.25 s, three times, between 1.97 s and 1.73 s of rest.
+/// The Freiburg short protocol, 63.7 s: 80 states of 0.25 s, three times, between 1.97 s and 1.73 s of rest. It begins
+/// with the sequence's first state. The published COMTEST stimulus begins 9.12 s later in it: examples/comtest.json.
 Protocol short_protocol();
 
 }  // namespace decid::sim

@@ -45,16 +45,20 @@ bool is_unnamed_counter(const Table& table, int column) {
 }  // namespace
 
 std::vector<int> sway_candidates(const Table& table, int time) {
-  std::vector<int> all, likely;
+  std::vector<int> all, signals, likely;
   for (int column = 0; column < table.columns(); ++column) {
     if (column == time) continue;
     all.push_back(column);
     const std::string& name = table.names()[static_cast<std::size_t>(column)];
-    const bool named_otherwise = table.has_header() && (is_counter_name(name) || is_quaternion(name) ||
-                                                        is_time_name(name) || other_quantity(name) != nullptr);
-    if (!named_otherwise && !is_unnamed_counter(table, column)) likely.push_back(column);
+    const bool is_named = table.has_header();
+    if ((is_named && (is_counter_name(name) || is_quaternion(name) || is_time_name(name))) ||
+        is_unnamed_counter(table, column))
+      continue;
+    signals.push_back(column);
+    if (!is_named || other_quantity(name) == nullptr) likely.push_back(column);
   }
-  return likely.empty() ? all : likely;
+  if (!likely.empty()) return likely;
+  return signals.empty() ? all : signals;
 }
 
 }  // namespace decid::dataset

@@ -8,8 +8,8 @@
 namespace decid::dataset {
 
 /// Returns all columns except the time (-1: the table has none), row counters, events, quaternions and columns whose
-/// names exclude an angle (forces, centres of pressure, velocities). Returns all columns except the time if none
-/// remains.
+/// names exclude an angle (forces, centres of pressure, velocities). Returns those of such names if no other remains,
+/// and all columns except the time if there are none of these.
 std::vector<int> sway_candidates(const Table& table, int time);
 
 }  // namespace decid::dataset

@@ -95,12 +95,23 @@ Parsed parse_with_point(std::string_view cell) {
   return {true, error == std::errc() ? value : std::numeric_limits<double>::infinity()};
 }
 
+/// Returns "1.0e-03" for "1.0D-03", which Fortran writes in double precision. Empty for other text: a mantissa of
+/// Fortran has a point, so "3D" and "2d1" stay words.
+std::string with_c_exponent(std::string_view cell) {
+  const std::size_t letter = cell.find_first_of("Dd");
+  if (letter == cell.npos || cell.substr(0, letter).find('.') == cell.npos) return {};
+  std::string number(cell);
+  number[letter] = 'e';
+  return number;
+}
+
 }  // namespace
 
 Parsed parse_number(std::string_view cell) {
   if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
   const Parsed parsed = parse_with_point(cell);
   if (parsed.is_number) return parsed;
+  if (const std::string fortran = with_c_exponent(cell); !fortran.empty()) return parse_with_point(fortran);
   if (is_plainly_grouped(cell)) {
     for (const char group : {',', '.', '\''})
       if (const std::optional<double> value = grouped(cell, group)) return {true, *value};

@@ -48,7 +48,7 @@ struct Parsed {
   double value;
 };
 /// A comma in a cell is a decimal one, as a separator would have ended the cell, but where digits are plainly in groups
-/// of three (thousands.hpp).
+/// of three (thousands.hpp). Fortran's exponents ("1.0D-03") are read too.
 Parsed parse_number(std::string_view cell);
 /// In a column whose commas have this meaning.
 Parsed parse_number(std::string_view cell, Commas commas);

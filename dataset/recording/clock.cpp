@@ -16,8 +16,8 @@ namespace {
 
 /// In median steps. Steps that differ by more than `gross` from every whole number of them come from no clock.
 constexpr double even = 0.01, gross = 0.3;
-/// Neighbours farther apart than this many samples have a gap between them.
-constexpr double gap = 1.5;
+/// Steps longer than this make interpolated sway a guess; docs/recordings.md has the measurement.
+constexpr double long_step_s = 0.1;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -86,12 +86,49 @@ std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s
     clock.rate_hz = 1.0 / (step * unit_s);
     const double nearest = std::round(clock.rate_hz);
     if (std::abs(nearest / clock.rate_hz - 1.0) * n < 0.5 * resolution_s * clock.rate_hz) clock.rate_hz = nearest;
+    clock.is_caution = true;
     clock.warning = "the times of '" + name + "' are rounded to " + six_digits(resolution_s) +
                     " s, so that several samples have the same one: decid takes an even " + six_digits(clock.rate_hz) +
                     " Hz";
     return clock;
   }
   return {};
+}
+
+/// Says how uneven the times are; `largest` is the farthest that a step is from its place, in samples.
+void tell_uneven(Clock& clock, double largest, double longest_step_s, const std::string& name,
+                 const std::string& setting) {
+  clock.is_caution = longest_step_s > long_step_s;
+  clock.warning = "the times of '" + name + "' are uneven, steps differ by up to " + three_digits(100.0 * largest) +
+                  "% of a sample: interpolated to " + six_digits(clock.rate_hz) + " Hz" +
+                  (clock.is_caution ? ", over up to " + three_digits(longest_step_s) + " s" : "") + "; give " +
+                  setting + " if the samples are evenly spaced all the same";
+}
+
+/// Returns the clock of times that follow no grid, as headsets and webcams time their frames. Empty for other times: a
+/// few uneven steps are a fault.
+std::optional<Clock> clock_without_grid(const std::vector<double>& time, const std::vector<double>& steps, double usual,
+                                        double unit_s) {
+  constexpr std::size_t fewest_steps = 100, uneven_share = 10;  // one in ten
+  constexpr double gap_steps = 2.5;
+  const auto is_uneven = [&](double step) {
+    return std::abs(step - std::max(1.0, std::round(step / usual)) * usual) > even * usual;
+  };
+  if (steps.size() < fewest_steps || std::ranges::any_of(steps, [](double step) { return !(step > 0.0); })) return {};
+  if (uneven_share * static_cast<std::size_t>(std::ranges::count_if(steps, is_uneven)) < steps.size()) return {};
+  double sum = 0.0, count = 0.0;
+  for (const double step : steps) {
+    if (step > gap_steps * usual) continue;
+    sum += step;
+    count += 1.0;
+  }
+  const double per_unit = count / sum;
+  if (!((time.back() - time.front()) * per_unit < static_cast<double>(most_rows))) return {};
+  Clock clock;
+  clock.rate_hz = near_whole(per_unit / unit_s);
+  clock.gap = gap_steps * usual * per_unit;
+  for (const double t : time) clock.place.push_back((t - time.front()) * per_unit);
+  return clock;
 }
 
 }  // namespace
@@ -126,6 +163,28 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
       throw SeveralRecordings(
           where, table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
           "give each of them as a file of its own");
+  if (const std::optional<double> step = rounded_step(time, unit_s)) {
+    clock.rate_hz = near_whole(1.0 / (*step * unit_s));
+    // A grid of a whole number of samples a second is likelier than one a little off; rounded times fit both.
+    const double whole = std::round(clock.rate_hz);
+    if (std::abs(whole / clock.rate_hz - 1.0) * last < 0.5 * 1e-3 * clock.rate_hz) clock.rate_hz = whole;
+    return clock;
+  }
+  const auto first_uneven = [&] {
+    return told(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
+  };
+  if (std::optional<Clock> free = clock_without_grid(time, steps, usual, unit_s)) {
+    free->first_uneven = first_uneven();
+    double largest = 0.0, longest = 0.0;
+    for (std::size_t i = 1; i < free->place.size(); ++i) {
+      const double step = free->place[i] - free->place[i - 1];
+      if (step > free->gap) continue;
+      largest = std::max(largest, std::abs(step - 1.0));
+      longest = std::max(longest, step);
+    }
+    tell_uneven(*free, largest, longest / free->rate_hz, name, setting);
+    return *free;
+  }
   double places = 0.0;  // of the last sample
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double multiple = std::round(steps[i] / usual);
@@ -139,16 +198,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     throw Error(where, told(i),
                 "correct the times, or give " + setting + " if the samples are evenly spaced all the same");
   }
-  if (places == last) {
-    if (const std::optional<double> step = rounded_step(time, unit_s)) {
-      clock.rate_hz = near_whole(1.0 / (*step * unit_s));
-      // A grid of a whole number of samples a second is likelier than one a little off; rounded times fit both.
-      const double whole = std::round(clock.rate_hz);
-      if (std::abs(whole / clock.rate_hz - 1.0) * last < 0.5 * 1e-3 * clock.rate_hz) clock.rate_hz = whole;
-      return clock;
-    }
-  }
-  clock.first_uneven = told(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
+  clock.first_uneven = first_uneven();
   clock.rate_hz = near_whole(places / ((time.back() - time.front()) * unit_s));
   const double per_unit = places / (time.back() - time.front());
   double largest = 0.0;
@@ -159,20 +209,17 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
       largest = std::max(largest, std::abs(step - std::max(1.0, std::round(step))));
     }
   }
-  if (largest > even) {
-    clock.warning = "the times of '" + name + "' are uneven, steps differ by up to " + three_digits(100.0 * largest) +
-                    "% of a sample: interpolated to " + six_digits(clock.rate_hz) + " Hz; give " + setting +
-                    " if the samples are evenly spaced all the same";
-  }
+  if (largest > even) tell_uneven(clock, largest, (1.0 + largest) / clock.rate_hz, name, setting);
   return clock;
 }
 
 std::vector<double> place_evenly(const std::vector<double>& values, const Clock& clock) {
   if (clock.place.empty()) return values;
   const std::vector<double>& place = clock.place;
-  const auto count = static_cast<std::size_t>(std::round(place.back())) + 1;
+  const auto count = static_cast<std::size_t>(std::floor(place.back() + even)) + 1;
   std::vector<double> result(count, std::numeric_limits<double>::quiet_NaN());
-  const auto apart = [&](std::size_t i) { return place[i + 1] - place[i] > gap; };
+  const auto apart = [&](std::size_t i) { return place[i + 1] - place[i] > clock.gap; };
+  const auto is_close = [&](std::size_t i) { return place[i + 1] - place[i] < gross; };
   std::size_t i = 0;  // the samples around j are i and i + 1
   for (std::size_t j = 0; j < count; ++j) {
     const double at = static_cast<double>(j);
@@ -184,8 +231,8 @@ std::vector<double> place_evenly(const std::vector<double>& values, const Clock&
       continue;
     }
     if (apart(i)) continue;
-    const bool inner = i > 0 && i + 2 < place.size() && !apart(i - 1) && !apart(i + 1) &&
-                       std::isfinite(values[i - 1]) && std::isfinite(values[i + 2]);
+    const bool inner = i > 0 && i + 2 < place.size() && !apart(i - 1) && !apart(i + 1) && !is_close(i - 1) &&
+                       !is_close(i) && !is_close(i + 1) && std::isfinite(values[i - 1]) && std::isfinite(values[i + 2]);
     const std::size_t first = inner ? i - 1 : i, last = inner ? i + 2 : i + 1;
     double sum = 0.0;
     for (std::size_t a = first; a <= last; ++a) {

@@ -101,7 +101,9 @@ bool is_time_name(std::string_view name) {
       parts.size() > 1 && is_time(parts[1]) &&
       one_of(parts[0], {"elapsed", "rel", "relative", "abs", "absolute", "sample", "sampling", "mocap", "frame",
                         "system", "local", "unix", "recording", "trial", "capture"});
-  return is_time(parts.front()) || is_second ||
+  // Delsys writes "X [s]" before each signal.
+  const bool is_abscissa = parts.size() == 2 && parts[0] == "x" && unit_behind(name) == "s";
+  return is_time(parts.front()) || is_second || is_abscissa ||
          (begins_with_t(name) && std::all_of(parts.begin() + 1, parts.end(), [](const std::string& word) {
             return one_of(word, {"in", "s", "sec", "sek", "seconds", "sekunden"}) || time_unit_s(word) != 1.0;
           }));

@@ -13,6 +13,7 @@
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/commented_header.hpp"
 #include "dataset/recording/encoding.hpp"
+#include "dataset/recording/sections.hpp"
 
 namespace decid::dataset {
 
@@ -71,9 +72,13 @@ std::string without_empty_end(std::string text) {
 
 }  // namespace
 
-CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines)
-    : text_(with_short_lines(without_empty_end(with_plain_minus(to_utf8(std::move(text), where))), where)),
-      where_(std::move(where)) {
+CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, const std::string& section)
+    : where_(std::move(where)) {
+  text = with_plain_minus(to_utf8(std::move(text), where_));
+  if (!section.empty()) text = only_section(text, section, where_);
+  const std::size_t bytes = text.size();
+  text_ = with_short_lines(without_empty_end(std::move(text)), where_);
+  ends_in_line_ = text_.size() == bytes && !text_.ends_with('\n') && !text_.ends_with('\r');
   if (skip_lines) {
     preamble_ = preamble_behind(text_, static_cast<std::size_t>(*skip_lines));
   } else {
@@ -88,12 +93,9 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   visit_lines([&](std::string_view line, std::size_t line_number) {
     const bool follows = line_number == last_line + 1;
     last_line = line_number;
-    if (!follows && begins_another(line)) {
+    if ((!follows || line.starts_with("Interval=")) && begins_another(line)) {
       if (skip_lines) return false;
-      throw Error(where_,
-                  "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
-                      std::string(line.substr(0, 40)) + "'",
-                  "delete what is no data; --skip-lines N reads the table below line N, to its end");
+      refuse_sections(line, line_number);
     }
     if (names_.empty()) {
       read_header(line);
@@ -107,6 +109,12 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
       has_header_ = !names.empty();
       if (has_header_) names_ = std::move(names);
       add_commented_rates(above, preamble_.rates);
+    }
+    const bool is_last = line.data() + line.size() == text_.data() + text_.size();
+    if (is_last && ends_in_line_ && is_cut(line)) {
+      add_info(warnings_, "last_line_cut",
+               "the file ends in the middle of line " + std::to_string(line_number) + ": this line is left out");
+      return false;
     }
     const bool fits =
         !rows_.empty() && is_plain_ && std::count(line.begin(), line.end(), separator_) + 1 == std::ssize(names_);
@@ -145,6 +153,38 @@ bool CsvTable::begins_another(std::string_view line) const {
   };
   const bool is_other = !is_value(cells[0]) || (cells.size() == 1 && names_.size() > 1);
   return is_other && is_value(cell_at(rows_.front(), separator_, 0, is_plain_));
+}
+
+void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) const {
+  const std::vector<Section> sections = find_sections(text_);
+  if (sections.size() > 1)
+    throw Error(where_, "holds several tables: " + list_of(sections),
+                "choose one with --section, by its name or number");
+  throw Error(where_,
+              "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
+                  std::string(line.substr(0, 40)) + "'",
+              "--section 1 reads the table only; or delete these lines");
+}
+
+/// Returns true if the last line of the file lacks cells, or the end of its last number.
+bool CsvTable::is_cut(std::string_view line) const {
+  constexpr std::size_t some = 20, rows_of_a_table = 3;
+  std::vector<std::string_view> cells;
+  split(line, separator_, cells);
+  if (rows_.size() < rows_of_a_table || !(parse_number(cells[0]).is_number || clock_time(cells[0]))) return false;
+  if (cells.size() != names_.size()) return cells.size() < names_.size();
+  const std::string_view last = cells.back();
+  // Programs that write a fixed number of decimals write as many in each row.
+  const auto decimals = [](std::string_view cell) {
+    return cell.size() - std::min(cell.find_first_of(".,"), cell.size());
+  };
+  std::size_t usual = 0;
+  for (std::size_t row = rows_.size() - std::min(some, rows_.size()); row < rows_.size(); ++row) {
+    const std::string_view cell = cell_at(rows_[row], separator_, cells.size() - 1, is_plain_);
+    if (!parse_number(cell).is_number || (usual != 0 && decimals(cell) != usual)) return false;
+    usual = decimals(cell);
+  }
+  return decimals(last) < usual || !parse_number(last).is_number;
 }
 
 /// Throws Error unless the row has as many cells as the table, or one more, an empty one.

@@ -18,12 +18,14 @@ namespace decid::dataset {
 /// Accepted: UTF-8, UTF-16 and Windows-1252, line ends \n, \r\n and \r, blank lines, comment lines (# or %), blanks
 /// around cells, quoted cells (on one line), a separator at the end of the lines, a decimal comma where it cannot be a
 /// separator ("1,5;2,7", "1,5 2,7", a single column), lines above the table (preamble.hpp), and a line of units below
-/// the header ("s,deg", "[s];[Grad]"), which become part of the names: "time (s)".
+/// the header ("s,deg", "[s];[Grad]"), which become part of the names: "time (s)". A last line that ends in the middle
+/// is left out, with a warning.
 class CsvTable final : public Table {
  public:
   /// Throws Error if there are no lines of data, rows differ in length, or there are too many rows or columns.
-  /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found.
-  CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {});
+  /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found. `section`:
+  /// which of several tables (sections.hpp); empty: the only one.
+  CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {}, const std::string& section = {});
 
   std::size_t rows(int) const override { return rows_.size(); }
   bool has_header() const override { return has_header_; }
@@ -37,6 +39,7 @@ class CsvTable final : public Table {
   const std::vector<StatedRate>& stated_rates() const override { return preamble_.rates; }
   std::optional<Unit> unit() const override { return preamble_.unit; }
   std::size_t preamble_lines() const override { return preamble_.lines; }
+  const Warnings& warnings() const override { return warnings_; }
 
  private:
   template <class Visit>
@@ -45,6 +48,8 @@ class CsvTable final : public Table {
   void read_header(std::string_view line);
   void check_columns(std::size_t count) const;
   bool begins_another(std::string_view line) const;
+  [[noreturn]] void refuse_sections(std::string_view line, std::size_t line_number) const;
+  bool is_cut(std::string_view line) const;
   bool read_units(const std::vector<std::string_view>& cells);
   void check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const;
   Commas commas_in(int column) const;
@@ -52,6 +57,8 @@ class CsvTable final : public Table {
   double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
 
   std::string text_, where_;
+  bool ends_in_line_ = false;  ///< the text has no line end at its end
+  Warnings warnings_;
   Preamble preamble_;
   char separator_;
   bool is_plain_ = false;  ///< the text, for its separator

@@ -21,7 +21,6 @@ namespace decid::dataset {
 
 namespace {
 
-constexpr double slowest_plausible_hz = 5.0;
 constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
 /// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
@@ -37,6 +36,7 @@ std::string time_hint(const std::string& name, double rate_hz) {
       return std::string("if it is in ") + unit + " (" + six_digits(std::round(then_hz * 1e3) / 1e3) +
              " Hz), call it " + name + end + ", or give --rate";
   }
+  if (is_sample_rate(rate_hz)) return "give --rate if these times are wrong";
   return rate_hz < lowest_rate_hz ? "if it is in milliseconds, call it time_ms, or give --rate"
                                   : "if it is in seconds, call it time_s, or give --rate";
 }
@@ -46,14 +46,16 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
                 "give the samples per second as --rate");
   }
-  Clock given{options.rate_hz.value_or(0.0), {}, {}, {}};
+  Clock given;
+  given.rate_hz = options.rate_hz.value_or(0.0);
   if (time < 0) {
     if (options.rate_hz) return given;
     const std::optional<StatedRate> stated = stated_rate(table, recording.file, "--rate");
     if (!stated) throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
     add_info(recording.warnings, "rate_stated",
              "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' of the file");
-    return {stated->hz, {}, {}, {}};
+    given.rate_hz = stated->hz;
+    return given;
   }
   const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
   Clock clock;
@@ -74,17 +76,17 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
     }
     return given;
   }
+  recording.rate_advice = time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz);
   if (!is_sample_rate(clock.rate_hz)) {
     throw Error(recording.file,
                 "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
-                time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz));
+                recording.rate_advice);
   }
-  if (clock.rate_hz < slowest_plausible_hz) {
-    add_caution(recording.warnings, "slow_rate",
-                "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, which is slow; " +
-                    time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz));
+  if (clock.is_caution) {
+    add_caution(recording.warnings, "uneven_times", clock.warning);
+  } else if (!clock.warning.empty()) {
+    add_info(recording.warnings, "uneven_times", clock.warning);
   }
-  if (!clock.warning.empty()) add_caution(recording.warnings, "uneven_times", clock.warning);
   return clock;
 }
 
@@ -147,21 +149,28 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
       throw Error(where,
                   sway.column + " is about " + three_digits(mean / sim::rad_per_deg) + " degrees, beyond lying flat",
                   "if that is upright, give --detrend offset; " + std::string(other));
-    throw Error(
-        where,
-        sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
-            std::to_string(at + 1),
-        in_memory ? other : other + std::string("; if it stands for a missing value, leave that out (--fill-gaps)"));
+    throw Error(where,
+                sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
+                    std::to_string(at + 1),
+                in_memory
+                    ? other
+                    : other + std::string("; if it stands for a missing value, give --missing NUMBER and --fill-gaps"));
   }
   if (peak_deg > largest_plausible_deg) {
     recording.is_large = true;
     add_caution(recording.warnings, "large_sway",
                 "sway reaches " + three_digits(peak_deg) + " degrees, more than a standing body does; " + other);
   }
+  const double if_radians_deg = peak_to_peak_deg / sim::rad_per_deg;
+  if (guessed && peak_to_peak_deg < small_for_a_guess_deg && if_radians_deg > small_for_a_guess_deg)
+    throw Error(where,
+                sway.column + " has no unit, and is " + three_digits(peak_to_peak_deg) +
+                    " degrees peak to peak if it is in degrees, " + three_digits(if_radians_deg) + " if in radians",
+                "give --unit rad or --unit deg; if these are positions, --com-height");
   if (peak_to_peak_deg < smallest_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
     add_caution(recording.warnings, "small_sway",
                 "sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
-                    three_digits(peak_to_peak_deg / sim::rad_per_deg) + " if these are radians; " + other);
+                    three_digits(if_radians_deg) + " if these are radians; " + other);
   }
 }
 
@@ -204,9 +213,10 @@ void look_for_tilt(const Table& table, const SwaySource& sway, const Clock& cloc
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
   Recording recording;
   recording.file = path == standard_input ? "standard input" : path.string();
-  const std::unique_ptr<Table> read = read_table(path, options.skip_lines);
+  const std::unique_ptr<Table> read = read_table(path, options.skip_lines, options.section);
   const Table& table = *read;
-  if (table.preamble_lines() > 0 && !options.skip_lines)
+  recording.warnings = table.warnings();
+  if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
     add_info(recording.warnings, "preamble",
              "the first " + std::to_string(table.preamble_lines()) +
                  (table.preamble_lines() == 1 ? " line is" : " lines are") + " above the table and not read");

@@ -32,6 +32,7 @@ struct RecordingOptions {
   bool invert_tilt = false;
   /// Lines of a text file above its table; empty: found.
   std::optional<int> skip_lines = {};
+  std::string section = {};  ///< which of a text file's tables, by name or number from 1; empty: the only one
   /// In place of `column`, the sway comes from (columns by name or number from 1; sway_source.hpp has the formulas):
   std::optional<double> com_height_m = {};            ///< `column` is a position, at this height above the ankles
   std::string leg_column = {}, trunk_column = {};     ///< angles in space of leg and trunk
@@ -44,6 +45,7 @@ struct RecordingOptions {
 struct Recording {
   std::string file;  ///< empty: from samples in memory
   double rate_hz = 0.0;
+  std::string rate_advice;      ///< what to do if the rate is wrong; empty: nothing better than another recording
   Signals<double> signals;      ///< com_sway, and platform_tilt if it was asked for
   bool is_large = false;        ///< its sway is larger than a standing body's; a warning says so
   bool tilt_was_found = false;  ///< by its name alone: if it does not follow the protocol the trial is not usable
@@ -52,14 +54,15 @@ struct Recording {
 
 /// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables or fields of a struct; a matrix's columns by
 /// number). CSV: separator (comma, semicolon, tab, blanks), decimal comma, header, a line of units and comment lines
-/// (#, %) are recognised, and lines above the table; text may be UTF-8, UTF-16 or Windows-1252. "-" is standard input.
-/// The time is the first column called time, t, timestamp, Zeit or the like, in seconds unless its name ends in ms or
-/// us, or clock times; in a file without a header, the first of several columns if it increases evenly. The sway is the
-/// column named in the options, else the first called com_sway, COM_x, sway or the like (_deg, _rad and _mrad may
-/// follow), else the only column beside the time. The rate is that of the time's mean step, or, without a time, a
-/// MAT-file's scalar fs or the like. Times that are uneven by up to 30% of a step are interpolated to an even grid,
-/// with a warning; lost samples and missing cells (empty, nan) are gaps, filled by straight lines up to fill_gaps_s,
-/// with a warning. A column called tilt, platform, Plattform or the like is read as the platform's, said in a warning.
+/// (#, %) are recognised, and lines above the table, and a last line that is cut short; text may be UTF-8, UTF-16 or
+/// Windows-1252. "-" is standard input. The time is the first column called time, t, timestamp, Zeit or the like, in
+/// seconds unless its name ends in ms or us, or clock times; in a file without a header, the first of several columns
+/// if it increases evenly. The sway is the column named in the options, else the first called com_sway, COM_x, sway or
+/// the like (_deg, _rad and _mrad may follow), else the only column beside the time. The rate is that of the time's
+/// mean step, or, without a time, a MAT-file's scalar fs or the like. Uneven times (clock.hpp) are interpolated to an
+/// even grid, with a warning; lost samples and missing cells (empty, nan) are gaps, filled by
+/// straight lines up to fill_gaps_s, with a warning. A column called tilt, platform, Plattform or the like is read as
+/// the platform's, said in a warning.
 ///
 /// Throws Error for: no file, empty, no or ambiguous sway column (two of one name are), one that is no angle by its
 /// name (a length, a velocity, an ankle's), a cell of time, sway or tilt that is not a finite number (with its line;

@@ -87,8 +87,8 @@ Filter autoregression(const std::vector<double>& noise) {
   for (std::size_t i = 0; i < order; ++i) {
     for (std::size_t j = 0; j <= i; ++j) left[i][j] = covariance[i - j];
     left[i][i] *= 1.0 + 1e-9;
-    a[i] = covariance[i + 1];
   }
+  std::copy_n(covariance.begin() + 1, order, a.begin());
   solve(left, a);
   return a;
 }

@@ -36,7 +36,8 @@ const char* remedy_for(Missing missing) {
              : "give a value";
 }
 
-std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines) {
+std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines,
+                                  const std::string& section) {
   const bool is_stdin = path == standard_input;
   const std::string where = is_stdin ? "standard input" : path.string();
   std::string end = path.extension().string();
@@ -47,13 +48,14 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
   refuse_foreign(text, where, end);
   if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
     if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
+    if (!section.empty()) throw Error(where, "is a MAT-file, which has no sections", "leave out --section");
     return std::make_unique<MatTable>(text, path);
   }
   if (text.starts_with("\x89HDF\r\n")) {
     throw Error(where, "is an HDF5 file, but not MATLAB's",
                 "save the signals as a MAT-file (SciPy's savemat) or as CSV");
   }
-  return std::make_unique<CsvTable>(std::move(text), where, skip_lines);
+  return std::make_unique<CsvTable>(std::move(text), where, skip_lines, section);
 }
 
 }  // namespace decid::dataset

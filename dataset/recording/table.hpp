@@ -49,6 +49,11 @@ class Table {
   virtual std::optional<Unit> unit() const { return {}; }
   /// Lines of the file above the table, which are not read.
   virtual std::size_t preamble_lines() const { return 0; }
+  /// What was left out of the file, for people.
+  virtual const Warnings& warnings() const { return none_; }
+
+ private:
+  Warnings none_;
 };
 
 /// What stands for a file's name where text comes from standard input.
@@ -56,7 +61,9 @@ inline constexpr const char* standard_input = "-";
 
 /// Reads a CSV file (csv.hpp) or a MAT-file (mat.hpp): by its name's end, .mat, or its first bytes; "-" is standard
 /// input, which is text. `skip_lines`: how many lines of a text stand above its table; empty: they are found.
-/// Throws Error if it cannot be read or holds no numbers.
-std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines = {});
+/// `section`: which of a text's tables, by name or number from 1 (sections.hpp); empty: the only one. Throws Error if
+/// it cannot be read or holds no numbers.
+std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines = {},
+                                  const std::string& section = {});
 
 }  // namespace decid::dataset

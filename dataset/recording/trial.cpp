@@ -17,6 +17,8 @@ namespace {
 /// How much of a trial may be missing at either end.
 constexpr double missing_limit = 0.01;
 constexpr double least_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
+/// Networks err more on slower recordings: docs/recordings.md has the measurement.
+constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 /// Samples by which lengths may differ by rounding alone.
 constexpr double rounding = 1e-6;
 
@@ -65,15 +67,17 @@ std::string either(const Recording& recording, const char* for_samples, const ch
   return in_memory(recording) ? for_samples : for_files;
 }
 
+/// Returns true if the protocols differ in the body at most.
+bool plays(const sim::Protocol& protocol, const sim::Protocol& known) {
+  sim::Experiment same_body = known.experiment;
+  same_body.body = protocol.experiment.body;
+  return same_body == protocol.experiment;
+}
+
 /// How to write down a protocol that is like this one but for some settings.
 std::string to_write(const sim::Protocol& protocol) {
-  const auto plays = [&](const sim::Protocol& known) {
-    sim::Experiment same_body = known.experiment;
-    same_body.body = protocol.experiment.body;
-    return same_body == protocol.experiment;
-  };
-  if (plays(sim::default_protocol())) return "write its protocol (decid stimulus --write-protocol mine.json)";
-  if (plays(sim::short_protocol()))
+  if (plays(protocol, sim::default_protocol())) return "write its protocol (decid stimulus --write-protocol mine.json)";
+  if (plays(protocol, sim::short_protocol()))
     return "write its protocol (decid stimulus --protocol short --write-protocol mine.json)";
   return "copy its protocol's file";
 }
@@ -104,6 +108,19 @@ std::string to_write(const sim::Protocol& protocol) {
   throw Error(where(recording), problem, remedy);
 }
 
+/// Throws Error for a rate at which the response to the platform is lost, and warns of one at which much of it is.
+void check_rate(Recording& recording, double protocol_hz) {
+  const std::string rate = six_digits(recording.rate_hz) + " Hz";
+  if (recording.rate_hz < slowest_hz)
+    throw Error(
+        where(recording), "has " + rate + ", too slow for a protocol of " + six_digits(protocol_hz) + " Hz",
+        recording.rate_advice.empty() ? "record at 25 Hz or faster; 5 Hz is the slowest rate" : recording.rate_advice);
+  if (recording.rate_hz < (1.0 - slow_margin) * slow_hz)
+    add_caution(recording.warnings, "slow_rate",
+                "the recording has only " + rate +
+                    ": below 25 Hz the parameters err by up to 40% more than those of faster recordings");
+}
+
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
   const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
@@ -124,6 +141,29 @@ class OtherStimulus : public Error {
   using Error::Error;
 };
 
+/// Where the sequence of `short` begins in the published COMTEST stimulus, examples/comtest.json.
+constexpr double comtest_offset_s = 9.12;
+
+/// Throws OtherStimulus for a tilt that follows COMTEST's stimulus better than the protocol `short`, whose sequence is
+/// the same from another place: `short` upside down and 0.88 s later is nearly COMTEST's (correlation 0.9988).
+void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measured, const sim::Protocol& protocol,
+                    double correlation, const Recording& recording) {
+  if (!plays(protocol, sim::short_protocol())) return;
+  sim::Protocol comtest = protocol;
+  comtest.sequence().offset_s = comtest_offset_s;
+  const std::vector<double> expected = prescribed_tilt(comtest);
+  const Match match = TiltMatcher(expected, static_cast<int>(overhang_of(expected.size()))).match(measured);
+  if (match.correlation < good_correlation || match.correlation < std::abs(correlation)) return;
+  throw OtherStimulus(where(recording),
+                      "the tilt " + tilt.column + " follows the published COMTEST stimulus (correlation " +
+                          six_digits(std::round(1e4 * match.correlation) / 1e4) + " from " +
+                          three_digits(match.delay_samples / protocol.experiment.sample_rate_hz) +
+                          " s on), not the protocol '" + protocol.name +
+                          "', which begins elsewhere in the same sequence",
+                      either(recording, "use a model for examples/comtest.json",
+                             "give decid fit --protocol comtest.json (from decid's examples), or a model for it"));
+}
+
 /// Finds the protocol's tilt in the recording's. Throws OtherStimulus if it is not there.
 TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const sim::Protocol& protocol = plan.protocol();
@@ -133,6 +173,7 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
   const Match match = plan.tilt().match(measured);
   TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
+  if (match.correlation < least_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (std::abs(match.correlation) < least_correlation) {
     throw OtherStimulus(
@@ -329,6 +370,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
   const double from_hz = same_rate ? rate : recording.rate_hz;
   const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
+  if (recording.rate_hz < rate && !same_rate) check_rate(recording, rate);
   if (options.start_s && recording.tilt_was_found) recording.signals.remove(platform_tilt);
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
   if (options.start_s && tilt) {
@@ -361,10 +403,9 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     refuse_length(recording, protocol, place.start_s);
   }
   const auto samples = static_cast<std::size_t>(needed);
-  if (!same_rate) {
+  if (!same_rate)
     add_info(recording.warnings, "resampled",
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
-  }
   tell_length(recording, protocol, place, options.start_s || trial.tilt);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);

@@ -65,7 +65,8 @@ class ProtocolPlan {
   mutable std::unique_ptr<const ResponseCheck> response_;
 };
 
-/// The recording at the protocol's rate (resampled if the rates differ by more than 0.01%) and length.
+/// The recording at the protocol's rate (resampled if the rates differ by more than 0.01%) and length. A recording of
+/// less than 25 Hz and than the protocol's rate gets a caution; of less than 5 Hz, an Error.
 /// A longer recording is cut: from start_s, or from where its tilt follows the protocol's best, else from its first
 /// sample, with a warning that says what was left out. One that lacks up to 1% of the trial at either end is
 /// continued by its mirror image, with a warning: that keeps its noise, where holding a value would show as silence.

@@ -17,6 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size % 5 == 1) options.fill_gaps_s = 1.0;
   if (size % 7 == 1) options.tilt_column = "3";
   if (size % 11 == 1) options.skip_lines = 2;
+  if (size % 13 == 1) options.section = "2";
   fuzz::accepts([&] {
     dataset::Recording recording = dataset::read_recording(path, options);
     REQUIRE_THAT(recording.signals.samples() >= 2);

@@ -128,11 +128,16 @@ void make_output_folder(const std::filesystem::path& folder) {
                 "choose one in a folder that you may write to");
 }
 
+std::filesystem::path place_of(const std::filesystem::path& name) {
+  std::error_code error;
+  const std::filesystem::path place = std::filesystem::weakly_canonical(name, error);
+  return error ? name : place;
+}
+
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others) {
   if (output.empty()) return;
-  const auto place = [](const std::string& name) { return std::filesystem::weakly_canonical(name); };
   for (const std::string& other : others)
-    if (!other.empty() && place(output) == place(other))
+    if (!other.empty() && place_of(output) == place_of(other))
       throw Error(output, "is read or written already in this call", "give the output another name");
 }
 

@@ -47,6 +47,9 @@ Option add_output_option(const Command& command, const std::string& names, std::
 /// folder that it lies in must be there, as for a file.
 void make_output_folder(const std::filesystem::path& folder);
 
+/// Returns what a name leads to, links followed. A pipe ("/dev/fd/63") leads to no place: its name is returned.
+std::filesystem::path place_of(const std::filesystem::path& name);
+
 /// Throws Error if `output` is one of `others`, files that are read or written too and would be lost. Empty names are
 /// ignored.
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others);

@@ -21,7 +21,6 @@
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/identified.hpp"
-#include "tools/decid/recording_files.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results.hpp"
 #include "tools/firmware/controller.hpp"
@@ -283,7 +282,7 @@ struct SwayOptions {
 
 void export_sway(SwayOptions options) {
   const ReadOptions reading = options.recordings.read_options();
-  options.recordings.files = recording_files(options.recordings.files, {options.model, options.output});
+  options.recordings.find_files({options.model, options.output}, options.common.quiet);
   std::vector<std::string> inputs = options.recordings.files;
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);

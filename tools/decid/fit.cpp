@@ -26,7 +26,6 @@
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
-#include "tools/decid/recording_files.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results.hpp"
 #include "tools/decid/results_table.hpp"
@@ -46,9 +45,9 @@ struct FitOptions {
 };
 
 /// Options of recordings alone besides how they are read, and those of a frequency response alone.
-constexpr const char* of_recordings[] = {"recordings",     "--model",  "--prior-start", "--prior-noise",
-                                         "--most-draws",   "--report", "--table",       "--group",
-                                         "--moved-before", "--resume", "--range",       "--prior"};
+constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise",  "--most-draws",
+                                         "--report",   "--table", "--group",       "--moved-before", "--resume",
+                                         "--range",    "--prior", "--recursive"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not go with what is to be fitted.
@@ -348,7 +347,7 @@ void run_fit(FitOptions options, const Command& command) {
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = outputs_of(options);
   inputs.insert(inputs.end(), {options.model, options.protocol, options.group});
-  recordings.files = recording_files(recordings.files, inputs);
+  recordings.find_files(inputs, options.common.quiet);
   inputs = recordings.files;
   inputs.insert(inputs.end(), {options.model, options.group});
   std::optional<sim::Protocol> given;

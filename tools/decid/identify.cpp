@@ -12,7 +12,6 @@
 #include "tools/decid/group_results.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
-#include "tools/decid/recording_files.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results.hpp"
 #include "tools/decid/results_table.hpp"
@@ -121,8 +120,8 @@ Answers identify_together(const IdentifyOptions& options, const Model& model, co
 void run_identify(IdentifyOptions options, const Command& command) {
   ReadOptions reading = options.recordings.read_options();
   RecordingFlags& recordings = options.recordings;
-  recordings.files =
-      recording_files(recordings.files, {options.model, options.output, options.report, options.table, options.group});
+  recordings.find_files({options.model, options.output, options.report, options.table, options.group},
+                        options.common.quiet);
   std::vector<std::string> files = recordings.files;
   files.insert(files.end(), {options.model, options.group});
   for (const std::string& path : {options.output, options.report, options.table}) {

@@ -76,9 +76,9 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
   decid::tools::add_identify(top);
   decid::tools::add_fit(top);
   decid::tools::add_simulate(top);
+#if !defined(__wasm__)  // a page (bindings/web) simulates, identifies and fits
   decid::tools::add_stimulus(top);
   decid::tools::add_info(top);
-#if !defined(__wasm__)  // a page (bindings/web) has no data sets
   decid::tools::add_calibrate(top);
   decid::tools::add_compare(top);
   decid::tools::add_dataset(top);

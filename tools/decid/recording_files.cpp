@@ -1,14 +1,18 @@
-// Files, folders and patterns: see recording_files.hpp. Patterns: POSIX glob(3).
+// Files, folders and patterns: see recording_files.hpp. Patterns: POSIX glob(3) and fnmatch(3); "**" as in bash.
 #include "tools/decid/recording_files.hpp"
 
+#include <fnmatch.h>
 #include <glob.h>
 
 #include <algorithm>
 #include <array>
 #include <filesystem>
 #include <string_view>
+#include <utility>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
+#include "tools/decid/command.hpp"
 
 namespace decid::tools {
 namespace {
@@ -16,24 +20,46 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array<std::string_view, 7> endings{".csv", ".tsv", ".txt", ".dat", ".mat", ".trc", ".mot"};
+constexpr std::string_view wildcards = "*?[", any_folders = "**";
 
-bool looks_like_a_recording(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
-  return !path.filename().native().starts_with('.') && std::ranges::find(endings, ending) != endings.end();
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
+  return text;
 }
 
-/// In the order of their names.
-std::vector<std::string> files_in(const std::string& folder) {
-  std::vector<std::string> found;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    std::error_code ignored;
-    if (entry->is_regular_file(ignored) && looks_like_a_recording(entry->path())) found.push_back(entry->path());
+/// Returns true for files that stand beside recordings in data sets (BIDS 1.9): who, how, and what was changed.
+bool is_description(const fs::path& path) {
+  constexpr std::array<std::string_view, 6> whole{"license",   "licence",      "changes",
+                                                  "changelog", "participants", "samples"};
+  constexpr std::array<std::string_view, 5> suffixes{"_scans", "_sessions", "_channels", "_electrodes", "_events"};
+  const std::string stem = lower(path.stem().string());
+  return stem.starts_with("readme") || std::ranges::find(whole, stem) != whole.end() ||
+         std::ranges::any_of(suffixes, [&](std::string_view suffix) { return stem.ends_with(suffix); });
+}
+
+bool has_ending_of_recordings(const fs::path& path) {
+  return std::ranges::find(endings, lower(path.extension().string())) != endings.end();
+}
+
+using Part = fs::path::const_iterator;
+
+/// Returns true if the parts of a path match those of a pattern.
+bool matches(Part pattern, Part pattern_end, Part path, Part path_end) {
+  for (; pattern != pattern_end; ++pattern, ++path) {
+    if (pattern->native() == any_folders) {
+      const Part rest = std::next(pattern);
+      if (rest == pattern_end) return true;
+      for (Part from = path; from != path_end; ++from)
+        if (matches(rest, pattern_end, from, path_end)) return true;
+      return false;
+    }
+    if (path == path_end || ::fnmatch(pattern->c_str(), path->c_str(), FNM_PERIOD) != 0) return false;
   }
-  if (error) throw Error(folder, "cannot be read: " + error.message(), "check the permissions of the folder");
-  std::ranges::sort(found);
-  return found;
+  return path == path_end;
+}
+
+bool has_any_folders(const fs::path& pattern) {
+  return std::ranges::find(pattern, fs::path(any_folders)) != pattern.end();
 }
 
 /// In order; nothing if there is none.
@@ -46,50 +72,147 @@ std::vector<std::string> matches_of(const std::string& pattern) {
   return found;
 }
 
-/// What a pattern stands for.
-std::vector<std::string> files_like(const std::string& argument) {
-  std::error_code ignored;
-  std::vector<std::string> found;
-  for (const std::string& match : matches_of(argument)) {
-    if (!fs::is_directory(match, ignored)) {
-      found.push_back(match);
-      continue;
-    }
-    const std::vector<std::string> within = files_in(match);
-    found.insert(found.end(), within.begin(), within.end());
+/// Looks for recordings in folders, and counts what it leaves out.
+class Search {
+ public:
+  /// `used`: files that the call reads or writes otherwise.
+  Search(bool recursive, std::vector<fs::path> used) : recursive_(recursive), used_(std::move(used)) {}
+
+  /// In the order of their names.
+  std::vector<std::string> files_in(const std::string& folder) {
+    std::vector<std::string> found;
+    visit_files(folder, recursive_, [&](const fs::path& path) {
+      if (is_recording(path, false)) found.push_back(path);
+    });
+    std::ranges::sort(found);
+    return found;
   }
-  return found;
-}
+
+  std::vector<std::string> files_like(const std::string& pattern) {
+    if (has_any_folders(pattern)) return files_beneath(pattern);
+    std::error_code ignored;
+    std::vector<std::string> found;
+    for (const std::string& match : matches_of(pattern)) {
+      if (!fs::is_directory(match, ignored)) {
+        if (is_recording(match, true)) found.push_back(match);
+        continue;
+      }
+      const std::vector<std::string> within = files_in(match);
+      found.insert(found.end(), within.begin(), within.end());
+    }
+    return found;
+  }
+
+  const LeftOut& left_out() const { return left_out_; }
+
+ private:
+  /// Returns true for a file that may be a recording; counts others. `any_ending`: the pattern names the ending.
+  bool is_recording(const fs::path& path, bool any_ending) {
+    std::error_code ignored;
+    if (path.filename().native().starts_with('.') || std::ranges::find(used_, place_of(path)) != used_.end())
+      return false;
+    if (!fs::is_regular_file(path, ignored)) {
+      left_out_.dead_links += fs::is_symlink(path, ignored) && !fs::exists(path, ignored) ? 1 : 0;
+      return false;
+    }
+    if (is_description(path)) {
+      ++left_out_.descriptions;
+      return false;
+    }
+    if (any_ending || has_ending_of_recordings(path)) return true;
+    ++left_out_.other_endings;
+    left_out_.endings.insert(path.has_extension() ? path.extension().string() : path.filename().string());
+    return false;
+  }
+
+  /// Calls visit(path) for all that the folder holds except folders, and, if asked for, for all that folders within
+  /// hold. Passes over hidden folders.
+  template <class Visit>
+  void visit_files(const std::string& folder, bool recursive, const Visit& visit) {
+    std::error_code error;
+    for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+      std::error_code ignored;
+      if (!entry->is_directory(ignored)) {
+        visit(entry->path());
+        continue;
+      }
+      const bool hidden = entry->path().filename().native().starts_with('.');
+      if (!hidden && !recursive) ++left_out_.folders;
+      if (hidden || !recursive) entry.disable_recursion_pending();
+    }
+    if (error) throw Error(folder, "cannot be read: " + error.message(), "check the permissions of the folder");
+  }
+
+  /// What a pattern with "**" stands for.
+  std::vector<std::string> files_beneath(const fs::path& pattern) {
+    fs::path folder;
+    for (const fs::path& part : pattern) {
+      if (part.native().find_first_of(wildcards) != std::string::npos) break;
+      folder /= part;
+    }
+    const fs::path whole = folder.empty() ? "." / pattern : pattern;
+    if (folder.empty()) folder = ".";
+    std::error_code ignored;
+    if (!fs::is_directory(folder, ignored)) return {};
+    const bool any_ending = std::prev(whole.end())->native() != any_folders;
+    std::vector<std::string> found;
+    visit_files(folder, true, [&](const fs::path& path) {
+      if (matches(whole.begin(), whole.end(), path.begin(), path.end()) && is_recording(path, any_ending))
+        found.push_back(path);
+    });
+    std::ranges::sort(found);
+    return found;
+  }
+
+  bool recursive_;
+  std::vector<fs::path> used_;
+  LeftOut left_out_;
+};
 
 }  // namespace
 
-std::vector<std::string> recording_files(const std::vector<std::string>& arguments,
-                                         const std::vector<std::string>& others) {
-  std::vector<fs::path> left_out;
-  for (const std::string& other : others)
-    if (!other.empty()) left_out.push_back(fs::weakly_canonical(other));
-  const auto is_left_out = [&](const std::string& file) {
-    return std::ranges::find(left_out, fs::weakly_canonical(file)) != left_out.end();
+std::string LeftOut::text() const {
+  std::vector<std::string> parts;
+  const auto add = [&](std::size_t count, const std::string& what, const std::string& more) {
+    if (count > 0) parts.push_back(counted(static_cast<long long>(count), what) + more);
   };
+  std::string shown;
+  for (const std::string& ending : endings) shown += (shown.empty() ? "" : ", ") + ending;
+  add(dead_links, "dead link", "");
+  add(other_endings, "file", " of other kinds (" + shown + ")");
+  add(descriptions, "description", " (participants.tsv, README and the like)");
+  add(folders, "folder", " within (--recursive reads them)");
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "left out: " : ", ") + part;
+  return text;
+}
+
+RecordingFiles recording_files(const std::vector<std::string>& arguments, const std::vector<std::string>& others,
+                               bool recursive) {
+  std::vector<fs::path> used;
+  for (const std::string& other : others)
+    if (!other.empty()) used.push_back(place_of(other));
+  Search search(recursive, std::move(used));
   std::vector<std::string> files;
   for (const std::string& argument : arguments) {
     std::error_code ignored;
     const bool folder = fs::is_directory(argument, ignored);
-    const bool pattern = argument.find_first_of("*?[") != std::string::npos && !fs::exists(argument, ignored);
+    const bool pattern = argument.find_first_of(wildcards) != std::string::npos && !fs::exists(argument, ignored);
     if (!folder && !pattern) {
       files.push_back(argument);
       continue;
     }
-    std::vector<std::string> found = folder ? files_in(argument) : files_like(argument);
-    std::erase_if(found, is_left_out);
+    const std::vector<std::string> found = folder ? search.files_in(argument) : search.files_like(argument);
+    const std::string left_out = search.left_out().text();
+    const std::string more = left_out.empty() ? "" : " (" + left_out + ")";
     if (found.empty() && folder)
       throw Error(
-          argument, "is a folder without a recording",
+          argument, "is a folder without a recording" + more,
           "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .trc or .mot, or the files themselves");
-    if (found.empty()) throw Error(argument, "matches no file", "check the folder and the pattern");
+    if (found.empty()) throw Error(argument, "matches no file" + more, "check the folder and the pattern");
     files.insert(files.end(), found.begin(), found.end());
   }
-  return files;
+  return {std::move(files), search.left_out()};
 }
 
 }  // namespace decid::tools

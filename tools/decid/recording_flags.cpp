@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "sim/segments.hpp"
+#include "tools/decid/recording_files.hpp"
 
 namespace decid::tools {
 namespace {
@@ -28,6 +29,12 @@ std::optional<double> metres_of(const std::string& unit) {
 
 }  // namespace
 
+void RecordingFlags::find_files(const std::vector<std::string>& others, bool quiet) {
+  RecordingFiles found = recording_files(files, others, recursive);
+  files = std::move(found.files);
+  if (const std::string text = found.left_out.text(); !quiet && !text.empty()) std::cerr << "note: " << text << '\n';
+}
+
 ReadOptions RecordingFlags::read_options() const {
   ReadOptions made;
   made.recording.column = column;
@@ -37,6 +44,7 @@ ReadOptions RecordingFlags::read_options() const {
   made.recording.missing_value = missing;
   made.recording.metres_per_unit = metres_of(unit);
   made.recording.skip_lines = skip_lines;
+  made.recording.section = section;
   made.recording.com_height_m = com_height;
   made.recording.leg_column = leg;
   made.recording.trunk_column = trunk;
@@ -56,6 +64,8 @@ ReadOptions RecordingFlags::read_options() const {
   if (!made.recording.find_tilt && (!tilt_unit.empty() || made.recording.invert_tilt)) {
     throw Error("--tilt-unit, --invert", "no tilt is read", "name its column with --tilt-column");
   }
+  if (skip_lines && !section.empty())
+    throw Error("--section, --skip-lines", "both say where the table begins", "give one of the two");
   if (begin && names_tilt) {
     throw Error("--begin", "--tilt-column already says where the protocol starts", "give one of the two");
   }
@@ -78,6 +88,7 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags) {
   const Option recordings = command.add_option("recordings", flags.files,
                                                "CSV or MAT-files (a column of sway, usually one of time), folders of "
                                                "them, or quoted patterns; - is standard input");
+  command.add_flag("--recursive", flags.recursive, "Read the folders within folders too");
   add_reading_options(command, flags);
   return recordings;
 }
@@ -102,6 +113,8 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
                      "Position of the ankle, which others count from; default: their means are upright");
   command.add_option("--skip-lines", flags.skip_lines, "Lines of a text file above its table; default: found")
       .range(0, 1000000);
+  command.add_option("--section", flags.section,
+                     "Table to read of a text file that holds several, by name or number from 1: Trajectories");
   command.add_option("--rate", flags.rate, "Sample rate in Hz, if there is no time column or it is wrong")
       .range(1.0, 100000.0);
   command

@@ -25,12 +25,16 @@ void add_body_options(const Command& command, BodyFlags& flags);
 struct RecordingFlags : BodyFlags {
   std::vector<std::string> files;
   std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
-  std::string leg, trunk, hip, shoulder, ankle;
+  std::string leg, trunk, hip, shoulder, ankle, section;
+  bool recursive = false;
   std::optional<double> rate, begin, com_height;
   std::optional<int> skip_lines;
   double fill_gaps = 0.0;
   std::optional<double> missing;
 
+  /// Replaces `files` by what they stand for (recording_files.hpp). Says on standard error what is left out, unless
+  /// `quiet`.
+  void find_files(const std::vector<std::string>& others, bool quiet);
   std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }
   /// Throws Error for options that contradict each other.
   ReadOptions read_options() const;
@@ -40,9 +44,9 @@ struct RecordingFlags : BodyFlags {
 /// How recordings are read: all options that their errors and warnings advise.
 void add_reading_options(const Command& command, RecordingFlags& flags);
 inline constexpr const char* reading_options[] = {
-    "--column",   "--unit",        "--com-height", "--leg",    "--trunk",   "--hip",
-    "--shoulder", "--ankle",       "--skip-lines", "--rate",   "--missing", "--fill-gaps",
-    "--begin",    "--tilt-column", "--tilt-unit",  "--invert", "--detrend"};
+    "--column",    "--unit",  "--com-height",  "--leg",       "--trunk",  "--hip",
+    "--shoulder",  "--ankle", "--skip-lines",  "--section",   "--rate",   "--missing",
+    "--fill-gaps", "--begin", "--tilt-column", "--tilt-unit", "--invert", "--detrend"};
 /// The recordings themselves, which need not be given, and those options.
 Option add_recording_flags(const Command& command, RecordingFlags& flags);
 /// --truth, of the commands that show estimates.

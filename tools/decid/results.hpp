@@ -17,9 +17,9 @@ struct MadeWith {
 };
 
 /// Options that change no answer, and those that the JSON has otherwise.
-inline const std::vector<std::string> beside_answers{"recordings", "--output", "--draws",    "--report",
-                                                     "--table",    "--group",  "--resume",   "--threads",
-                                                     "--quiet",    "--json",   "--protocol", "--model"};
+inline const std::vector<std::string> beside_answers{"recordings", "--output", "--draws",    "--report", "--table",
+                                                     "--group",    "--resume", "--threads",  "--quiet",  "--json",
+                                                     "--protocol", "--model",  "--recursive"};
 
 /// What scripts read of each recording, a list. Of a model that gives distributions each parameter also has "sd",
 /// "interval50", "interval90" and "normalized_interval90", each recording "correlations".

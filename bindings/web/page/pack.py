@@ -3,7 +3,6 @@
 
     pack.py OUTPUT VERSION PLAIN RELAXED PROBE MODEL REPORT_CSS
 """
-import base64
 import gzip
 import pathlib
 import sys
@@ -12,12 +11,27 @@ here = pathlib.Path(__file__).parent
 output, version, plain, relaxed, probe, model, report_css = sys.argv[1:]
 
 
+DIGITS = [chr(code) for code in range(32, 127) if chr(code) != "<"]  # which could begin markup
+
+
+def base94(data):
+    """The number of bytes, a blank, then eleven digits for nine bytes: 2.2 % shorter than base 85."""
+    digits = []
+    for begin in range(0, len(data), 9):
+        value, group = int.from_bytes(data[begin:begin + 9].ljust(9, b"\0"), "big"), []
+        for _ in range(11):
+            value, digit = divmod(value, 94)
+            group.append(DIGITS[digit])
+        digits += reversed(group)
+    return f"{len(data)} " + "".join(digits)
+
+
 def packed(file, every=1):
-    """Compressed, without a date, so that the same input gives the same page; base 85 with , for <, which could begin markup.
+    """Compressed, without a date, so that the same input gives the same page.
     every 4: first bytes 0, 4, 8 ..., then 1, 5, 9 ..., as those of numbers that are alike compress by 8 % more that way."""
     content = pathlib.Path(file).read_bytes()
     apart = b"".join(content[first::every] for first in range(every))
-    return base64.b85encode(gzip.compress(apart, 9, mtime=0)).decode().replace("<", ",")
+    return base94(gzip.compress(apart, 9, mtime=0))
 
 
 def text(*files):
@@ -31,7 +45,7 @@ parts = {
     "about": f"decid {version}, with the built-in model.",
     "model": packed(model, 4), "plain": packed(plain), "relaxed": packed(relaxed), "probe": packed(probe),
     "worker": text(here / "wasi.js", here / "worker.js"),
-    "script": text(here / "page.js"),
+    "script": text(here / "program.js", here / "files.js", here / "page.js"),
 }
 html = (here / "page.html").read_text()
 for name, content in parts.items():

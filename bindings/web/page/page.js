@@ -1,113 +1,47 @@
 // The page: takes recordings, has the worker run the program on them, and shows the report that it writes. Text of files
 // and of the program goes in through textContent only; the report stands in a frame that may do nothing but draw itself.
-"use strict";
-
-const at = id => document.getElementById(id);
-const blame = message => { document.body.dataset.error = String(message); };
-window.addEventListener("error", event => blame(event.message));
-window.addEventListener("unhandledrejection", event => blame(event.reason));
-// The policy above refuses to load anything; where the browser asks, leaving for another page is refused too.
-window.navigation?.addEventListener("navigate", event => {
-  if (event.cancelable && !event.hashChange && event.downloadRequest === null && event.navigationType !== "reload") event.preventDefault();
-});
-
-// ---- the program ---------------------------------------------------------------------------------------------------
-
-// Five characters are four bytes; what lacks at the end is as if it were the last digit. pack.py writes it.
-function fromBase85(text) {
-  const digits = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;,=>?@^_`{|}~";
-  const values = new Uint8Array(128);
-  for (let i = 0; i < digits.length; ++i) values[digits.charCodeAt(i)] = i;
-  const groups = Math.ceil(text.length / 5), words = new DataView(new ArrayBuffer(4 * groups));
-  for (let group = 0, at = 0; group < groups; ++group) {
-    let word = 0;
-    for (let i = 0; i < 5; ++i, ++at) word = word * 85 + (at < text.length ? values[text.charCodeAt(at)] : 84);
-    words.setUint32(4 * group, word);
-  }
-  return new Uint8Array(words.buffer, 0, Math.floor(text.length / 5) * 4 + Math.max(text.length % 5 - 1, 0));
-}
-
-const unpacked = async id => {
-  const packed = fromBase85(at(id).textContent);
-  at(id).remove();
-  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
-};
-
-// Bytes 0, 4, 8 ..., then 1, 5, 9 ...: pack.py has put them apart.
-function together(apart) {
-  const bytes = new Uint8Array(apart.length);
-  for (let first = 0, from = 0; first < 4; ++first)
-    for (let at = first; at < bytes.length; at += 4) bytes[at] = apart[from++];
-  return bytes;
-}
-
-// Whether relaxed multiply-adds are one rounding here: where the product is rounded first, these differ.
-async function fuses() {
-  const bytes = await unpacked("probe");
-  if (!WebAssembly.validate(bytes)) return false;
-  const { doubles, floats } = new WebAssembly.Instance(new WebAssembly.Module(bytes)).exports;
-  const holds = (multiply_add, e) => multiply_add(1 + e, 1 - e, -1) === -e * e && multiply_add(1 - e, -1 - e, 1) === e * e &&
-    multiply_add(1 + e, 1 + e, -1 - 2 * e) === e * e && multiply_add(3, 1 / 3, -1) !== undefined;
-  return holds(doubles, 2 ** -30) && holds(floats, 2 ** -13);
-}
-
-const workerAddress = URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" }));
-const program = (async () => {
-  const relaxed = location.hash !== "#plain" && await fuses();
-  document.body.dataset.kernels = relaxed ? "relaxed" : "wasm";
-  const module = await WebAssembly.compile(await unpacked(relaxed ? "relaxed" : "plain"));
-  at(relaxed ? "plain" : "relaxed").remove();
-  return { module, model: together(new Uint8Array(await unpacked("model"))), environment: [] };
-})();
-
-let worker;
-async function startWorker() {
-  worker = new Worker(workerAddress);
-  worker.postMessage(await program);
-}
-const ready = startWorker().then(() => { document.body.dataset.ready = "yes"; });
-
-// Runs the program; what it says is {code, out, errors, files}. Null if it was cancelled.
-let stop = null;
-async function run(args, files) {
-  await ready;
-  return new Promise(resolve => {
-    worker.onmessage = ({ data }) => data.progress === undefined ? resolve(data) : showProgress(data.progress);
-    worker.onerror = event => resolve({ code: 1, out: "", errors: ["decid: " + event.message], files: [] });
-    stop = () => {
-      worker.terminate();
-      startWorker();
-      resolve(null);
-    };
-    worker.postMessage({ args, files });
-  });
-}
 
 // ---- recordings ----------------------------------------------------------------------------------------------------
 
-let recordings = [];  // [name, bytes]
+let recordings = [];   // [name, bytes]
+let chosen = 0;        // counts choices of recordings
+let notes = [];        // what was wrong with this choice
+let overlooked = [];   // what was dropped during the task
 let results = new Map();
-let shown = "identify";
+let answered = null;  // {command, names, title, settings, state, messages} of the answer that is shown
 
-// Names that the program cannot take for options, each one once.
-function namesOf(files) {
-  const taken = new Set();
-  return files.map(({ name }) => {
-    const dot = name.lastIndexOf("."), stem = dot > 0 ? name.slice(0, dot) : name, end = dot > 0 ? name.slice(dot) : "";
-    let own = name.startsWith("-") ? "./" + name : name;
-    for (let i = 2; taken.has(own); ++i) own = `${stem} (${i})${end}`;
-    taken.add(own);
-    return own;
+const title = names => names.length === 1 ? names[0] : counted(names.length);
+const counted = count => count === 1 ? "1 recording" : `${count} recordings`;
+
+// Takes files and folders as the recordings, and answers them.
+async function take(sources) {
+  if (sources.length === 0) return say([...notes, "No file was dropped: drop files or folders, or paste a table"]);
+  if (working) {
+    overlooked = [`Not taken while the page computes: ${title(sources.map(({ name }) => name))}. Cancel, or give it again afterwards`];
+    return say([...notes, ...overlooked]);
+  }
+  const mine = begin(null, "Reading files"), found = [];
+  notes = [];
+  overlooked = [];
+  say([]);
+  for (const source of sources) {
+    if (source.files) await addFolder(source, found, () => mine === turn).catch(problem => notes.push(problem.message));
+    else found.push(source);
+  }
+  const read = await readAll(found, () => mine === turn).catch(problem => {
+    notes.push(problem.message);
+    return [];
   });
-}
-
-async function take(files) {
-  if (files.length === 0) return;
-  const names = namesOf(files);
-  const contents = await Promise.all(files.map(file => file.arrayBuffer()));
-  recordings = contents.map((content, i) => [names[i], new Uint8Array(content)]);
+  if (!finish(mine)) return;
+  document.body.dataset.taken = String(read.length);
+  if (read.length === 0) return say([...notes, ...overlooked]);
+  const names = namesOf(read);
+  recordings = read.map(({ content }, i) => [names[i], new Uint8Array(content)]);
+  ++chosen;
   await compute("identify");
 }
+
+// ---- settings ------------------------------------------------------------------------------------------------------
 
 // A number as people write it, with a point or a comma, or null. The page reads it itself: a browser's field for numbers
 // makes 455 of "45,5", or nothing of "76,5", by the language of its menus.
@@ -116,49 +50,105 @@ function numberIn(text) {
   return found ? text.replace(",", ".") : null;
 }
 
+const fields = [...at("settings").querySelectorAll("input, select")];  // each is called after its option
+const labelOf = field => field.parentElement.firstChild.textContent.trim();
+const textOf = field => field.value.trim();
+const given = () => fields.filter(field => textOf(field) !== "");
+const isWrong = field => field.className === "number" && textOf(field) !== "" && numberIn(textOf(field)) === null;
+const bodyIsHalf = () => (textOf(at("mass")) === "") !== (textOf(at("height")) === "");
+const settingsText = () => given().map(field => `${labelOf(field)} ${textOf(field)}`).join("; ") || "no settings";
+// What an answer is an answer to.
+const state = () => JSON.stringify([chosen, fields.map(textOf)]);
+
 // The options that the fields say, or null if a field that wants a number has none: it is named, and has the focus.
 function optionsOf() {
-  const options = [];
-  let wrong = null;
-  for (const id of ["mass", "height", "column", "unit", "com-height", "rate", "tilt-column", "begin", "detrend", "invert", "fill-gaps"]) {
-    const field = at(id), text = field.value.trim();
-    const value = field.className === "number" && text !== "" ? numberIn(text) : text;
-    field.setAttribute("aria-invalid", String(value === null));
-    if (value === null) wrong ??= field;
-    else if (value !== "") options.push("--" + id, value);
-  }
-  if (wrong === null) return options;
-  if (at("setup").hidden) showSetup();
-  say([`${wrong.parentElement.firstChild.textContent.trim()}: "${wrong.value.trim()}" is no number; correct it, and give the recordings again`]);
-  at("files").value = "";
-  const folded = wrong.closest("details");
-  if (folded) folded.open = true;
+  for (const field of fields) field.setAttribute("aria-invalid", String(isWrong(field)));
+  const wrong = fields.find(isWrong);
+  if (!wrong) return given().flatMap(field => ["--" + field.id, field.className === "number" ? numberIn(textOf(field)) : textOf(field)]);
+  say([...notes, `${labelOf(wrong)}: "${textOf(wrong)}" is not a number; correct it, and the page answers`]);
+  for (let around = wrong.closest("details"); around; around = around.parentElement.closest("details")) around.open = true;
   wrong.focus();
   return null;
 }
 
-const counted = count => count === 1 ? "1 recording" : `${count} recordings`;
+// Options are names of the command line. The page's messages name its fields instead, and mark what only the program has.
+// names: of files, which stay as they are.
+function translator(names) {
+  const files = names.map(name => name.replace(/[.*+?^${}()|[\]\\]/g, "\\$&"));
+  const option = new RegExp([...files, "--([a-z][a-z-]*)"].join("|"), "g");
+  return text => {
+    const lacking = new Set();
+    const translated = text.replace(/; see decid[a-z ]* --help$/, "").replace(option, (whole, name) => {
+      if (name === undefined) return whole;
+      const field = fields.find(({ id }) => id === name);
+      if (!field) lacking.add(`\u2039${name}\u203a`);
+      return field ? `\u201c${labelOf(field)}\u201d` : `\u2039${name}\u203a`;
+    });
+    return lacking.size === 0 ? translated : `${translated} (${[...lacking].join(", ")}: only in the program decid, not in this page)`;
+  };
+}
+
+// A page keeps no files to go on with.
+const messagesOf = (errors, names) =>
+  errors.filter(line => !line.includes("--resume")).map(line => translator(names)(line.replace(/^decid: /, "")));
+
+// The report as the page shows it. Its texts are JSON in it.
+function shownReport(bytes, names) {
+  const translate = translator(names);
+  return new TextDecoder().decode(bytes).replace(/(<script type="application\/json"[^>]*>)([^<]*)/g, (block, tag, json) =>
+    !json.includes("--") ? block : tag + JSON.stringify(JSON.parse(json, (_, value) =>
+      typeof value === "string" && value.includes("--") ? translate(value) : value)).replaceAll("<", "\\u003c"));
+}
+
+// ---- answers -------------------------------------------------------------------------------------------------------
+
 const outputs = { json: "decid/result.json", html: "decid/report.html", csv: "decid/table.csv" };
 
-async function compute(command) {
+// goesOn: the settings are being changed, so that they keep the focus.
+async function compute(command, goesOn = false) {
   const names = recordings.map(([name]) => name);
   const options = optionsOf();
   document.body.dataset.refused = String(options === null);
-  if (options === null) return;
-  say([]);
-  busy(command === "fit" ? `Fitting ${counted(names.length)}, about a minute each` : `Identifying ${counted(names.length)}`);
+  if (options === null) return mark();
+  say([...notes, ...overlooked]);
+  const asked = { command, names, title: title(names), settings: settingsText(), state: state() };
+  const mine = begin(command, command === "fit" ? `Fitting ${counted(names.length)}, about a minute each` : `Identifying ${counted(names.length)}`);
+  mark();
   const started = performance.now();
-  const said = await run([command, ...names, ...options, "-o", outputs.json, "--report", outputs.html, "--table", outputs.csv], recordings);
-  busy(null);
-  if (said === null) return;
-  say(said.errors.map(line => line.replace(/^decid: /, "")));
-  const files = new Map(said.files);
-  document.body.dataset.done = `${command} ${said.code}`;
-  if (!files.has(outputs.html)) return;
-  results = files;
-  shown = command;
-  show(names);
+  const outcome = await run([command, ...names, ...options, "-o", outputs.json, "--report", outputs.html, "--table", outputs.csv], recordings);
+  if (!finish(mine)) return;
+  asked.messages = [...notes, ...messagesOf(outcome.errors, names)];
+  say([...asked.messages, ...overlooked]);
+  const files = new Map(outcome.files);
+  document.body.dataset.done = `${command} ${outcome.code}`;
+  if (files.has(outputs.html)) {
+    const stays = goesOn && answered !== null;
+    results = files;
+    answered = asked;
+    show(stays);
+  }
+  mark();
   document.body.dataset.seconds = ((performance.now() - started) / 1000).toFixed(2);
+}
+
+// Answers the same recordings with settings that have changed.
+function renew() {
+  if (recordings.length === 0 || working?.command === null) return;
+  overlooked = [];
+  const isCurrent = (working ?? answered)?.state === state();
+  if (isCurrent && !working) say(answered.messages);
+  if (isCurrent || bodyIsHalf()) return mark();
+  compute((working ?? answered)?.command ?? "identify", true);
+}
+
+// Says of an answer that is shown what it is an answer to, where that is no longer what is chosen.
+function mark() {
+  const stale = answered !== null && answered.state !== state();
+  at("stale").hidden = !stale;
+  if (!stale) return;
+  at("stale-note").textContent = `An earlier answer: ${answered.title}, ${answered.settings}. ` +
+    (working ? "The new one is being computed." : `Now chosen: ${title(recordings.map(([name]) => name))}, ${settingsText()}.` +
+      (bodyIsHalf() ? " Give both mass and height." : ""));
 }
 
 // ---- what is seen --------------------------------------------------------------------------------------------------
@@ -183,35 +173,33 @@ function showProgress(line) {
 }
 
 let reportAddress = null;
-function show(names) {
-  const title = names.length === 1 ? names[0] : counted(names.length);
-  at("bar-title").textContent = (shown === "fit" ? "Posterior of " : "") + title;
+function show(stays) {
+  at("bar-title").textContent = (answered.command === "fit" ? "Posterior of " : "") + answered.title;
   // From here the frame cannot be reached: the report prints itself, and says when it is drawn (tools/report/common.js).
   if (reportAddress !== null) URL.revokeObjectURL(reportAddress);
-  reportAddress = URL.createObjectURL(new Blob([results.get(outputs.html)], { type: "text/html" }));
+  reportAddress = URL.createObjectURL(new Blob([shownReport(results.get(outputs.html), answered.names)], { type: "text/html" }));
   at("report").src = reportAddress;
-  at("report").title = "Report of " + title;
+  at("report").title = "Report of " + answered.title;
   for (const id of ["bar", "report"]) at(id).hidden = false;
-  at("setup").hidden = true;
+  at("fit").hidden = answered.command === "fit";
+  if (stays) return;
+  if (!document.body.classList.contains("answered")) at("settings").open = false;
   document.body.classList.add("answered");
-  at("fit").hidden = shown === "fit";
   at("bar-title").focus();
 }
 
+// Shows the place to drop files again, above the answer.
 function showSetup() {
-  for (const id of ["bar", "report"]) at(id).hidden = true;
-  at("setup").hidden = false;
   document.body.classList.remove("answered");
-  say([]);
-  at("files").value = "";
+  at("settings").open = true;
   at("files").focus();
 }
 
 function save(kind, type) {
-  const stem = recordings.length === 1 ? recordings[0][0].replace(/^.*\//, "").replace(/\.[^.]*$/, "") : "recordings";
+  const stem = answered.names.length === 1 ? answered.names[0].replace(/^.*\//, "").replace(/\.[^.]*$/, "") : "recordings";
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([results.get(outputs[kind])], { type }));
-  link.download = `${stem}-${shown}.${kind}`;
+  link.download = `${stem}-${answered.command}.${kind}`;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
@@ -222,7 +210,11 @@ addEventListener("message", event => {
 
 // ---- what is done --------------------------------------------------------------------------------------------------
 
-at("files").addEventListener("change", event => take([...event.target.files]));
+at("files").addEventListener("change", event => {
+  const files = [...event.target.files];
+  event.target.value = "";  // so that the same file can be chosen again
+  if (files.length > 0) take(plainFiles(files));
+});
 document.addEventListener("dragover", event => {
   event.preventDefault();
   at("drop").classList.add("over");
@@ -230,18 +222,26 @@ document.addEventListener("dragover", event => {
 for (const kind of ["dragleave", "drop"]) document.addEventListener(kind, () => at("drop").classList.remove("over"));
 document.addEventListener("drop", event => {
   event.preventDefault();
-  if (at("work").hidden) take([...event.dataTransfer.files]);
+  take(droppedOn(event.dataTransfer));
 });
-at("identify-pasted").addEventListener("click", () => take([new File([at("pasted").value], "pasted.csv")]));
+at("settings").addEventListener("input", mark);
+at("settings").addEventListener("change", renew);
+at("renew").addEventListener("click", renew);
+at("identify-pasted").addEventListener("click", () => take(plainFiles([new File([at("pasted").value], "pasted.csv")])));
 at("example").addEventListener("click", async () => {
-  busy("Simulating a recording");
-  const said = await run(["simulate", "--seed", "3", "-o", "simulated.csv"], []);
-  busy(null);
-  if (said !== null) take(said.files.map(([name, bytes]) => new File([bytes], name)));
+  const mine = begin(null, "Simulating a recording");
+  const outcome = await run(["simulate", "--seed", "3", "-o", "simulated.csv"], []);
+  if (finish(mine)) take(plainFiles(outcome.files.map(([name, bytes]) => new File([bytes], name))));
 });
-at("fit").addEventListener("click", () => compute("fit"));
+at("fit").addEventListener("click", () => {
+  overlooked = [];
+  compute("fit");
+});
 at("again").addEventListener("click", showSetup);
-at("cancel").addEventListener("click", () => stop?.());
+at("cancel").addEventListener("click", () => {
+  end();
+  mark();
+});
 at("save-json").addEventListener("click", () => save("json", "application/json"));
 at("save-csv").addEventListener("click", () => save("csv", "text/csv"));
 at("save-html").addEventListener("click", () => save("html", "text/html"));

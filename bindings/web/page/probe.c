@@ -1,4 +1,4 @@
-/* Multiply-adds of relaxed vectors, for page.js to ask whether they are one rounding. */
+/* Multiply-adds of relaxed vectors, for program.js to ask whether they are one rounding. */
 #include <wasm_simd128.h>
 
 __attribute__((export_name("doubles"))) double doubles(double a, double b, double c) {

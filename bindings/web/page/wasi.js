@@ -113,7 +113,15 @@ function runWasi(module, args, environment, files, hear) {
       else putStatus(result, file.folder ? directory : character_device, file.folder ? "" : "/dev/" + fd, 0);
       return ok;
     },
-    fd_filestat_set_size: () => nosys,
+    fd_filestat_set_size(fd, size) {
+      const name = open[fd]?.name;
+      if (name === undefined) return badf;
+      const resized = new Uint8Array(Number(size));
+      resized.set(files.get(name).subarray(0, resized.length));
+      files.set(name, resized);
+      contents.delete(name);
+      return ok;
+    },
     fd_prestat_get(fd, result) {
       if (!open[fd]?.folder || fd > 4) return badf;
       put32(result, 0);

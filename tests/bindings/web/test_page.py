@@ -7,6 +7,7 @@ import base64
 import http.server
 import json
 import pathlib
+import re
 import struct
 import subprocess
 import sys
@@ -104,6 +105,32 @@ class Page(unittest.TestCase):
           at("drop").dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
         }""" % given)
 
+    def problems(self):
+        return self.chromium.evaluate("at('problems').textContent")
+
+    def press(self, key, code, text=""):
+        for kind in ("keyDown", "keyUp"):
+            self.chromium.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code, text=text)
+
+    def type_in(self, field, text):
+        """Writes a field's text as a person does, and leaves the field."""
+        self.chromium.evaluate(f"at('{field}').focus(); at('{field}').select()")
+        if text:
+            self.chromium.call("Input.insertText", text=text)
+        else:
+            self.press("Delete", 46)
+        self.press("Tab", 9)
+
+    def choose(self, field, value):
+        self.chromium.evaluate(f"at('{field}').value = '{value}'; at('{field}').dispatchEvent(new Event('change', {{ bubbles: true }}))")
+
+    def drop_paths(self, *paths):
+        """Drops files and folders of the system."""
+        self.chromium.evaluate("delete document.body.dataset.done, delete document.body.dataset.taken")
+        data = {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1}
+        for kind in ("dragEnter", "dragOver", "drop"):
+            self.chromium.call("Input.dispatchDragEvent", type=kind, x=600, y=250, data=data)
+
     def wait_for(self, command):
         self.chromium.wait(f"document.body.dataset.done?.startsWith('{command} ')", 800)
 
@@ -143,9 +170,9 @@ class Answers(Page):
         self.drop(self.read("trial4.csv"))
         self.check_same("identify", "trial4.csv", "--mass", "70", "--height", "1.75", "--detrend", "offset")
 
-
     def test_numbers_with_a_comma_or_a_point_are_the_same(self):
-        self.chromium.evaluate("at('mass').value = '76,5'; at('height').value = ' 1.75 '; at('detrend').value = '';")
+        self.type_in("mass", "76,5")
+        self.type_in("height", " 1.75 ")
         self.drop(self.read("trial4.csv"))
         self.check_same("identify", "trial4.csv", "--mass", "76.5", "--height", "1.75")
 
@@ -191,13 +218,6 @@ class Uses(Page):
         self.assertEqual(len({recording["file"] for recording in recordings}), 100)
         self.assertEqual(len({json.dumps(recording["parameters"]) for recording in recordings}), 1)
 
-    def test_a_file_of_the_system_dropped(self):
-        data = {"items": [], "files": [str(self.folder / "trial3.csv")], "dragOperationsMask": 1}
-        for kind in ("dragEnter", "dragOver", "drop"):
-            self.chromium.call("Input.dispatchDragEvent", type=kind, x=600, y=250, data=data)
-        self.wait_for("identify")
-        self.check_same("identify", "trial3.csv")
-
     def test_hostile_names(self):
         content = (self.folder / "trial3.csv").read_bytes()
         names = ["<img src=x onerror=parent.document.title='bad'>.csv", "</script><script>document.title='bad'</script>.csv",
@@ -230,18 +250,15 @@ class Uses(Page):
         self.check_same("identify", "trial4.csv")
 
     def test_keys_alone(self):
-        def press(key, code, text=""):
-            for kind in ("keyDown", "keyUp"):
-                self.chromium.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code, text=text)
         reached = []
-        for _ in range(6):
-            press("Tab", 9)
+        for _ in range(7):
+            self.press("Tab", 9)
             reached.append(self.chromium.evaluate("document.activeElement.id || document.activeElement.tagName"))
-        self.assertEqual(reached, ["files", "mass", "height", "SUMMARY", "SUMMARY", "example"])
-        press("Enter", 13, "\r")
+        self.assertEqual(reached, ["files", "SUMMARY", "mass", "height", "SUMMARY", "SUMMARY", "example"])
+        self.press("Enter", 13, "\r")
         self.wait_for("identify")
         self.assertEqual(self.chromium.evaluate("document.activeElement.id"), "bar-title")
-        press("Tab", 9)
+        self.press("Tab", 9)
         self.assertEqual(self.chromium.evaluate("document.activeElement.id"), "again")
 
     def test_widths_names_and_contrast(self):
@@ -259,6 +276,300 @@ class Uses(Page):
                             + checks.replace('addEventListener("load", () => setTimeout(', "(").replace(", 1000));", ")();") + " })")
                         self.assertEqual(found, "none")
         self.chromium.call("Emulation.setEmulatedMedia", features=[])
+
+
+class Drops(Page):
+    """Files and folders of the system; what cannot be read is said."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        study = cls.folder / "study"
+        (study / "later" / ".hidden").mkdir(parents=True)
+        trial = (cls.folder / "trial3.csv").read_bytes()
+        for name in ("b.csv", "A.CSV", "later/c.txt", ".d.csv", "later/.hidden/e.csv", "later/notes.docx"):
+            (study / name).write_bytes(trial)
+        cls.recordings = ["study/A.CSV", "study/b.csv", "study/later/c.txt"]
+        (cls.folder / "empty" / "within").mkdir(parents=True)
+        (cls.folder / "many").mkdir()
+        for number in range(1001):
+            (cls.folder / "many" / f"{number}.csv").touch()
+
+    def without(self, *calls):
+        for call in calls:
+            self.chromium.evaluate(f"delete DataTransferItem.prototype.{call}, 0")
+
+    def refused(self, *paths):
+        """What the page says of a drop of which it takes nothing."""
+        self.drop_paths(*paths)
+        self.chromium.wait("document.body.dataset.taken === '0'", 20)
+        self.assertTrue(self.chromium.evaluate("at('work').hidden && recordings.length === 0"))
+        return self.problems()
+
+    def test_a_file(self):
+        self.drop_paths(self.folder / "trial3.csv")
+        self.wait_for("identify")
+        self.check_same("identify", "trial3.csv")
+
+    def test_a_folder_gives_the_recordings_in_it_and_in_its_folders(self):
+        self.drop_paths(self.folder / "study", self.folder / "trial4.csv")
+        self.wait_for("identify")
+        self.check_same("identify", *self.recordings, "trial4.csv")
+
+    def test_names_of_recordings_are_the_program_s(self):
+        said = run_decid(self.folder, "identify", "empty").stderr
+        self.assertEqual(self.chromium.evaluate("at('files').accept").split(","), re.findall(r"\.[a-z0-9]+\b", said))
+
+    def test_a_folder_by_entries(self):
+        """As browsers without handles read it. Chromium has these for a page of a server only."""
+        content = page.read_bytes()
+
+        class Server(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                self.send_response(200)
+                self.send_header("Content-Type", "text/html")
+                self.end_headers()
+                self.wfile.write(content if self.path == "/decid.html" else b"")
+
+            def log_message(self, *_):
+                pass
+
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Server)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        self.chromium.call("Page.navigate", url=f"http://127.0.0.1:{server.server_port}/decid.html")
+        self.chromium.wait("document.body?.dataset.ready === 'yes'")
+        self.without("getAsFileSystemHandle")
+        self.drop_paths(self.folder / "study")
+        self.wait_for("identify")
+        server.shutdown()
+        self.check_same("identify", *self.recordings)
+
+    def test_what_cannot_be_read_is_said(self):
+        self.assertIn("empty: the folder holds no recording", self.refused(self.folder / "empty"))
+        self.assertIn("more than 1000 recordings", self.refused(self.folder / "many"))
+        self.without("getAsFileSystemHandle")
+        self.assertIn("study: the browser does not read this folder", self.refused(self.folder / "study"))
+        self.without("webkitGetAsEntry")
+        self.assertIn("study: the browser does not read this file", self.refused(self.folder / "study"))
+        self.chromium.evaluate("largestBytes = 1e4, 0")
+        self.assertIn("more than 0.01 MB", self.refused(self.folder / "trial3.csv"))
+
+    def test_a_folder_that_holds_nothing_costs_the_others_nothing(self):
+        self.drop_paths(self.folder / "empty", self.folder / "trial3.csv")
+        self.wait_for("identify")
+        self.check_same("identify", "trial3.csv")
+        self.assertIn("empty: the folder holds no recording", self.problems())
+
+    def test_text_is_no_file(self):
+        self.chromium.evaluate("""{
+          const transfer = new DataTransfer();
+          transfer.setData("text/plain", "0,1");
+          at("drop").dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+        }""")
+        self.assertIn("No file was dropped", self.problems())
+
+    def test_a_drop_during_a_fit_is_answered_and_the_fit_goes_on(self):
+        self.drop(self.read("trial3.csv"))
+        self.chromium.evaluate("at('fit').click()")
+        self.start_drop(self.read("trial4.csv"))
+        self.assertIn("Not taken while the page computes: trial4.csv", self.problems())
+        self.assertEqual(self.chromium.evaluate("[at('work').hidden, working.command, recordings[0][0]]"), [False, "fit", "trial3.csv"])
+        self.chromium.evaluate("at('cancel').click()")
+        self.assertIn("trial4.csv", self.problems())
+        self.drop(self.read("trial4.csv"))
+        self.assertEqual(self.problems(), "")
+
+
+class Changes(Page):
+    """Settings that are changed after an answer."""
+
+    def seen(self):
+        """Whether an answer is seen, whether it is marked as an earlier one, and whether the page computes."""
+        return self.chromium.evaluate("[!at('report').hidden && !at('bar').hidden, !at('stale').hidden, !at('work').hidden]")
+
+    def changed(self, change):
+        """Changes a setting by this script, and returns what is seen before the new answer."""
+        self.chromium.evaluate("delete document.body.dataset.done")
+        self.chromium.evaluate(change + "; at('settings').dispatchEvent(new Event('change'))")
+        return self.seen()
+
+    def note(self):
+        return self.chromium.evaluate("at('stale-note').textContent")
+
+    def test_the_same_recordings_are_answered_again(self):
+        self.drop(self.read("trial3.csv"))
+        self.chromium.evaluate("delete document.body.dataset.done; at('settings').open = true")
+        before = self.result("json")
+        self.type_in("mass", "76,5")
+        self.assertEqual(self.seen(), [True, True, False])
+        self.assertIn("Give both mass and height", self.note())
+        self.type_in("height", "1.80")
+        self.wait_for("identify")
+        self.assertEqual(self.seen(), [True, False, False])
+        self.check_same("identify", "trial3.csv", "--mass", "76.5", "--height", "1.80")
+        self.assertTrue(self.chromium.evaluate("at('settings').open"))
+        self.assertEqual(self.changed("at('mass').value = at('height').value = ''"), [True, True, True])
+        self.wait_for("identify")
+        self.assertEqual(self.result("json"), before)
+
+    def test_an_earlier_answer_stays_and_is_marked(self):
+        self.drop(self.read("trial3.csv"))
+        before = self.result("html")
+        self.assertEqual(self.changed("at('unit').value = 'mm'"), [True, True, True])
+        self.assertIn("The new one is being computed", self.note())
+        self.wait_for("identify")
+        self.assertIn("is said to be a length", self.problems())
+        self.assertEqual(self.seen(), [True, True, False])
+        self.assertIn("An earlier answer: trial3.csv, no settings. Now chosen: trial3.csv, Unit of the sway mm.", self.note())
+        self.assertEqual(self.result("html"), before)
+        # What it is an answer to is chosen again.
+        self.assertEqual(self.changed("at('unit').value = ''"), [True, False, False])
+        self.assertEqual(self.problems(), "")
+        self.drop(self.read("bad.csv"))
+        self.assertEqual(self.seen(), [True, True, False])
+        self.assertIn("An earlier answer: trial3.csv, no settings. Now chosen: bad.csv, no settings.", self.note())
+        self.assertEqual(self.chromium.evaluate("at('bar-title').textContent"), "trial3.csv")
+        self.drop(self.read("trial4.csv"))
+        self.assertEqual(self.seen(), [True, False, False])
+        self.check_same("identify", "trial4.csv")
+
+    def test_other_recordings_are_chosen_beside_the_answer(self):
+        self.drop(self.read("trial3.csv"))
+        self.chromium.evaluate("at('again').click()")
+        self.assertEqual(self.seen(), [True, False, False])
+        self.assertTrue(self.chromium.evaluate("at('drop').checkVisibility()"))
+        self.drop(self.read("trial4.csv"))
+        self.assertFalse(self.chromium.evaluate("at('drop').checkVisibility()"))
+
+    def test_a_corrected_number_is_answered(self):
+        self.chromium.evaluate("at('rate').value = '1OO'")
+        self.start_drop(self.read("trial4.csv"))
+        self.chromium.wait("document.body.dataset.refused === 'true'")
+        self.assertEqual(self.chromium.evaluate("document.activeElement.id"), "rate")
+        self.type_in("rate", "100,0")
+        self.wait_for("identify")
+        self.check_same("identify", "trial4.csv", "--rate", "100.0")
+
+    def test_a_fit_begins_again(self):
+        self.drop(self.read("trial3.csv"))
+        self.chromium.evaluate("at('fit').click()")
+        self.assertEqual(self.changed("at('detrend').value = 'offset'"), [True, True, True])
+        self.assertEqual(self.chromium.evaluate("working.command"), "fit")
+        self.assertEqual(self.changed("0"), [True, True, True])
+        self.chromium.evaluate("at('cancel').click()")
+        self.assertEqual(self.seen(), [True, True, False])
+        self.assertIn("Now chosen: trial3.csv, Subtract offset.", self.note())
+        self.chromium.evaluate("at('renew').click()")
+        self.wait_for("identify")
+        self.check_same("identify", "trial3.csv", "--detrend", "offset")
+
+
+class Messages(Page):
+    """No message names an option of the command line: a page has fields."""
+
+    def table(self, header, row=lambda t: f"{t},0.1", rows=200, rate=100):
+        return (header + "\n" + "".join(row(k / rate) + "\n" for k in range(rows))).encode()
+
+    def trial(self, change):
+        """A simulated recording, its rows changed: change(row number, [time, sway, tilt])."""
+        lines = (self.folder / "trial3.csv").read_text().splitlines()
+        rows = [change(number, line.split(",")) for number, line in enumerate(lines[1:])]
+        return "\n".join([lines[0], *(",".join(row) for row in rows if row)]).encode()
+
+    def check(self, content, fields=None, name="r.csv"):
+        for field, value in (fields or {}).items():
+            self.chromium.evaluate(f"at('{field}').value = {json.dumps(value)}")
+        self.chromium.evaluate("results = new Map()")
+        self.drop([(name, content)])
+        for field in fields or {}:
+            self.chromium.evaluate(f"at('{field}').value = ''")
+        said = self.problems()
+        shown = self.chromium.evaluate("""!results.has(outputs.html) ? "" : shownReport(results.get(outputs.html), answered.names)
+          .match(/<script type="application.json"[^>]*>[^<]*/g).join("")""")
+        self.assertNotIn("--", said)
+        self.assertNotIn("--", shown)
+        self.assertNotEqual(said + shown, "")
+        return said or shown
+
+    def test_errors(self):
+        sway = (self.folder / "trial3.csv").read_bytes()
+        cases = {
+            "no sway": (self.table("time,load_kg"), {}),
+            "several": (self.table("time,x,y", lambda t: f"{t},{t % 1},{t % 2}"), {}),
+            "constant": (self.table("time,sway_deg"), {}),
+            "no time": (self.table("sway_deg", lambda t: f"{t % 1}"), {}),
+            "backwards": (self.table("time,sway_deg", lambda t: f"{-t},{t % 1}"), {}),
+            "uneven": (self.table("time,sway_deg", lambda t: f"{t * t},{t % 1}"), {}),
+            "fast": (self.table("time,sway_deg", lambda t: f"{t * 1e-6},{t % 1}"), {}),
+            "slow": (self.table("time,sway_deg", lambda t: f"{t * 1e4},{t % 1}"), {}),
+            "short": (self.table("time,sway_deg", lambda t: f"{t},{t % 1}"), {}),
+            "flat": (self.table("time,sway_deg", lambda t: f"{t},{100 * t}"), {}),
+            "offset": (self.table("time,sway_deg", lambda t: f"{t},{100 + t}"), {}),
+            "length": (self.table("time,sway_mm", lambda t: f"{t},{t % 1}"), {}),
+            "gap": (self.table("time,sway_deg", lambda t: f"{t},{'' if t == 0.5 else t % 1}"), {}),
+            "text": (self.table("time,sway_deg", lambda t: f"{t},{'x' if t == 0.5 else t % 1}"), {}),
+            "ragged": (self.table("time,sway_deg", lambda t: f"{t},{t % 1}" + (",1" if t == 0.5 else "")), {}),
+            "another table": (self.table("time,sway_deg", lambda t: f"{t},{t % 1}") + b"\nForces\nx,y\n1,2\n", {}),
+            "response": (b"frequency_hz,gain,phase_deg\n0.1,1,2\n0.2,1,2\n", {}),
+            "ankle": (self.table("time,ankle_angle", lambda t: f"{t},{t % 1}"), {}),
+            "no such column": (sway, {"column": "hip"}),
+            "time as sway": (sway, {"column": "1"}),
+            "no such tilt": (sway, {"tilt-column": "hip"}),
+            "sway as tilt": (sway, {"tilt-column": "2"}),
+            "no tilt": (self.table("time,sway_deg", lambda t: f"{t},{t % 1}"), {"invert": "tilt"}),
+            "a length": (sway, {"unit": "mm"}),
+            "no length": (sway, {"com-height": "0,9"}),
+            "far": (sway, {"com-height": "0,01", "unit": "m"}),
+            "height": (sway, {"com-height": "9"}),
+            "rate": (sway, {"rate": "0"}),
+            "begin": (sway, {"begin": "1000"}),
+            "begin and tilt": (sway, {"begin": "1", "tilt-column": "tilt_deg"}),
+            "before": (sway, {"begin": "-1"}),
+            "gaps": (sway, {"fill-gaps": "1000"}),
+            "mass": (sway, {"mass": "70"}),
+            "tall": (sway, {"mass": "70", "height": "175"}),
+            "data set": (b"PK\x03\x04 and so on", {}, "set.npz"),
+        }
+        for case, arguments in cases.items():
+            with self.subTest(case):
+                self.check(*arguments)
+                self.assertFalse(self.chromium.evaluate("results.has(outputs.html)"), "this is an answer, not an error")
+
+    def test_fields_and_what_a_page_lacks_are_named(self):
+        self.assertIn("\u201cSway column\u201d", self.check(self.table("time,load_kg")))
+        several = self.check(self.table("time,x,y", lambda t: f"{t},{t % 1},{t % 2}"))
+        self.assertIn("\u201cSway column\u201d", several)
+        self.assertIn("\u2039leg\u203a", several)
+        self.assertIn("only in the program decid, not in this page", several)
+        # Names of files are no options.
+        self.drop([("a --rate b.csv", self.table("time,load_kg"))])
+        self.assertIn("a --rate b.csv: ", self.problems())
+
+    def test_warnings_in_the_report(self):
+        def large(_, row):
+            return [row[0], str(30 * float(row[1])), *row[2:]]
+
+        def inverted(_, row):
+            return [*row[:2], str(-float(row[2]))]
+
+        def jumps(number, row):
+            return [row[0], str(float(row[1]) + 3 * (number // 3000 % 2)), *row[2:]]
+        for change in (large, inverted, jumps):
+            with self.subTest(change.__name__):
+                self.check(self.trial(change))
+        for setting in ({"invert": "tilt"}, {"unit": "rad"}):
+            with self.subTest(setting):
+                self.check((self.folder / "trial3.csv").read_bytes(), setting)
+        longer = self.trial(lambda number, row: [f"{float(row[0]) + 30:.2f}", *row[1:]])
+        self.check(longer, {"tilt-column": "none"})
+
+    def test_a_failed_recording_among_others(self):
+        self.drop(self.read("trial3.csv") + [("x.csv", self.table("time,load_kg"))])
+        self.assertIn("x.csv", self.problems())
+        self.assertNotIn("--", self.problems())
+        self.assertTrue(b"--column" in self.result("html"))  # a failure does not print pages
+        shown = self.chromium.evaluate("shownReport(results.get(outputs.html), answered.names)")
+        self.assertTrue("\u201cSway column\u201d" in shown and "--column" not in shown)
 
 
 class Nothing_leaves(Page):
@@ -340,16 +651,19 @@ class Same_bits(Page):
 
 
 class Fits(Page):
-    def test_a_fit_is_the_program_s(self):
-        self.drop(self.read("trial3.csv"))
+    """Minutes: only a whole fit has the program's bytes. Two recordings have a journal, which one has not."""
+
+    def test_a_fit_of_two_recordings_is_the_program_s(self):
+        self.drop(self.read("trial3.csv", "trial4.csv"))
         self.chromium.evaluate("delete document.body.dataset.done; at('fit').click()")
         self.wait_for("fit")
-        self.check_same("fit", "trial3.csv")
+        self.assertEqual(self.problems(), "")
+        self.check_same("fit", "trial3.csv", "trial4.csv")
 
 
 def load_tests(loader, _, __):
     """Page itself has no tests."""
-    kinds = [globals()[name] for name in sys.argv[4:]] or [Answers, Uses, Nothing_leaves, Without_relaxed_vectors, Same_bits, Fits]
+    kinds = [globals()[name] for name in sys.argv[4:]] or [Answers, Uses, Drops, Changes, Messages, Nothing_leaves, Without_relaxed_vectors, Same_bits, Fits]
     return unittest.TestSuite(loader.loadTestsFromTestCase(kind) for kind in kinds)
 
 

@@ -88,3 +88,14 @@ TEST_CASE("cells: dates of three kinds, and times of the day") {
     CHECK_FALSE(clock_time(none));
   }
 }
+
+TEST_CASE("cells: Fortran's exponents are numbers, other letters are not") {
+  CHECK(parse_number("1.0D-03").value == 1.0e-3);
+  CHECK(parse_number("-2.5d+02").value == -250.0);
+  CHECK(parse_number("+.5D1").value == 5.0);
+  CHECK(parse_number("3.D0").value == 3.0);
+  for (const char* cell : {"3D", "2D1", "1.0D", "1.0D-", "D1.0", "1.5deg", "1.0D1D1", "1.0D-03x"}) {
+    INFO(cell);
+    CHECK_FALSE(parse_number(cell).is_number);
+  }
+}

@@ -140,3 +140,75 @@ TEST_CASE("no clock's times are refused") {
   times[3] = 0.015;
   check_error([&] { read(sine_at(times)); }, {"line 5", "goes backwards, by 0.005"});
 }
+
+namespace {
+
+/// Times whose steps are one of these, in ms.
+std::vector<double> times_of_steps(const std::vector<double>& steps_ms, std::size_t count) {
+  const Random random(4, Stream::sensor_noise, 0);
+  std::vector<double> times{0.0};
+  for (std::size_t k = 1; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(random.uniform(k) * static_cast<double>(steps_ms.size()));
+    times.push_back(times.back() + 1e-3 * steps_ms[i]);
+  }
+  return times;
+}
+
+const Warning& uneven_times(const Recording& recording) {
+  for (const Warning& warning : recording.warnings)
+    if (warning.code == "uneven_times") return warning;
+  throw Error("test", "no warning of uneven times", "");
+}
+
+}  // namespace
+
+TEST_CASE("times without a grid, as headsets and webcams have them, are interpolated") {
+  // A headset at some 90 Hz: mean step 12.9 ms.
+  const std::vector<double> headset = times_of_steps({8.4, 9.0, 10.9, 11.1, 12.3, 17.2, 22.4}, 2000);
+  const Recording fast = read(sine_at(headset));
+  const double rate = 1999.0 / headset.back();
+  CHECK(near(fast.rate_hz, rate, 1e-9));
+  CHECK(fast.signals.at(com_sway).rad.size() == 2000);
+  // Cubics over steps of up to 22.4 ms err by (2 pi 0.0224)^4 3 / 128 = 9e-6; times within 1% of a sample move the sine
+  // by 2 pi 0.01 / 77 = 8e-4.
+  CHECK(deviation(fast, 2) < 1e-3);
+  CHECK(uneven_times(fast).severity == Severity::info);
+
+  // A webcam of 30 frames a second that drops some: straight lines would err by (2 pi 0.066)^2 / 8 = 2e-2.
+  const Recording slow = read(sine_at(times_of_steps({30, 33, 33, 33, 36, 40, 66}, 1000)));
+  CHECK(slow.rate_hz > 25.0);
+  CHECK(deviation(slow, 2) < 4e-3);
+
+  // A gap in them is a gap, at the right place: 0.5 s after the 500th sample.
+  std::vector<double> stopped = times_of_steps({30, 33, 36}, 1000);
+  for (std::size_t k = 500; k < 1000; ++k) stopped[k] += 0.5;
+  check_error([&] { read(sine_at(stopped)); }, {"sway_deg lacks", "--fill-gaps"});
+  const Recording filled = read(sine_at(stopped), {.fill_gaps_s = 0.6});
+  CHECK(near(filled.rate_hz, 999.0 / (stopped.back() - 0.5), 2e-3));
+  const auto after = static_cast<std::size_t>(stopped[600] * filled.rate_hz);
+  const double exact = std::sin(2.0 * sim::pi * static_cast<double>(after) / filled.rate_hz);
+  CHECK(within(filled.signals.at(com_sway).rad[after] / sim::rad_per_deg, exact, 4e-3));
+}
+
+TEST_CASE("samples far apart make interpolated times a caution, and close ones no swing") {
+  const Recording slow = read(sine_at(times_of_steps({60, 90, 140}, 500)));
+  CHECK(uneven_times(slow).severity == Severity::caution);
+  // Pairs of samples 0.1 ms apart that differ by noise of 0.001: a cubic through them would be off by 0.1.
+  std::vector<double> times = times_of_steps({9, 11}, 400);
+  for (std::size_t k = 100; k < 400; k += 10) times[k] = times[k - 1] + 1e-4;
+  std::string text = "time,sway_deg\n";
+  char line[64];
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    std::snprintf(line, sizeof line, "%.6f,%.4f\n", times[k], k % 2 == 0 ? 1.001 : 1.0);
+    text += line;
+  }
+  const Recording close = read(text);
+  for (const double value : close.signals.at(com_sway).rad) CHECK(within(value / sim::rad_per_deg, 1.0, 2e-3));
+}
+
+TEST_CASE("some uneven steps among even ones are a fault, not a clock without a grid") {
+  std::vector<double> times;
+  for (std::size_t k = 0; k < 500; ++k) times.push_back(0.01 * static_cast<double>(k));
+  for (std::size_t k = 100; k < 500; ++k) times[k] += 0.004;
+  check_error([&] { read(sine_at(times)); }, {"line 102", "steps by 0.014, elsewhere by 0.01"});
+}

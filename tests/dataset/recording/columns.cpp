@@ -91,3 +91,9 @@ TEST_CASE("columns: without a header a first column that rises evenly is time") 
   CHECK(time_of("a,b\n0,5\n1,5\n2,6\n") == -1);
   CHECK(time_of("a,t_x\n0,5\n1,5\n2,6\n") == 1);
 }
+
+TEST_CASE("columns: Delsys' X [s] is a time, other abscissas are not") {
+  CHECK(is_time_name("X [s]"));
+  CHECK(is_time_name("X (s)"));
+  for (const char* name : {"X", "X (mm)", "X s", "HIP X [s]", "Latency [s]"}) CHECK_FALSE(is_time_name(name));
+}

@@ -184,3 +184,28 @@ TEST_CASE("csv: what is no table is refused with its line") {
   check_error(making(wide(1001)), {"has 1001 columns", "1000"});
   check_error(making("a,b\n1,2\n" + wide(100'000)), {"t.csv", "line 3 has more than 131,072 bytes", "1000 columns"});
 }
+
+TEST_CASE("csv: a last line that is cut short is left out, and said") {
+  const std::string three = "a,b,c\n1,2,0.10\n3,4,0.20\n5,6,0.30\n";
+  for (const std::string cut : {"7", "7,", "7,8", "7,8,", "7,8,0", "7,8,0.", "7,8,0.4", "7,8,-", "7,8,0.4x"}) {
+    CAPTURE(cut);
+    const CsvTable table(three + cut, "t.csv");
+    CHECK(table.rows(0) == 3);
+    REQUIRE(table.warnings().size() == 1);
+    CHECK(table.warnings().front().code == "last_line_cut");
+    CHECK(table.warnings().front().severity == Severity::info);
+    CHECK(table.warnings().front().text.find("line 5") != std::string::npos);
+    CHECK(table.numbers(2) == std::vector<double>{0.1, 0.2, 0.3});
+  }
+  // Whole lines without a line end, and numbers of any length.
+  for (const std::string& whole :
+       {three + "7,8,0.40", three + "7,8,0.45", three + "7,8,12.00", std::string("a,b\n1,0.1\n2,0.25\n3,0.3\n4,0")}) {
+    CAPTURE(whole);
+    const CsvTable table(whole, "t.csv");
+    CHECK(table.rows(0) == 4);
+    CHECK(table.warnings().empty());
+  }
+  // A line end says that the line was written to its end.
+  check_error(making(three + "7,8\n"), {"line 5 has 2 columns"});
+  check_error(making(three + "x,8"), {"line 5 has 2 columns"});
+}

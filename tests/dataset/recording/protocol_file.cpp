@@ -48,6 +48,21 @@ TEST_CASE("the files in examples/ can be loaded") {
   const std::string folder = std::string(DECID_SOURCE_DIR) + "/examples/";
   CHECK(to_json(load_protocol(folder + "default.json")) == to_json(sim::default_protocol()));
   CHECK(to_json(load_protocol(folder + "short.json")) == to_json(sim::short_protocol()));
+  // The published table of positions, at its turning points, over the amplitude.
+  sim::Protocol comtest = load_protocol(folder + "comtest.json");
+  const sim::Stimulus published = sim::make_stimulus(comtest.experiment);
+  for (const auto& [ms, deg] : {std::pair{1970, 0.0},
+                                {57100, 0.27679},
+                                {57600, 0.05357},
+                                {58600, 0.38839},
+                                {59100, 0.5},
+                                {59350, 0.38839},
+                                {60600, 0.27679},
+                                {61970, 0.0}})
+    CHECK(within(published.tilt_at(ms) / sim::rad_per_deg * 225.0 / 224.0, deg, 1e-5));
+  comtest.name = "short";
+  comtest.sequence().offset_s = 0.0;
+  CHECK(to_json(comtest) == to_json(sim::short_protocol()));
   CHECK(load_protocol(folder + "measured.json").duration_s() == 25.0);
   CHECK(load_protocol(folder + "sines.json").duration_s() == 60.0);
   CHECK(load_protocol(folder + "raised_cosines.json").duration_s() == 62.0);
@@ -65,5 +80,5 @@ TEST_CASE("the files in examples/ can be loaded") {
   CHECK(to_json(people) == to_json(laboratory));
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) files += entry.path().extension() == ".json";
-  CHECK(files == 7);
+  CHECK(files == 8);
 }

@@ -2,6 +2,7 @@
 #include "dataset/recording/trial.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "base/random.hpp"
 #include "dataset/recording/recording.hpp"
@@ -256,4 +257,51 @@ TEST_CASE("a stimulus that repeats is found at its first cycle") {
   longer.sequence().cycles = 3;
   Recording recording = with_tilt(longer, 0.5, 14.0, 100.0);
   CHECK(within(bring_to_protocol(recording, protocol).tilt->delay_s, 0.5, 1e-9));
+}
+
+TEST_CASE("a rate below 25 Hz is a caution, below 5 Hz an error, unless it is the protocol's own") {
+  const sim::Protocol protocol = two_cycles();
+  const auto severity = [&](double rate_hz) -> std::optional<Severity> {
+    Recording recording = ramp(static_cast<std::size_t>(9.0 * rate_hz), rate_hz);
+    bring_to_protocol(recording, protocol);
+    for (const Warning& warning : recording.warnings)
+      if (warning.code == "slow_rate") return warning.severity;
+    return {};
+  };
+  CHECK(severity(5.0) == Severity::caution);
+  CHECK(severity(20.0) == Severity::caution);
+  CHECK_FALSE(severity(24.9));  // a webcam's 25 Hz
+  CHECK_FALSE(severity(30.0));
+  Recording slow = ramp(36, 4.0);
+  check_error([&] { bring_to_protocol(slow, protocol); }, {"r.csv", "has 4 Hz", "100 Hz", "25 Hz"});
+  slow.rate_advice = "call it time_ms";
+  check_error([&] { bring_to_protocol(slow, protocol); }, {"call it time_ms"});
+  sim::Protocol own = protocol;
+  own.experiment.sample_rate_hz = 4;
+  Recording same = ramp(36, 4.0);
+  CHECK(bring_to_protocol(same, own).sway_rad().size() == 36);
+  for (const Warning& warning : same.warnings) CHECK(warning.code != "slow_rate");
+}
+
+TEST_CASE("a tilt of COMTEST's published stimulus is called that, where the protocol is short") {
+  sim::Protocol comtest = sim::short_protocol();
+  comtest.sequence().offset_s = 9.12;
+  const sim::Protocol short_one = sim::short_protocol();
+  // To the protocol `short` it is nearly the same movement upside down, 0.88 s later.
+  Recording recording = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
+  check_error([&] { bring_to_protocol(recording, short_one); },
+              {"platform", "COMTEST", "from 0.5 s on", "'short'", "comtest.json"});
+  Recording found = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
+  found.tilt_was_found = true;
+  bring_to_protocol(found, short_one);
+  CHECK(trust_of(found.warnings) == Trust::not_usable);
+  CHECK(warns(found, "COMTEST"));
+  Recording fits = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
+  CHECK(within(bring_to_protocol(fits, comtest).tilt->delay_s, 0.5, 1e-3));
+  // Upside down, the protocol's own tilt stays what it is.
+  Recording inverted = with_tilt(short_one, 0.5, 65.0, 100.0, -1.0, 1e-4);
+  check_error([&] { bring_to_protocol(inverted, short_one); }, {"other sign", "--invert"});
+  // Other protocols have nothing to do with it.
+  Recording other = with_tilt(comtest, 0.5, 130.0, 100.0);
+  check_error([&] { bring_to_protocol(other, sim::default_protocol()); }, {"does not follow the protocol 'default'"});
 }

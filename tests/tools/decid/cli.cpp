@@ -168,6 +168,64 @@ TEST_CASE("identify makes the sway of leg and trunk, and reads standard input") 
   decid::test::check_refused("identify --hip 2 --shoulder 3 " + folder / "d.csv", {"--mass and --height"});
 }
 
+TEST_CASE("files may be pipes, as the shell's <(command) makes them") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  const auto piped = [&](const std::string& file, const std::string& arguments) {
+    return run_decid(arguments + ")", "cat " + file + " | (exec 3<&0; ");
+  };
+  const std::string model = std::string(DECID_SOURCE_DIR) + "/models/firmware.safetensors";
+  const auto answer = [](const decid::test::Result& run) {
+    CAPTURE(run.err);
+    REQUIRE(run.code == 0);
+    return Json::parse(run.out)["recordings"][0]["parameters"];
+  };
+  const Json plain = answer(run_decid("identify --json " + folder / "t.csv"));
+  CHECK(answer(piped(folder / "t.csv", "identify --json /dev/fd/3 -o " + folder / "o.json")) == plain);
+  CHECK(answer(piped(model, "identify --json --model /dev/fd/3 " + folder / "t.csv" + " -o " + folder / "o.json")) ==
+        answer(run_decid("identify --json --model " + model + " " + folder / "t.csv")));
+  decid::test::write_text(folder / "architecture", "fc 7\n");
+  const std::string training =
+      "train --stream --stream-trials 32 --validation-trials 16 --batch 16 --epochs 1 --quiet "
+      "--preset firmware --architecture ";
+  REQUIRE(run_decid(training + folder / "architecture" + " -o " + folder / "file.safetensors").code == 0);
+  CHECK(piped(folder / "architecture", training + "/dev/fd/3 -o " + folder / "pipe.safetensors").code == 0);
+  CHECK(read_text(folder / "pipe.safetensors") == read_text(folder / "file.safetensors"));
+}
+
+TEST_CASE("identify --section chooses among the tables of a file") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  const std::string table = read_text(folder / "t.csv");
+  decid::test::write_text(folder / "two.csv", "Devices\n\ntime,Fz\n0,1\n1,1\n2,1\n\nSway\n" + table);
+  const auto values = [](const decid::test::Result& run) {
+    CAPTURE(run.err);
+    REQUIRE(run.code == 0);
+    return Json::parse(run.out)["recordings"][0]["parameters"];
+  };
+  const Json whole = values(run_decid("identify --json " + folder / "t.csv"));
+  CHECK(values(run_decid("identify --json --section Sway " + folder / "two.csv")) == whole);
+  CHECK(values(run_decid("identify --json --section 2 " + folder / "two.csv")) == whole);
+  decid::test::check_refused("identify " + folder / "two.csv", {"two.csv", "1 'Devices'", "2 'Sway'", "--section"});
+  decid::test::check_refused("identify --section 2 --skip-lines 3 " + folder / "two.csv", {"--section, --skip-lines"});
+}
+
+TEST_CASE("identify says what it leaves out of a folder, unless it is to be quiet") {
+  const Folder folder;
+  std::filesystem::create_directories(folder / "in/day1");
+  REQUIRE(run_decid("simulate -o " + folder / "in/t.csv").code == 0);
+  REQUIRE(run_decid("simulate --seed 2 -o " + folder / "in/day1/u.csv").code == 0);
+  decid::test::write_text(folder / "in/participants.tsv", "participant_id\n");
+  const auto run = run_decid("identify " + folder / "in");
+  CHECK(run.code == 0);
+  CHECK(run.err.starts_with("note: left out: "));
+  CHECK(run.err.find("1 folder within (--recursive") != std::string::npos);
+  CHECK(run_decid("identify --quiet " + folder / "in").err.empty());
+  const auto all = run_decid("identify --json --recursive " + folder / "in");
+  CHECK(Json::parse(all.out)["recordings"].size() == 2);
+  CHECK_FALSE(Json::parse(all.out)["options"].contains("--recursive"));
+}
+
 TEST_CASE("export controller refuses what is not usable, and says what it takes for 0") {
   const Folder folder;
   REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);

@@ -9,10 +9,18 @@
 using decid::test::Folder;
 using decid::test::run_decid;
 using decid::test::write_text;
-using decid::tools::recording_files;
+using decid::tools::LeftOut;
 using Names = std::vector<std::string>;
 
 namespace {
+
+Names recording_files(const Names& arguments, const Names& others = {}, bool recursive = false) {
+  return decid::tools::recording_files(arguments, others, recursive).files;
+}
+
+LeftOut left_out(const std::string& argument, bool recursive = false, const Names& others = {}) {
+  return decid::tools::recording_files({argument}, others, recursive).left_out;
+}
 
 std::string refusal(const std::string& argument, const Names& others = {}) {
   try {
@@ -31,7 +39,7 @@ TEST_CASE("a folder stands for the recordings in it, in the order of their names
     write_text(folder / name, "");
   std::filesystem::create_directory(folder / "within.csv");
   const std::string path = folder / "";
-  CHECK(recording_files({path}, {}) ==
+  CHECK(recording_files({path}) ==
         Names{folder / "a.MAT", folder / "b.csv", folder / "c.txt", folder / "d.tsv", folder / "e.dat"});
   CHECK(recording_files({"first.csv", path, folder / "b.csv"}, {folder / "c.txt", "", folder / "./e.dat"}) ==
         Names{"first.csv", folder / "a.MAT", folder / "b.csv", folder / "d.tsv", folder / "b.csv"});
@@ -50,6 +58,54 @@ TEST_CASE("a pattern stands for what it matches, unless a file has that very nam
   CHECK(recording_files({folder / "s?.csv"}, {folder / "s1.csv"}) == Names{folder / "s2.csv"});
   CHECK(refusal(folder / "u*.csv").find("u*.csv: matches no file") != std::string::npos);
   CHECK(refusal(folder / "t*", {folder / "t1.csv"}).find("matches no file") != std::string::npos);
+}
+
+TEST_CASE("folders within are read where asked for, and by ** in a pattern") {
+  const Folder folder;
+  for (const char* name : {"in/s1/day1", "in/s2", "in/.cache"}) std::filesystem::create_directories(folder / name);
+  for (const char* name : {"in/a.csv", "in/s1/b.csv", "in/s1/day1/c.csv", "in/s1/day1/c.txt", "in/s2/d.csv",
+                           "in/s2/d.pdf", "in/.cache/e.csv"})
+    write_text(folder / name, "");
+  CHECK(recording_files({folder / "in"}) == Names{folder / "in/a.csv"});
+  CHECK(left_out(folder / "in").folders == 2);
+  CHECK(recording_files({folder / "in"}, {}, true) == Names{folder / "in/a.csv", folder / "in/s1/b.csv",
+                                                            folder / "in/s1/day1/c.csv", folder / "in/s1/day1/c.txt",
+                                                            folder / "in/s2/d.csv"});
+  CHECK(left_out(folder / "in", true).folders == 0);
+  CHECK(left_out(folder / "in", true).endings == std::set<std::string>{".pdf"});
+  CHECK(recording_files({folder / "in/**/*.csv"}) ==
+        Names{folder / "in/a.csv", folder / "in/s1/b.csv", folder / "in/s1/day1/c.csv", folder / "in/s2/d.csv"});
+  CHECK(recording_files({folder / "in/**/day?/*.csv"}) == Names{folder / "in/s1/day1/c.csv"});
+  CHECK(recording_files({folder / "in/s*/**"}) == Names{folder / "in/s1/b.csv", folder / "in/s1/day1/c.csv",
+                                                        folder / "in/s1/day1/c.txt", folder / "in/s2/d.csv"});
+  CHECK(recording_files({folder / "in/**/d.pdf"}) == Names{folder / "in/s2/d.pdf"});  // the pattern names it
+  CHECK(recording_files({folder / "in/s?"}, {}, true).size() == 4);
+  CHECK(refusal(folder / "in/**/z.csv").find("matches no file") != std::string::npos);
+  CHECK(refusal(folder / "none/**").find("matches no file") != std::string::npos);
+}
+
+TEST_CASE("what is left out of folders and patterns is counted") {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "in");
+  for (const char* name : {"in/a.csv", "in/participants.tsv", "in/README.txt", "in/readme.csv", "in/s1_channels.tsv",
+                           "in/LICENSE", "in/x.pdf", "in/y.pdf", "in/z.json", "in/.hidden.csv", "in/out.html"})
+    write_text(folder / name, "");
+  std::filesystem::create_symlink("nowhere.csv", folder / "in/dead.csv");
+  std::filesystem::create_symlink("a.csv", folder / "in/link.csv");
+  const LeftOut found = left_out(folder / "in", false, {folder / "in/out.html"});
+  CHECK(recording_files({folder / "in"}) == Names{folder / "in/a.csv", folder / "in/link.csv"});
+  CHECK(found.dead_links == 1);
+  CHECK(found.descriptions == 5);
+  CHECK(found.other_endings == 3);
+  CHECK(found.folders == 0);
+  CHECK(found.text() ==
+        "left out: 1 dead link, 3 files of other kinds (.json, .pdf), 5 descriptions (participants.tsv, README and the "
+        "like)");
+  CHECK(LeftOut().text().empty());
+  CHECK(recording_files({folder / "in/*.csv"}) == Names{folder / "in/a.csv", folder / "in/link.csv"});
+  CHECK(left_out(folder / "in/*.csv").dead_links == 1);
+  CHECK(refusal(folder / "in/p*.tsv").find("1 description") != std::string::npos);
+  CHECK(recording_files({folder / "in/participants.tsv"}) == Names{folder / "in/participants.tsv"});  // named itself
 }
 
 TEST_CASE("what is neither stands for itself, whether it is there or not") {
