@@ -62,7 +62,7 @@ class Fitter {
     FitFigures figures;
     const auto begin = std::chrono::steady_clock::now();
     const dataset::Trial& trial = id.estimate.trial;
-    const Density& density = trial.tilt ? with_known_start() : density_;
+    const Density& density = trial.tilt ? with_known_start(trial.tilt->moved_before) : density_;
     const posterior::Observation observation = density.observe(trial.sway_rad());
     figures.posterior = posterior::sample(density, observation, request_.settings, {}, progress);
     const Posterior& found = figures.posterior;
@@ -108,15 +108,17 @@ class Fitter {
   }
 
  private:
-  /// For recordings whose tilt says where the protocol starts.
-  const Density& with_known_start() {
+  /// For recordings whose tilt says where the protocol starts, and whether the platform moved before.
+  const Density& with_known_start(bool moved_before) {
     const std::lock_guard lock(one_at_a_time_);
-    if (!known_start_) {
+    std::optional<Density>& known = moved_before ? moved_before_ : known_start_;
+    if (!known) {
       posterior::Priors priors = request_.priors;
       priors.start_s = 0.0;
-      known_start_.emplace(density_.protocol(), priors);
+      priors.moved_before = priors.moved_before || moved_before;
+      known.emplace(density_.protocol(), priors);
     }
-    return *known_start_;
+    return *known;
   }
 
   Explainer explainer_;
@@ -124,7 +126,7 @@ class Fitter {
   Density density_;
   PredictiveChecker checker_;
   std::mutex one_at_a_time_;  // of what follows
-  std::optional<Density> known_start_;
+  std::optional<Density> known_start_, moved_before_;
   std::optional<Identifier> network_;
 };
 
