@@ -199,7 +199,7 @@ std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_o
   for (std::size_t i = 0; i < asked.parameter_prior_count; ++i) {
     const decid_parameter_prior& of = asked.parameter_priors[i];
     decid::posterior::ParameterPrior& prior = priors.emplace_back();
-    prior.name = given(of.name, where, "parameter_priors.name");
+    prior.name = &given(of.name, where, "parameter_priors.name");
     if (!std::isnan(of.low) || !std::isnan(of.high)) prior.range = {of.low, of.high};
     if (of.sd != 0.0) prior.normal = {of.mean, of.sd};
   }
