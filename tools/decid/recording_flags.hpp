@@ -25,13 +25,18 @@ void add_body_options(const Command& command, BodyFlags& flags);
 struct RecordingFlags : BodyFlags {
   std::vector<std::string> files;
   std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
-  std::string leg, trunk, hip, shoulder, ankle;
+  std::string leg, trunk, hip, shoulder, ankle, trial;
   std::optional<double> rate, begin, com_height;
   std::optional<int> skip_lines;
   double fill_gaps = 0.0;
   std::optional<double> missing;
 
-  std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }
+  std::vector<RecordingSource> sources;  ///< of the files, once they are found
+
+  /// Finds the recordings that the arguments name (recording_files.hpp), except `others`; `files` are their names then.
+  void find_sources(const std::vector<std::string>& others);
+  /// The files of the recordings, each once.
+  std::vector<std::string> distinct_files() const;
   /// Throws Error for options that contradict each other.
   ReadOptions read_options() const;
   /// Those of --truth, if it was given. Throws Error for others than the table's.
