@@ -233,11 +233,13 @@ void refuse_several(const Table& table, const std::vector<int>& columns, const s
     numbers += (i == 0 ? "" : i + 1 < columns.size() ? ", " : " and ") + std::to_string(columns[i] + 1);
     if (list.size() < 200) list += (i == 0 ? "'" : ", '") + names[static_cast<std::size_t>(columns[i])] + "'";
   }
-  const auto is_called_so = [&](int column) { return names[static_cast<std::size_t>(column)] == name; };
-  if (std::ranges::all_of(columns, is_called_so))
+  const auto has_path = [&](int column) {
+    return table.own_name(column) != names[static_cast<std::size_t>(column)] || !table.arrays().empty();
+  };
+  if (std::ranges::none_of(columns, has_path))
     throw Error(where, std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
                 "give the column's number, from 1, as " + setting);
-  throw Error(where, "has several columns called '" + name + "': " + list,
+  throw Error(where, "has several columns called '" + std::string(without_index(name)) + "': " + list,
               "name one with " + setting + trial_advice(table));
 }
 

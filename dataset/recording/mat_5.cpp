@@ -1,4 +1,4 @@
-// MAT-files of versions 4 to 7: see mat_5.hpp. A file may claim anything: every size is held against what is there.
+// MAT-files of versions 5 to 7: see mat_5.hpp. A file may claim anything: every size is held against what is there.
 #include "dataset/recording/mat_5.hpp"
 
 #include <zlib.h>
@@ -9,13 +9,13 @@
 #include <tuple>
 
 #include "base/error.hpp"
+#include "dataset/recording/mat_bytes.hpp"
 #include "dataset/recording/table.hpp"
 
 namespace decid::dataset {
 namespace {
 
 constexpr std::size_t header_bytes = 128, tag_bytes = 8;
-constexpr std::size_t longest_name = 1024;  // MATLAB's own have 63 characters
 
 /// The types of data elements that are used here, by the format's numbers.
 enum : std::uint32_t {
@@ -34,61 +34,6 @@ enum : std::uint32_t {
   utf8,
   utf16,
   utf32
-};
-
-[[noreturn]] void refuse_damaged(const std::string& where, const std::string& what) {
-  throw Error(where, "is cut short or damaged" + what, "copy or save it again");
-}
-
-/// Numbers as they lie in a file, of either byte order.
-class MatBytes {
- public:
-  MatBytes(std::string_view bytes, bool swapped, const std::string& where)
-      : bytes_(bytes), swapped_(swapped), where_(where) {}
-
-  std::size_t left() const { return bytes_.size(); }
-  bool swapped() const { return swapped_; }
-
-  std::string_view take(std::size_t count) {
-    if (count > bytes_.size()) refuse_damaged(where_, "");
-    const std::string_view taken = bytes_.substr(0, count);
-    bytes_.remove_prefix(count);
-    return taken;
-  }
-  void pass_at_most(std::size_t count) { bytes_.remove_prefix(std::min(count, bytes_.size())); }
-
-  template <class T>
-  T number() {
-    return number_at<T>(take(sizeof(T)).data());
-  }
-
-  /// `count` numbers of type T.
-  template <class T>
-  std::vector<double> numbers(std::size_t count) {
-    if (count > left() / sizeof(T)) refuse_damaged(where_, "");
-    const char* from = take(count * sizeof(T)).data();
-    std::vector<double> values(count);
-    for (double& value : values) {
-      value = static_cast<double>(number_at<T>(from));
-      from += sizeof(T);
-    }
-    return values;
-  }
-
- private:
-  template <class T>
-  T number_at(const char* from) const {
-    T value;
-    char raw[sizeof(T)];
-    std::memcpy(raw, from, sizeof(T));
-    if (swapped_) std::reverse(raw, raw + sizeof(T));
-    std::memcpy(&value, raw, sizeof(T));
-    return value;
-  }
-
-  std::string_view bytes_;
-  bool swapped_;
-  const std::string& where_;
 };
 
 /// Of a file of version 5.
@@ -362,33 +307,6 @@ class Reader5 {
   int variables_left_ = most_mat_variables;
 };
 
-/// The first number of a variable of version 4: a digit each for byte order, 0, type of number and kind of matrix.
-bool is_type_4(std::uint32_t type) {
-  return type / 1000 <= 1 && type / 100 % 10 == 0 && type / 10 % 10 <= 5 && type % 10 <= 2;
-}
-
-std::uint32_t first_number(std::string_view bytes, bool swapped) {
-  const std::string none;
-  return MatBytes(bytes.substr(0, 4), swapped, none).number<std::uint32_t>();
-}
-
-std::vector<double> numbers_4(MatBytes& from, std::uint32_t precision, std::size_t count) {
-  switch (precision) {
-    case 0:
-      return from.numbers<double>(count);
-    case 1:
-      return from.numbers<float>(count);
-    case 2:
-      return from.numbers<std::int32_t>(count);
-    case 3:
-      return from.numbers<std::int16_t>(count);
-    case 4:
-      return from.numbers<std::uint16_t>(count);
-    default:
-      return from.numbers<std::uint8_t>(count);
-  }
-}
-
 }  // namespace
 
 MatVersion mat_version(std::string_view bytes) {
@@ -398,49 +316,7 @@ MatVersion mat_version(std::string_view bytes) {
     if (end == std::string_view("\x00\x02IM", 4) || end == std::string_view("\x02\x00MI", 4)) return MatVersion::v73;
   }
   if (bytes.size() < 20) return MatVersion::none;
-  return is_type_4(first_number(bytes, false)) || is_type_4(first_number(bytes, true)) ? MatVersion::v4
-                                                                                       : MatVersion::none;
-}
-
-std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& where) {
-  std::vector<MatVariable> variables;
-  MatBytes from(bytes, !is_type_4(first_number(bytes, false)), where);
-  std::size_t values_left = most_mat_values(bytes.size()), characters_left = most_mat_characters;
-  while (from.left() > 0) {
-    const auto type = from.number<std::uint32_t>(), height = from.number<std::uint32_t>();
-    const auto width = from.number<std::uint32_t>(), imaginary = from.number<std::uint32_t>();
-    const auto name_bytes = from.number<std::uint32_t>();
-    if (!is_type_4(type)) refuse_damaged(where, "");
-    if (variables.size() == std::size_t{most_mat_variables})
-      throw Error(where, "holds more than 10000 variables", "save the trial to be identified alone");
-    MatVariable variable;
-    if (name_bytes > longest_name) refuse_damaged(where, ", in a name");
-    const std::string_view name = from.take(name_bytes);
-    variable.name = name.substr(0, name.find('\0'));
-    variable.height = height;
-    variable.width = width;
-    if (width != 0 && height > values_left / width)
-      throw Error(where, variable.name + " claims too many values", "save the trial to be identified alone");
-    const std::size_t count = variable.height * width;
-    using Kind = MatVariable::Kind;
-    variable.kind = type % 10 == 1   ? Kind::text
-                    : type % 10 == 2 ? Kind::sparse
-                    : imaginary != 0 ? Kind::complex
-                                     : Kind::numbers;
-    variable.values = numbers_4(from, type / 10 % 10, count);
-    if (imaginary != 0) numbers_4(from, type / 10 % 10, count);
-    if (variable.kind == Kind::text && count <= characters_left) {
-      characters_left -= count;
-      std::vector<std::uint32_t> characters;
-      for (const double value : variable.values)
-        characters.push_back(value >= 0.0 && value < 1e6 ? static_cast<std::uint32_t>(value) : std::uint32_t{'?'});
-      variable.text = text_rows(characters, variable.height, variable.width);
-    }
-    if (variable.kind != Kind::numbers) variable.values.clear();
-    values_left -= variable.values.size();
-    variables.push_back(std::move(variable));
-  }
-  return variables;
+  return is_mat_4(bytes) ? MatVersion::v4 : MatVersion::none;
 }
 
 std::vector<MatVariable> read_mat_5(std::string_view bytes, const std::string& where) {

@@ -201,14 +201,18 @@ std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t most
     if (count > left.values) throw Error(path, "claims too many values", "");
     // h5py pads the name of the class with nulls where MATLAB ends it with one, or leaves it out; matio then knows no
     // class. HDF5 itself converts whatever numbers there are.
-    if (variable->class_type == MAT_C_EMPTY && count > 0) {
+    const bool is_guess = variable->class_type == MAT_C_EMPTY && count > 0;
+    if (is_guess) {
       variable->class_type = MAT_C_DOUBLE;
       variable->data_type = MAT_T_DOUBLE;
     }
     const bool is_array = variable->class_type == MAT_C_STRUCT || variable->class_type == MAT_C_CELL;
     const bool is_read = (is_array && count <= std::size_t{most_mat_variables}) || variable->class_type == MAT_C_CHAR ||
                          (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);
-    if (is_read && matio().read_data_all(file.get(), variable.get()) != 0) throw Error(path, "is damaged", "");
+    if (is_read && matio().read_data_all(file.get(), variable.get()) != 0) {
+      if (!is_guess) throw Error(path, "is damaged", "");
+      variable->class_type = MAT_C_OPAQUE;  // references, say: the others may be read
+    }
     variables.push_back(converted(*variable, 0, left));
   }
   return variables;

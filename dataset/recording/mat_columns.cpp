@@ -305,6 +305,7 @@ class Collector {
     const std::string outer = outer_;
     MatScope inner = scope;
     inner.emplace_back("signals");
+    bool any = false;
     for (MatVariable* signal : all) {
       MatVariable* values = find(signal->fields, "values");
       const std::string label = words_of(find(signal->fields, "label"));
@@ -312,9 +313,10 @@ class Collector {
       outer_ = outer;
       outer_ = path_to(several ? "signals" + signal->name : "signals");
       add(*values, inner, {{label}, {}});
+      any = true;
     }
     outer_ = outer;
-    signals->fields.clear();
+    if (any) signals->fields.clear();
   }
 
   /// Qualisys: Labels and Data of markers x (X, Y, Z, residual) x frames in mm; Name, Positions and RPYs of bodies.

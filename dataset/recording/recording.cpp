@@ -42,12 +42,17 @@ std::string time_hint(const std::string& name, double rate_hz) {
                                   : "if it is in seconds, call it time_s, or give --rate";
 }
 
-/// Returns true if a time lies before another by more than a tenth of what they span: a recording begins there.
-bool goes_far_back(const std::vector<double>& time) {
-  const auto [first, last] = std::ranges::minmax(time);
-  const double far = 0.1 * (last - first);
-  for (std::size_t i = 2; i < time.size(); ++i)  // a single wrong time comes and goes
-    if (time[i - 1] - time[i] > far && time[i - 1] - time[i - 2] < far) return true;
+/// Returns true if a time lies before the last one by more than a tenth of what all span: a recording begins there.
+bool goes_far_back(const Table& table, int column) {
+  constexpr std::size_t fewest = 20;
+  try {
+    const std::vector<double> time = table.times(column);
+    const auto [first, last] = std::ranges::minmax(time);
+    const double far = 0.1 * (last - first);
+    for (std::size_t i = 2; i < time.size() && time.size() >= fewest; ++i)  // a single wrong time comes and goes
+      if (time[i - 1] - time[i] > far && time[i - 1] - time[i - 2] < far) return true;
+  } catch (const Error&) {  // no times at all
+  }
   return false;
 }
 
@@ -72,7 +77,7 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   } catch (const SeveralRecordings& error) {  // A rate would join them.
     throw Error(error.where(), error.problem(), remedy_for_several(""));
   } catch (const Error& error) {
-    if (goes_far_back(table.times(time)))
+    if (goes_far_back(table, time))
       throw Error(error.where(), error.problem() + ": the file holds several recordings", remedy_for_several(""));
     if (!options.rate_hz) throw;
     add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());

@@ -91,7 +91,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) {
     // "0,01,0,02": names are half as many as their cells, so that they are no header.
-    const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0;
+    const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
     std::string list;
     for (const int column : candidates)
       list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + name_of(table, column) + "'";

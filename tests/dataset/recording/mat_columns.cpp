@@ -87,7 +87,7 @@ TEST_CASE("arrays of structures, cells and pages: each element is a recording, w
   check_made("pages.mat", {.column = "data(:,1,2)"}, 2.0);
   CHECK(trials_of(made("struct_array.mat"), {.trial_column = "trials"}) == Strings{"1", "2"});
   CHECK(trials_of(made("wide.mat"), {.trial_column = "data"}) == Strings{"1", "2"});
-  check_error(reading("cell.mat"), {"several columns", "data{1}(:,1)", "--trial data makes each of its 2 elements"});
+  check_error(reading("cell.mat"), {"several columns", "data{1}(:,2)", "--trial data makes each of its 2 elements"});
   check_error(reading("pages.mat"), {"several columns", "--trial data"});
   for (const char* none : {"0", "3", "", "1x", "-1"})
     check_error(reading("struct_array.mat", {.trial_column = "trials", .trial = none}), {"has no recording '"});
