@@ -94,8 +94,9 @@ std::optional<double> scalar_of(const MatVariable* variable) {
   return variable->values[0];
 }
 
+/// A label with its unit, unless it ends in one.
 std::string labelled(const std::string& label, const std::string& unit) {
-  return unit.empty() ? label : label + " (" + unit + ")";
+  return unit.empty() || unit_in(label) || metres_in_unit_of(label) ? label : label + " (" + unit + ")";
 }
 
 /// Walks over a file's variables.

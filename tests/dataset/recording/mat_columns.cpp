@@ -159,6 +159,8 @@ TEST_CASE("names for columns come from a list of as many; short vectors within a
   CHECK(names(columns_of({numbers("data", 2, 3), cell({"a", "b"})}, "f")) == Strings{"a", "b"});
   CHECK(names(columns_of({numbers("data", 30, 1), text("labels", {"lean"}), text("units", {"rad"})}, "f")) ==
         Strings{"lean (rad)"});
+  CHECK(names(columns_of({numbers("data", 30, 1), text("labels", {"lean_rad"}), text("units", {"rad"})}, "f")) ==
+        Strings{"lean_rad"});
   CHECK(names(columns_of({numbers("sway", 30, 1), text("labels", {"lean"})}, "f")) == Strings{"sway"});
   const auto element = [](std::size_t values) {
     return holding(Kind::structure, "(1)", {numbers("limits", values, 1)});
