@@ -13,12 +13,13 @@ namespace decid::dataset {
 
 namespace {
 
-/// What to do with MATLAB's own objects, of which the file says no more than the class.
-std::string remedy_for(const std::string& held) {
-  const auto has = [&](const char* name) { return held.find(name) != std::string::npos; };
+/// What to do about variables that are no columns, by their kinds.
+std::string remedy_for(const std::string& unread) {
+  const auto has = [&](const char* name) { return unread.find(name) != std::string::npos; };
   if (has("timeseries object"))
     return "save its parts in MATLAB: time = ts.Time; sway = ts.Data; save('file.mat', 'time', 'sway')";
   if (has("table object")) return "write it in MATLAB as text: writetable(T, 'file.csv'), or writetimetable";
+  if (has(" numbers)")) return "put the samples first in MATLAB, say x = permute(x, [3 1 2]), and save it again";
   return "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";
 }
 
@@ -36,7 +37,7 @@ MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : 
   if (columns.empty()) {
     const std::string& held = content_.held;
     throw Error(where_, held.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + held,
-                remedy_for(held));
+                remedy_for(content_.unread));
   }
   const bool all_count = std::ranges::all_of(content_.arrays, &TableArray::is_matrix);
   const std::size_t most = all_count ? most_columns : most_mat_columns;

@@ -30,6 +30,7 @@ class MatTable final : public Table {
   std::vector<double> numbers(int column, Missing missing) const override;
   std::string place_of(std::size_t row) const override;
   const std::vector<StatedRate>& stated_rates() const override { return rates_; }
+  std::string unread() const override { return content_.unread; }
   bool choose(int column) override;
   int first_column() const override { return first_; }
   const std::vector<TableArray>& arrays() const override { return content_.arrays; }

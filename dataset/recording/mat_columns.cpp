@@ -111,7 +111,7 @@ class Collector {
     add_interval(variables, scope);
     const Labels labels = labels_in(variables);
     for (MatVariable& variable : variables) {
-      describe(variable);
+      describe(variable, made.held);
       if (!is_done || variable.values.size() < 2) add(variable, scope, labels);
     }
   }
@@ -129,14 +129,17 @@ class Collector {
     return outer_.empty() ? name : name.starts_with('(') || name.starts_with('{') ? outer_ + name : outer_ + "." + name;
   }
 
-  void describe(const MatVariable& variable) {
-    if (!variable.is_matrix || variable.name.empty() || made.held.size() >= 200) return;
+  /// "trial.x (12 x 2 complex)"
+  std::string described(const MatVariable& variable) const {
     std::string size = std::to_string(variable.height) + " x " + std::to_string(variable.width);
     if (variable.pages != 1) size += " x " + std::to_string(variable.pages);
-    const bool has_class = variable.kind == Kind::object && !variable.text.empty();
-    if (has_class) size = variable.text.front();
-    made.held +=
-        (made.held.empty() ? "" : ", ") + path_to(variable.name) + " (" + size + " " + text_of(variable.kind) + ")";
+    if (!variable.is_matrix) size = "more than three dimensions,";
+    if (variable.kind == Kind::object && !variable.text.empty()) size = variable.text.front();
+    return path_to(variable.name) + " (" + size + " " + text_of(variable.kind) + ")";
+  }
+
+  void describe(const MatVariable& variable, std::string& list) const {
+    if (!variable.name.empty() && list.size() < 200) list += (list.empty() ? "" : ", ") + described(variable);
   }
 
   /// A list of names beside a matrix, and one of units.
@@ -166,7 +169,8 @@ class Collector {
   }
 
   void add(MatVariable& variable, const MatScope& scope, const Labels& labels) {
-    if (!variable.is_matrix) return;
+    const bool is_strange = one_of(text_of(variable.kind), {"complex", "sparse", "object"});
+    if (is_strange || !variable.is_matrix) return describe(variable, made.unread);
     if (!variable.fields.empty()) return add_inner(variable, scope);
     if (variable.values.size() == 1) return add_scalar(variable, scope);
     if (variable.values.empty()) return;
@@ -272,7 +276,8 @@ class Collector {
     const std::size_t height = variable.height, width = variable.width, pages = variable.pages;
     const bool wide = width > height;
     const std::size_t channels = wide ? height : width, samples = wide ? width : height;
-    if (samples <= pages || samples <= channels || channels * pages > most_mat_columns) return;
+    if (samples <= pages || samples <= channels || channels * pages > most_mat_columns)
+      return describe(variable, made.unread);
     const std::string path = path_to(variable.name);
     for (std::size_t page = 0; page < pages; ++page) {
       elements_.emplace_back(path, page);

@@ -35,7 +35,7 @@ struct MatColumns {
   std::vector<MatColumn> columns;
   std::vector<TableArray> arrays;  ///< whose elements may be recordings
   std::vector<MatRate> rates;
-  std::string held;  ///< all variables, for an Error
+  std::string held, unread;  ///< all variables, and those that are no columns by their kind, for an Error
 };
 
 /// Makes columns of variables. A vector is one, a matrix one for each of its columns, or rows if it is wider than high;

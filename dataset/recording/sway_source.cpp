@@ -83,8 +83,10 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
                                recording.file, "--column");
   if (named >= 0) return named;
   std::vector<int> candidates = sway_candidates(table, time);
-  if (candidates.empty())
-    throw Error(recording.file, "has a column of time but none of sway", "add the sway, or name it with --column");
+  const std::string unread = table.unread().empty() ? std::string() : "; not read: " + table.unread();
+  const char* const add = unread.empty() ? "add the sway, or name it with --column"
+                                         : "save the sway as a vector of real numbers, or name it with --column";
+  if (candidates.empty()) throw Error(recording.file, "has a column of time but none of sway" + unread, add);
   const int tilt = find_tilt_column(table, time, recording.file, "--column");
   std::erase(candidates, tilt);
   if (!options.trial_column.empty())
@@ -103,8 +105,8 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
             trial_advice(table));
   }
   if (candidates.empty())
-    throw Error(recording.file, "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but none of sway",
-                "add the sway, or name it with --column");
+    throw Error(recording.file,
+                "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but none of sway" + unread, add);
   const int sway = candidates.front();
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",

@@ -69,6 +69,9 @@ class Table {
   /// Lines of the file above the table, which are not read.
   virtual std::size_t preamble_lines() const { return 0; }
 
+  /// What may hold signals and is not read, for people: "z (20 x 1 complex)".
+  virtual std::string unread() const { return {}; }
+
   /// Says which column is the sway: columns and rates of other structures no longer count. Returns false where there
   /// are no structures.
   virtual bool choose(int) { return false; }

@@ -143,6 +143,7 @@ TEST_CASE("pages are read where the dimension of the samples is plain") {
   CHECK(columns(30, 2, 30).columns.empty());
   CHECK(columns(103, 102, 99).columns.empty());  // more than any file's columns
   CHECK(columns(2, 3, 30).held == "x (2 x 3 x 30 numbers)");
+  CHECK(columns(2, 3, 30).unread == "x (2 x 3 x 30 numbers)");
   CHECK(paths(columns(1, 2, 30)) == Strings{"x(1,:)", "x(2,:)"});
   CHECK(paths(columns(1, 1, 30)) == Strings{"x"});
 }
@@ -176,6 +177,24 @@ TEST_CASE("an index at a name's end is no part of its unit") {
     CHECK(name_without_unit(name) == "sway");
   }
   for (const char* name : {"sway (2)", "(:,2)", "{2}", "sway(a:b)"}) CHECK_FALSE(unit_in(name));
+}
+
+TEST_CASE("what holds signals and is not read is named with its kind") {
+  const MatVariable complex{.name = "z", .kind = Kind::complex, .height = 20, .width = 1};
+  const MatVariable table{.name = "T", .kind = Kind::object, .text = {"table"}};
+  const MatVariable four{.name = "x", .is_matrix = false};
+  const MatVariable note = text("note", {"a"});
+  CHECK(columns_of({complex, table, four, note}, "f").unread ==
+        "z (20 x 1 complex), T (table object), x (more than three dimensions, numbers)");
+  const TemporaryFolder folder;
+  // time and z of 20 values each, of which only the time is real.
+  std::string bytes = read_text(made("v4.mat"));
+  const std::size_t at = bytes.find("COM_x");
+  REQUIRE(at != std::string::npos);
+  bytes[at - 20] = 2;  // sparse, by the type of its variable
+  bytes.resize(bytes.find("tilt_deg") - 20);
+  check_error([&] { read_recording(write_text(folder / "f.mat", bytes), {}); },
+              {"none of sway", "not read: COM_x (20 x 1 sparse)", "vector of real numbers"});
 }
 
 TEST_CASE("LabChart's channels lie within its data, once each") {
