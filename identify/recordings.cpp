@@ -93,7 +93,8 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol, const
       if (const auto* tilt = recording.signals.find(dataset::platform_tilt)) id.tilt_column = tilt->column;
       id.estimate.warnings = std::move(recording.warnings);
     } catch (const Error& error) {
-      id.error = error;
+      const bool is_file = error.where() == sources[i].file.string();
+      id.error = is_file ? Error(id.file, error.problem(), error.remedy()) : error;
     }
   });
   return all;

@@ -187,14 +187,13 @@ TEST_CASE("what holds signals and is not read is named with its kind") {
   CHECK(columns_of({complex, table, four, note}, "f").unread ==
         "z (20 x 1 complex), T (table object), x (more than three dimensions, numbers)");
   const TemporaryFolder folder;
-  // time and z of 20 values each, of which only the time is real.
   std::string bytes = read_text(made("v4.mat"));
   const std::size_t at = bytes.find("COM_x");
   REQUIRE(at != std::string::npos);
   bytes[at - 20] = 2;  // sparse, by the type of its variable
   bytes.resize(bytes.find("tilt_deg") - 20);
   check_error([&] { read_recording(write_text(folder / "f.mat", bytes), {}); },
-              {"none of sway", "not read: COM_x (20 x 1 sparse)", "vector of real numbers"});
+              {"none of sway", "not read: COM_x (1 x 20 sparse)", "vector of real numbers"});
 }
 
 TEST_CASE("LabChart's channels lie within its data, once each") {
