@@ -54,7 +54,7 @@ struct Recording {
   Warnings warnings;            ///< what was assumed, what looks odd
 };
 
-/// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables or fields of a struct; a matrix's columns by
+/// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables, fields, elements of arrays; matrix columns by
 /// number). CSV: separator (comma, semicolon, tab, blanks), decimal comma, header, a line of units and comment lines
 /// (#, %) are recognised, and lines above the table; text may be UTF-8, UTF-16 or Windows-1252. "-" is standard input.
 /// The time is the first column called time, t, timestamp, Zeit or the like, in seconds unless its name ends in ms or

@@ -1,6 +1,8 @@
 // Several recordings in one file of text: a column tells them apart, and without it they are refused.
 #include "dataset/recording/trials.hpp"
 
+#include <limits>
+
 #include "tests/dataset/recording/reading.hpp"
 
 using namespace decid;
@@ -10,6 +12,23 @@ using namespace decid::test;
 namespace {
 
 using Strings = std::vector<std::string>;
+
+/// A kind of file that holds one recording.
+class OneRecording final : public Table {
+ public:
+  std::size_t rows(int) const override { return 4; }
+  bool has_header() const override { return true; }
+  const std::vector<std::string>& names() const override { return names_; }
+  std::vector<double> numbers(int, Missing) const override {
+    return {1.0, std::numeric_limits<double>::quiet_NaN(), 2.5, 1.0};
+  }
+  std::string place_of(std::size_t) const override { return "row"; }
+  const std::vector<StatedRate>& stated_rates() const override { return rates_; }
+
+ private:
+  std::vector<std::string> names_{"trial"};
+  std::vector<StatedRate> rates_;
+};
 
 /// Two recordings of 1, 2, 3 degrees and twice that, at 100 Hz.
 constexpr const char* two =
@@ -78,4 +97,16 @@ TEST_CASE("several recordings below each other are refused without --trial, with
   check_one_two_three("block,time,angle_deg\n1,0,1\n1,0.01,2\n2,0.02,3\n", {.is_one_trial = true});
   // A single wrong time is another fault.
   check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), {"line 5", "--rate"});
+}
+
+TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {
+  OneRecording table;
+  const RowLabels labels = table.labels(0);
+  CHECK(labels.values == Strings{"1", "", "2.5"});
+  CHECK(labels.of_row == std::vector<std::uint32_t>{0, 1, 2, 0});
+  check_error([&] { table.keep_rows(0, {0, 3}); }, {"--trial", "'trial'"});
+  table.keep_element("trials", 0);
+  CHECK(table.arrays().empty());
+  CHECK(table.unread().empty());
+  CHECK_FALSE(table.choose(0));
 }
