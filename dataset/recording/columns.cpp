@@ -259,7 +259,7 @@ int find_named(const Table& table, int without, std::initializer_list<const char
     for (int i = 0; i < table.columns(); ++i) {
       const std::string& here = table.own_name(i);
       if (i == without || name_without_unit(here) != name) continue;
-      if (found.empty() || words(here) == words(table.own_name(found.front()))) found.push_back(i);
+      if (found.empty() || without_index(here) == without_index(table.own_name(found.front()))) found.push_back(i);
     }
     if (found.size() > 1) refuse_several(table, found, table.own_name(found.front()), where, setting);
     if (!found.empty()) return found.front();

@@ -95,9 +95,10 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags) {
   const Option recordings = command.add_option("recordings", flags.files,
                                                "CSV or MAT-files (a column of sway, usually one of time), folders of "
                                                "them, or quoted patterns; - is standard input");
-  command.add_option("--trial", flags.trial,
-                     "Column that tells several recordings of a file apart, or several (subject,trial), or an array of "
-                     "a MAT-file: each is a recording; none: a file is one");
+  command.add_option(
+      "--trial", flags.trial,
+      "Read each value of this column, or of several (subject,trial), or each element of this array of a "
+      "MAT-file, as a recording; none: a file is one; default: refuse files of several");
   add_reading_options(command, flags);
   return recordings;
 }
