@@ -146,10 +146,10 @@ const char* name(FitFigures::Answer answer) {
   return answer == FitFigures::Answer::network ? "network" : "posterior";
 }
 
-FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
-                                const std::vector<std::filesystem::path>& files, const ReadOptions& options,
-                                const FitRequest& request, const FitProgress& progress, const OnFitted& fitted) {
-  std::vector<Identification> read = read_recordings(protocol, files, options);
+FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol, const std::vector<RecordingSource>& sources,
+                                const ReadOptions& options, const FitRequest& request, const FitProgress& progress,
+                                const OnFitted& fitted) {
+  std::vector<Identification> read = read_recordings(protocol, sources, options);
   return fit_recordings(model, std::move(protocol), std::move(read), options.body, request, progress, fitted);
 }
 

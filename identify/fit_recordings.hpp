@@ -57,9 +57,8 @@ using OnFitted = std::function<void(FittedRecordings& all, std::size_t recording
 /// experiment. A run that is stopped keeps what was drawn until then, and begins no other recording. What comes out
 /// does not depend on the number of threads. Throws Error if the protocol cannot be fitted; an error of a recording is
 /// its own.
-FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol,
-                                const std::vector<std::filesystem::path>& files, const ReadOptions& options,
-                                const FitRequest& request, const FitProgress& progress = {},
+FittedRecordings fit_recordings(const Model* model, sim::Protocol protocol, const std::vector<RecordingSource>& sources,
+                                const ReadOptions& options, const FitRequest& request, const FitProgress& progress = {},
                                 const OnFitted& fitted = {});
 /// The same for recordings that have been read, as read_recordings() does for `protocol`; body: the subject's, if it is
 /// known.

@@ -51,43 +51,66 @@ Warnings Identification::warnings() const {
   return all;
 }
 
-std::vector<Identification> read_recordings(const sim::Protocol& protocol,
-                                            const std::vector<std::filesystem::path>& files,
+std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>& files,
+                                        const dataset::RecordingOptions& options) {
+  if (options.trial_column.empty()) return {files.begin(), files.end()};
+  std::vector<std::vector<RecordingSource>> found(files.size());
+  parallel_for(static_cast<int>(files.size()), [&](int place) {
+    const auto i = static_cast<std::size_t>(place);
+    if (files[i] == "-") return;
+    try {
+      for (const std::string& trial : dataset::trials_of(files[i], options)) found[i].emplace_back(files[i], trial);
+    } catch (const Error&) {
+      found[i] = {files[i]};
+    }
+  });
+  std::vector<RecordingSource> sources;
+  for (const std::vector<RecordingSource>& some : found) {
+    if (some.empty())
+      throw Error("--trial", "does not go with standard input, which can be read only once", "name a file");
+    sources.insert(sources.end(), some.begin(), some.end());
+  }
+  return sources;
+}
+
+std::vector<Identification> read_recordings(const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
                                             const ReadOptions& options) {
-  std::vector<Identification> all(files.size());
+  std::vector<Identification> all(sources.size());
   dataset::RecordingOptions reading = options.recording;
   reading.mean_is_upright = options.trial.detrend != dataset::Detrend::none;
   const dataset::ProtocolPlan plan(protocol);
-  parallel_for(static_cast<int>(files.size()), [&](int place) {
+  parallel_for(static_cast<int>(sources.size()), [&](int place) {
     const auto i = static_cast<std::size_t>(place);
     Identification& id = all[i];
-    id.file = files[i].string();
+    id.file = sources[i].name();
     id.truth = options.truth;
     try {
-      dataset::Recording recording = dataset::read_recording(files[i], reading);
+      dataset::RecordingOptions its_own = reading;
+      its_own.trial = sources[i].trial;
+      dataset::Recording recording = dataset::read_recording(sources[i].file, its_own);
       id.estimate.trial = dataset::bring_to_protocol(recording, plan, options.trial);
       id.column = recording.signals.at(dataset::com_sway).column;
       if (const auto* tilt = recording.signals.find(dataset::platform_tilt)) id.tilt_column = tilt->column;
       id.estimate.warnings = std::move(recording.warnings);
     } catch (const Error& error) {
-      id.error = error;
+      const bool is_file = error.where() == sources[i].file.string();
+      id.error = is_file ? Error(id.file, error.problem(), error.remedy()) : error;
     }
   });
   return all;
 }
 
-Identifications identify_files(const Model& model, const std::string& name,
-                               const std::vector<std::filesystem::path>& files, const ReadOptions& options,
-                               const std::function<void(std::size_t)>& done) {
-  Identifier identifier(model, for_body(model, name, options.body), std::min(files.size(), recordings_at_once));
+Identifications identify_files(const Model& model, const std::string& name, const std::vector<RecordingSource>& sources,
+                               const ReadOptions& options, const std::function<void(std::size_t)>& done) {
+  Identifier identifier(model, for_body(model, name, options.body), std::min(sources.size(), recordings_at_once));
   const std::span<const float> tilt_rad = identifier.explainer().tilt_rad();
   Identifications all{
       identifier.body().protocol, {tilt_rad.begin(), tilt_rad.end()}, model.image(), model.images().shape(), {},
       identifier.body().assumed};
-  all.recordings.reserve(files.size());
-  for (std::size_t first = 0; first < files.size(); first += recordings_at_once) {
-    const auto begin = files.begin() + static_cast<std::ptrdiff_t>(first);
-    const std::size_t count = std::min(recordings_at_once, files.size() - first);
+  all.recordings.reserve(sources.size());
+  for (std::size_t first = 0; first < sources.size(); first += recordings_at_once) {
+    const auto begin = sources.begin() + static_cast<std::ptrdiff_t>(first);
+    const std::size_t count = std::min(recordings_at_once, sources.size() - first);
     std::vector<Identification> some =
         read_recordings(model.protocol, {begin, begin + static_cast<std::ptrdiff_t>(count)}, options);
     identify_read(identifier, some);

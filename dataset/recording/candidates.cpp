@@ -49,7 +49,7 @@ std::vector<int> sway_candidates(const Table& table, int time) {
   for (int column = 0; column < table.columns(); ++column) {
     if (column == time) continue;
     all.push_back(column);
-    const std::string& name = table.names()[static_cast<std::size_t>(column)];
+    const std::string& name = table.own_name(column);
     const bool is_named = table.has_header();
     if ((is_named && (is_counter_name(name) || is_quaternion(name) || is_time_name(name))) ||
         is_unnamed_counter(table, column))

@@ -48,6 +48,19 @@ std::string_view unit_behind(std::string_view name) {
   return open == std::string_view::npos ? std::string_view() : name.substr(open + 1, name.size() - open - 2);
 }
 
+/// "sway_deg" of "sway_deg(:,2)", "sway_deg(2,:,1)" and "sway_deg{2}".
+std::string_view without_index(std::string_view name) {
+  while (name.size() > 2 && (name.back() == ')' || name.back() == '}')) {
+    const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '{');
+    if (open == name.npos || open == 0) return name;
+    const std::string_view index = name.substr(open + 1, name.size() - open - 2);
+    const bool has_colon = index.find(':') != index.npos;
+    if (index.find_first_not_of("0123456789:,") != index.npos || (name.back() == ')' && !has_colon)) return name;
+    name = name.substr(0, open);
+  }
+  return name;
+}
+
 }  // namespace
 
 const char* other_quantity(std::string_view name) {
@@ -128,7 +141,7 @@ std::string three_digits(double value) {
 
 std::vector<std::string> words(std::string_view name) {
   std::vector<std::string> parts(1);
-  for (const char c : name) {
+  for (const char c : without_index(name)) {
     const auto byte = static_cast<unsigned char>(c);
     if (std::isalnum(byte) || byte >= 0x80) {
       parts.back() += static_cast<char>(std::tolower(byte));
@@ -214,13 +227,31 @@ std::string list_of(const Table& table, int without) {
   return list;
 }
 
-void refuse_several(const std::vector<int>& columns, const std::string& name, const std::string& where,
-                    const std::string& setting) {
-  std::string numbers;
-  for (std::size_t i = 0; i < columns.size(); ++i)
+void refuse_several(const Table& table, const std::vector<int>& columns, const std::string& name,
+                    const std::string& where, const std::string& setting) {
+  const auto& names = table.names();
+  std::string numbers, list;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
     numbers += (i == 0 ? "" : i + 1 < columns.size() ? ", " : " and ") + std::to_string(columns[i] + 1);
-  throw Error(where, std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
-              "give the column's number, from 1, as " + setting);
+    if (list.size() < 200) list += (i == 0 ? "'" : ", '") + names[static_cast<std::size_t>(columns[i])] + "'";
+  }
+  const auto has_path = [&](int column) {
+    return table.own_name(column) != names[static_cast<std::size_t>(column)] || !table.arrays().empty();
+  };
+  if (std::ranges::none_of(columns, has_path))
+    throw Error(where, std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
+                "give the column's number, from 1, as " + setting);
+  throw Error(where, "has several columns called '" + std::string(without_index(name)) + "': " + list,
+              "name one with " + setting + trial_advice(table));
+}
+
+std::string trial_advice(const Table& table) {
+  for (const bool is_matrix : {false, true})
+    for (const TableArray& array : table.arrays())
+      if (array.is_matrix == is_matrix && array.elements > 1)
+        return "; --trial " + array.name + " makes each of its " + std::to_string(array.elements) +
+               (is_matrix ? " columns" : " elements") + " a recording";
+  return "";
 }
 
 int find_named(const Table& table, int without, std::initializer_list<const char*> names, const std::string& where,
@@ -228,11 +259,11 @@ int find_named(const Table& table, int without, std::initializer_list<const char
   for (const char* name : names) {
     std::vector<int> found;
     for (int i = 0; i < table.columns(); ++i) {
-      const std::string& here = table.names()[static_cast<std::size_t>(i)];
+      const std::string& here = table.own_name(i);
       if (i == without || name_without_unit(here) != name) continue;
-      if (found.empty() || here == table.names()[static_cast<std::size_t>(found.front())]) found.push_back(i);
+      if (found.empty() || without_index(here) == without_index(table.own_name(found.front()))) found.push_back(i);
     }
-    if (found.size() > 1) refuse_several(found, table.names()[static_cast<std::size_t>(found.front())], where, setting);
+    if (found.size() > 1) refuse_several(table, found, table.own_name(found.front()), where, setting);
     if (!found.empty()) return found.front();
   }
   return -1;
@@ -240,16 +271,17 @@ int find_named(const Table& table, int without, std::initializer_list<const char
 
 int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting) {
   // As it stands there; in other case; without its unit: "KSP" of "KSP (deg)".
-  std::vector<int> exact, alike, plain;
+  std::vector<int> exact, paths, alike, plain;
   for (int i = 0; i < table.columns(); ++i) {
     const std::string& name = table.names()[static_cast<std::size_t>(i)];
     if (name == column) exact.push_back(i);
+    if (table.path(i) == column) paths.push_back(i);
     if (lower(name) == lower(column)) alike.push_back(i);
     if (lower(name_before_unit(name)) == lower(column)) plain.push_back(i);
   }
-  for (const std::vector<int>& found : {exact, alike, plain}) {
+  for (const std::vector<int>& found : {exact, paths, alike, plain}) {
     if (found.size() == 1) return found.front();
-    if (found.size() > 1) refuse_several(found, column, where, setting);
+    if (found.size() > 1) refuse_several(table, found, column, where, setting);
   }
   int number = 0;
   const auto [end, error] = std::from_chars(column.data(), column.data() + column.size(), number);
@@ -273,7 +305,8 @@ std::optional<StatedRate> stated_rate(const Table& table, const std::string& whe
 
 int find_time(const Table& table) {
   if (table.has_header()) {
-    const auto& names = table.names();
+    std::vector<std::string> names;
+    for (int i = 0; i < table.columns(); ++i) names.push_back(table.own_name(i));
     auto found = std::find_if(names.begin(), names.end(), is_time_name);
     const auto may_be_time = [](const std::string& name) {
       return begins_with_t(name) && !one_of(words(name).back(), {"c", "degc", "\u00B0c", "f", "k"});  // a temperature
@@ -281,8 +314,9 @@ int find_time(const Table& table) {
     if (found == names.end()) found = std::find_if(names.begin(), names.end(), may_be_time);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
   }
-  if (table.columns() < 2 || table.rows(0) < 3) return -1;
-  const std::vector<double> first = table.times(0);
+  const int column = table.first_column();
+  if (table.columns() < 2 || table.rows(column) < 3) return -1;
+  const std::vector<double> first = table.times(column);
   const double step = (first.back() - first.front()) / static_cast<double>(first.size() - 1);
   for (const StatedRate& rate : table.stated_rates())  // which a counter of samples has not
     if (std::abs(step * rate.hz - 1.0) > step_tolerance) return -1;
@@ -290,7 +324,7 @@ int find_time(const Table& table) {
     const double found = first[i] - first[i - 1];
     if (found <= 0.0 || std::abs(found - step) > 2.0 * step_tolerance * step) return -1;
   }
-  return 0;
+  return column;
 }
 
 int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting) {

@@ -30,7 +30,8 @@ std::string six_digits(double value);
 /// Three significant digits, for figures that are measured: "25.9", "0.0165".
 std::string three_digits(double value);
 
-/// A column's name in its parts, lower case: "COM_x (deg)" -> com, x, deg.
+/// A column's name in its parts, lower case: "COM_x (deg)" -> com, x, deg. An index of MATLAB's at its end is none of
+/// them: "sway_deg(:,2)" -> sway, deg.
 std::vector<std::string> words(std::string_view name);
 bool one_of(std::string_view word, std::initializer_list<std::string_view> list);
 /// The unit that a name ends in, if any.
@@ -59,15 +60,17 @@ std::string name_before_unit(std::string_view name);
 /// The names of a table's columns except one (-1: of all), to be shown.
 std::string list_of(const Table& table, int without);
 
-[[noreturn]] void refuse_several(const std::vector<int>& columns, const std::string& name, const std::string& where,
-                                 const std::string& setting);
-/// The first column, but one, whose name without its unit is the first of these that there is; -1 if there is none.
+[[noreturn]] void refuse_several(const Table& table, const std::vector<int>& columns, const std::string& name,
+                                 const std::string& where, const std::string& setting);
+/// The advice to read each element of an array as a recording: "; --trial trials makes ..."; empty without an array.
+std::string trial_advice(const Table& table);
+/// The first column, but one, whose own name without its unit is the first of these that there is; -1 if there is none.
 /// Throws Error for several of one name.
 int find_named(const Table& table, int without, std::initializer_list<const char*> names, const std::string& where,
                const std::string& setting);
-/// The column that the user named, by its name, its name in other case or without its unit in brackets, or its number.
-/// Throws Error if there is none or
-/// more than one. `where` names the file, `setting` how columns are named: "--column".
+/// The column that the user named, by its name, its path in the file, its name in other case or without its unit in
+/// brackets, or its number. Throws Error if there is none or more than one. `where` names the file, `setting` how
+/// columns are named: "--column".
 int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting);
 
 /// "time", "time_ms", "Time since start (s)"; "t", "t (ms)", but not "T_ankle".

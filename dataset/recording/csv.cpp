@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "base/error.hpp"
@@ -320,7 +321,26 @@ std::vector<double> CsvTable::times(int column) const {
   return values;
 }
 
+RowLabels CsvTable::labels(int column) const {
+  RowLabels labels;
+  std::map<std::string_view, std::uint32_t> known;
+  for (const std::string_view row : rows_) {
+    const std::string_view cell = cell_at(row, separator_, static_cast<std::size_t>(column), is_plain_);
+    const auto [found, is_new] = known.try_emplace(cell, static_cast<std::uint32_t>(labels.values.size()));
+    if (is_new) labels.values.push_back(is_missing(cell) ? std::string() : std::string(cell));
+    labels.of_row.push_back(found->second);
+  }
+  return labels;
+}
+
+void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {
+  for (std::size_t i = 0; i < rows.size(); ++i) rows_[i] = rows_[rows[i]];
+  rows_.resize(rows.size());
+  kept_ = rows;
+}
+
 std::string CsvTable::place_of(std::size_t row) const {
+  if (row < kept_.size()) row = kept_[row];
   std::size_t found = 0, lines = row + 1 + static_cast<std::size_t>(header_lines_);
   visit_lines([&](std::string_view, std::size_t line_number) {
     found = line_number;

@@ -40,6 +40,8 @@ class CsvTable final : public Table {
   std::optional<Unit> unit() const override { return preamble_.unit; }
   std::size_t preamble_lines() const override { return preamble_.lines; }
   const Warnings& warnings() const override { return warnings_; }
+  RowLabels labels(int column) const override;
+  void keep_rows(int column, const std::vector<std::size_t>& rows) override;
 
  private:
   template <class Visit>
@@ -66,6 +68,7 @@ class CsvTable final : public Table {
   int header_lines_ = 0;  ///< of names and of units, that are not in the preamble
   std::vector<std::string> names_;
   std::vector<std::string_view> rows_;
+  std::vector<std::size_t> kept_;  ///< rows of the file that are kept; empty: all
 };
 
 }  // namespace decid::dataset

@@ -1,12 +1,11 @@
-// MAT-files: see mat.hpp. What their variables are called as columns.
+// MAT-files: see mat.hpp. What their columns are called, and which of them belong together.
 #include "dataset/recording/mat.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 
 #include "base/error.hpp"
-#include "dataset/recording/columns.hpp"
 #include "dataset/recording/mat_5.hpp"
 #include "dataset/recording/mat_73.hpp"
 
@@ -14,123 +13,126 @@ namespace decid::dataset {
 
 namespace {
 
-const char* text_of(MatVariable::Kind kind) {
-  using Kind = MatVariable::Kind;
-  switch (kind) {
-    case Kind::numbers:
-      return "numbers";
-    case Kind::complex:
-      return "complex";
-    case Kind::text:
-      return "text";
-    case Kind::cell:
-      return "cell";
-    case Kind::structure:
-      return "struct";
-    case Kind::sparse:
-      return "sparse";
-    case Kind::function:
-      return "function";
-    case Kind::object:
-      break;
-  }
-  return "object";
-}
-
-bool is_rate(const std::string& name) {
-  const std::string plain = name_without_unit(name);
-  return one_of(plain,
-                {"fs", "sr", "rate", "rate_hz", "fs_hz", "sample_rate", "samplerate", "sample_rate_hz", "samplingrate",
-                 "sampling_rate", "sampling_rate_hz", "sf", "freq", "frequency", "sample_frequency"});
-}
-
-/// What a file holds, before its columns are named.
-struct Columns {
-  std::vector<std::string> leaf, path;
-  std::vector<std::vector<double>> values;
-  bool named = false;
-  std::vector<StatedRate> rates;
-  std::string held;  ///< all variables, for an Error
-};
-
-void collect(MatVariable&& variable, const std::string& outer, Columns& columns) {
-  if (!variable.is_matrix) return;
-  const std::string& name = variable.name;
-  const std::string path = outer.empty() ? name : outer + "." + name;
-  const std::size_t height = variable.height, width = variable.width;
-  if (columns.held.size() < 200) {
-    columns.held += (columns.held.empty() ? "" : ", ") + path + " (" + std::to_string(height) + " x " +
-                    std::to_string(width) + " " + text_of(variable.kind) + ")";
-  }
-  for (MatVariable& field : variable.fields) collect(std::move(field), path, columns);
-  std::vector<double>& all = variable.values;
-  if (all.empty()) return;
-  if (all.size() == 1) {
-    if (is_rate(name) && std::isfinite(all[0]) && all[0] > 0.0)
-      columns.rates.push_back({all[0], path, !one_of(name_without_unit(name), {"rate", "freq", "frequency"})});
-    if (one_of(name_without_unit(name), {"ts", "dt", "sampling_interval", "sample_interval", "sample_time"}) &&
-        is_sample_rate(1.0 / all[0]))
-      columns.rates.push_back({near_whole(1.0 / all[0]), path, true});
-    return;
-  }
-  if (height == 1 || width == 1) {
-    columns.leaf.push_back(name);
-    columns.path.push_back(path);
-    columns.values.push_back(std::move(all));
-    columns.named = true;
-    return;
-  }
-  const bool wide = width > height;
-  const std::size_t signals = wide ? height : width, samples = wide ? width : height;
-  for (std::size_t s = 0; s < signals && columns.values.size() <= most_columns; ++s) {
-    const std::string index = wide ? "(" + std::to_string(s + 1) + ",:)" : "(:," + std::to_string(s + 1) + ")";
-    columns.leaf.push_back(name + index);
-    columns.path.push_back(path + index);
-    columns.values.emplace_back(samples);
-    for (std::size_t k = 0; k < samples; ++k) columns.values.back()[k] = all[wide ? k * height + s : s * height + k];
-  }
+/// What to do about variables that are no columns, by their kinds.
+std::string remedy_for(const std::string& unread) {
+  const auto has = [&](const char* name) { return unread.find(name) != std::string::npos; };
+  if (has("timeseries object"))
+    return "save its parts in MATLAB: time = ts.Time; sway = ts.Data; save('file.mat', 'time', 'sway')";
+  if (has("table object")) return "write it in MATLAB as text: writetable(T, 'file.csv'), or writetimetable";
+  if (has(" numbers)")) return "put the samples first in MATLAB, say x = permute(x, [3 1 2]), and save it again";
+  return "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";
 }
 
 }  // namespace
 
 MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : where_(path.string()) {
-  const char* remedy = "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";
   const MatVersion version = mat_version(bytes);
-  if (version == MatVersion::none) throw Error(where_, "is not a MAT-file that can be read, or is damaged", remedy);
-  Columns columns;
-  for (MatVariable& variable : version == MatVersion::v73  ? read_mat_73(path, bytes.size())
-                               : version == MatVersion::v5 ? read_mat_5(bytes, where_)
-                                                           : read_mat_4(bytes, where_))
-    collect(std::move(variable), "", columns);
-  if (columns.values.empty()) {
-    throw Error(where_,
-                columns.held.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + columns.held,
-                remedy);
+  if (version == MatVersion::none)
+    throw Error(where_, "is not a MAT-file that can be read, or is damaged", remedy_for(""));
+  content_ = columns_of(version == MatVersion::v73  ? read_mat_73(path, bytes.size())
+                        : version == MatVersion::v5 ? read_mat_5(bytes, where_)
+                                                    : read_mat_4(bytes, where_),
+                        where_);
+  const std::vector<MatColumn>& columns = content_.columns;
+  if (columns.empty()) {
+    const std::string& held = content_.held;
+    throw Error(where_, held.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + held,
+                remedy_for(content_.unread));
   }
-  if (columns.values.size() > most_columns) {
-    throw Error(where_, "has " + std::to_string(columns.values.size()) + " columns", "at most 1000 can be read");
+  const bool all_count = std::ranges::all_of(content_.arrays, &TableArray::is_matrix);
+  const std::size_t most = all_count ? most_columns : most_mat_columns;
+  if (columns.size() > most)
+    throw Error(where_, "has " + std::to_string(columns.size()) + " columns",
+                "at most " + std::to_string(most) + " can be read");
+  for (const MatColumn& column : columns)
+    if (column.values.size() > most_rows)
+      throw Error(where_, column.path + " has more than 10 million values", "cut it to the trial to be identified");
+  name_columns();
+}
+
+void MatTable::name_columns() {
+  std::map<std::string_view, int> uses;
+  for (const MatColumn& column : content_.columns) ++uses[column.name];
+  names_.clear();
+  own_names_.clear();
+  for (const MatColumn& column : content_.columns) {
+    names_.push_back(uses[column.name] > 1 ? column.path : column.name);
+    own_names_.push_back(column.name);
   }
-  std::map<std::string, int> uses;
-  for (const std::string& leaf : columns.leaf) ++uses[leaf];
-  for (std::size_t i = 0; i < columns.leaf.size(); ++i) {
-    if (columns.values[i].size() > most_rows) {
-      throw Error(where_, columns.path[i] + " has more than 10 million values", "cut it to the trial to be identified");
-    }
-    names_.push_back(uses[columns.leaf[i]] > 1 ? columns.path[i] : columns.leaf[i]);
+  named_ = std::ranges::any_of(content_.columns, &MatColumn::is_named);
+  rates_.clear();
+  for (const MatRate& rate : content_.rates) rates_.push_back(rate.rate);
+  for (const MatColumn& column : content_.columns)
+    if (column.rate) rates_.push_back(*column.rate);
+}
+
+/// The columns and the rate that share most structures with the chosen one are those that belong to it.
+bool MatTable::choose(int chosen) {
+  const MatScope& scope = at(chosen).scope;
+  std::map<std::string_view, std::pair<std::size_t, int>> nearest;  // shared levels, and how many columns have them
+  for (const MatColumn& column : content_.columns) {
+    const std::size_t shared = shared_levels(column.scope, scope);
+    auto& [levels, count] = nearest[column.name];
+    if (count == 0 || shared > levels) count = 0, levels = shared;
+    if (shared == levels) ++count;
   }
-  values_ = std::move(columns.values);
-  named_ = columns.named;
-  rates_ = std::move(columns.rates);
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    const MatColumn& column = content_.columns[i];
+    const auto& [levels, count] = nearest[column.name];
+    const bool is_nearest = shared_levels(column.scope, scope) == levels;
+    own_names_[i] = is_nearest && (count == 1 || levels == column.scope.size()) ? column.name : std::string();
+  }
+  const auto beside = std::ranges::find(content_.columns, scope, &MatColumn::scope);
+  first_ = static_cast<int>(beside - content_.columns.begin());
+  if (at(chosen).rate) {
+    rates_ = {*at(chosen).rate};
+    return true;
+  }
+  // Among those that share as many, the rate of a structure around the column counts.
+  const auto worth = [&](const MatRate& rate) {
+    const std::size_t shared = shared_levels(rate.scope, scope);
+    return 2 * shared + (shared == rate.scope.size() ? 1 : 0);
+  };
+  std::size_t best = 0;
+  for (const MatRate& rate : content_.rates) best = std::max(best, worth(rate));
+  rates_.clear();
+  for (const MatRate& rate : content_.rates)
+    if (worth(rate) == best) rates_.push_back(rate.rate);
+  return true;
+}
+
+void MatTable::keep_element(const std::string& array, std::size_t element) {
+  std::erase_if(content_.columns, [&](const MatColumn& column) {
+    return std::ranges::any_of(column.elements,
+                               [&](const auto& inside) { return inside.first == array && inside.second != element; });
+  });
+  for (TableArray& other : content_.arrays)
+    if (other.name == array) other.elements = 1;
+  name_columns();
+}
+
+void MatTable::keep_rows(int column, const std::vector<std::size_t>& rows) {
+  const std::size_t all = at(column).values.size();
+  for (MatColumn& kept : content_.columns) {
+    if (kept.values.size() != all) continue;
+    for (std::size_t i = 0; i < rows.size(); ++i) kept.values[i] = kept.values[rows[i]];
+    kept.values.resize(rows.size());
+  }
+  rows_ = rows;
+}
+
+std::string MatTable::place_of(std::size_t row) const {
+  return "row " + std::to_string((row < rows_.size() ? rows_[row] : row) + 1);
 }
 
 std::vector<double> MatTable::numbers(int column, Missing missing) const {
-  const std::vector<double>& values = values_[static_cast<std::size_t>(column)];
+  const std::vector<double>& values = at(column).values;
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (std::isfinite(values[k]) || (missing == Missing::kept && std::isnan(values[k]))) continue;
     throw Error(where_,
                 place_of(k) + ", " + names_[static_cast<std::size_t>(column)] + ": " +
                     (std::isnan(values[k]) ? "NaN" : "an infinite value") + " is not a finite number",
-                remedy_for(std::isnan(values[k]) ? missing : Missing::refused));
+                dataset::remedy_for(std::isnan(values[k]) ? missing : Missing::refused));
   }
   return values;
 }

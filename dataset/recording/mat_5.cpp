@@ -1,4 +1,4 @@
-// MAT-files of versions 4 to 7: see mat_5.hpp. A file may claim anything: every size is held against what is there.
+// MAT-files of versions 5 to 7: see mat_5.hpp. A file may claim anything: every size is held against what is there.
 #include "dataset/recording/mat_5.hpp"
 
 #include <zlib.h>
@@ -6,15 +6,16 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <tuple>
 
 #include "base/error.hpp"
+#include "dataset/recording/mat_bytes.hpp"
 #include "dataset/recording/table.hpp"
 
 namespace decid::dataset {
 namespace {
 
 constexpr std::size_t header_bytes = 128, tag_bytes = 8;
-constexpr std::size_t longest_name = 1024;  // MATLAB's own have 63 characters
 
 /// The types of data elements that are used here, by the format's numbers.
 enum : std::uint32_t {
@@ -29,62 +30,10 @@ enum : std::uint32_t {
   int64 = 12,
   uint64,
   matrix,
-  compressed
-};
-
-[[noreturn]] void refuse_damaged(const std::string& where, const std::string& what) {
-  throw Error(where, "is cut short or damaged" + what, "copy or save it again");
-}
-
-/// Numbers as they lie in a file, of either byte order.
-class MatBytes {
- public:
-  MatBytes(std::string_view bytes, bool swapped, const std::string& where)
-      : bytes_(bytes), swapped_(swapped), where_(where) {}
-
-  std::size_t left() const { return bytes_.size(); }
-  bool swapped() const { return swapped_; }
-
-  std::string_view take(std::size_t count) {
-    if (count > bytes_.size()) refuse_damaged(where_, "");
-    const std::string_view taken = bytes_.substr(0, count);
-    bytes_.remove_prefix(count);
-    return taken;
-  }
-  void pass_at_most(std::size_t count) { bytes_.remove_prefix(std::min(count, bytes_.size())); }
-
-  template <class T>
-  T number() {
-    return number_at<T>(take(sizeof(T)).data());
-  }
-
-  /// `count` numbers of type T.
-  template <class T>
-  std::vector<double> numbers(std::size_t count) {
-    if (count > left() / sizeof(T)) refuse_damaged(where_, "");
-    const char* from = take(count * sizeof(T)).data();
-    std::vector<double> values(count);
-    for (double& value : values) {
-      value = static_cast<double>(number_at<T>(from));
-      from += sizeof(T);
-    }
-    return values;
-  }
-
- private:
-  template <class T>
-  T number_at(const char* from) const {
-    T value;
-    char raw[sizeof(T)];
-    std::memcpy(raw, from, sizeof(T));
-    if (swapped_) std::reverse(raw, raw + sizeof(T));
-    std::memcpy(&value, raw, sizeof(T));
-    return value;
-  }
-
-  std::string_view bytes_;
-  bool swapped_;
-  const std::string& where_;
+  compressed,
+  utf8,
+  utf16,
+  utf32
 };
 
 /// Of a file of version 5.
@@ -185,29 +134,74 @@ class Reader5 {
     if (flags.type != uint32 || flags.data.size() < 4) refuse_damaged(where_, "");
     const auto word = MatBytes(flags.data, file_.swapped(), where_).number<std::uint32_t>();
     const std::uint32_t kind = word & 0xff;
-    if (kind == 17) {  // an object of MATLAB's own: what follows is its affair
-      const Element name = next(from);
-      variable.name = text(name.data);
+    if (kind == 17) {  // an object of MATLAB's own: its name, its kind, its class; what follows is its affair
+      variable.name = text(next(from).data);
       variable.kind = MatVariable::Kind::object;
+      if (from.left() > 0) next(from);
+      if (from.left() > 0) read_class(from, variable);
       return variable;
     }
     read_size(next(from), variable);
     variable.name = text(next(from).data);
     variable.kind = kind_of(kind, (word & 0x0800) != 0);
-    if (variable.kind == MatVariable::Kind::structure && depth < deepest_structure) read_fields(from, variable, depth);
-    if (variable.kind == MatVariable::Kind::numbers && variable.is_matrix) read_values(from, variable);
+    using Kind = MatVariable::Kind;
+    if (variable.kind == Kind::object && from.left() > 0) read_class(from, variable);
+    if (variable.kind == Kind::text && from.left() > 0) read_text(next(from), variable);
+    if (variable.kind == Kind::structure && depth < deepest_structure) read_fields(from, variable, depth);
+    if (variable.kind == Kind::cell && depth < deepest_structure) read_cells(from, variable, depth);
+    if (variable.kind == Kind::numbers && variable.is_matrix) read_values(from, variable);
     return variable;
   }
 
   void read_size(const Element& element, MatVariable& variable) const {
     if (element.type != int32) refuse_damaged(where_, "");
-    variable.is_matrix = element.data.size() == 2 * sizeof(std::int32_t);
+    const std::size_t dimensions = element.data.size() / sizeof(std::int32_t);
+    variable.is_matrix = dimensions == 2 || dimensions == 3;
     if (!variable.is_matrix) return;
     MatBytes from(element.data, file_.swapped(), where_);
-    const auto height = from.number<std::int32_t>(), width = from.number<std::int32_t>();
-    if (height < 0 || width < 0) refuse_damaged(where_, "");
-    variable.height = static_cast<std::size_t>(height);
-    variable.width = static_cast<std::size_t>(width);
+    for (std::size_t* size : {&variable.height, &variable.width, &variable.pages}) {
+      if (from.left() < sizeof(std::int32_t)) return;
+      const auto number = from.number<std::int32_t>();
+      if (number < 0) refuse_damaged(where_, "");
+      *size = static_cast<std::size_t>(number);
+    }
+  }
+
+  /// Whether an array has at most this many elements, in words that cannot overflow.
+  static bool has_at_most(const MatVariable& variable, std::size_t most) {
+    const auto& [height, width, pages] = std::tie(variable.height, variable.width, variable.pages);
+    if (height == 0 || width == 0 || pages == 0) return true;
+    return width <= most / height && pages <= most / height / width;
+  }
+
+  void read_class(MatBytes& from, MatVariable& variable) const {
+    const Element name = next(from);
+    if (name.type == int8 && name.data.size() <= longest_name) variable.text = {text(name.data)};
+  }
+
+  void read_text(const Element& element, MatVariable& variable) {
+    if (!variable.is_matrix || variable.pages != 1 || !has_at_most(variable, characters_left_)) return;
+    std::vector<std::uint32_t> characters;
+    MatBytes data(element.data, file_.swapped(), where_);
+    const bool is_wide = element.type == utf16 || element.type == uint16, is_widest = element.type == utf32;
+    const std::size_t each = is_widest ? 4 : is_wide ? 2 : 1;
+    while (data.left() >= each && characters.size() < variable.count())
+      characters.push_back(is_widest ? data.number<std::uint32_t>()
+                           : is_wide ? data.number<std::uint16_t>()
+                                     : character_8(data, element.type == utf8));
+    if (characters.size() < variable.count()) return;
+    characters_left_ -= characters.size();
+    variable.text = text_rows(characters, variable.height, variable.width);
+  }
+
+  /// The character of one byte, or of up to four in UTF-8.
+  static std::uint32_t character_8(MatBytes& data, bool is_utf8) {
+    const std::uint32_t first = data.number<std::uint8_t>();
+    if (!is_utf8 || first < 0xC0) return first;
+    int more = first >= 0xF0 ? 3 : first >= 0xE0 ? 2 : 1;
+    std::uint32_t character = first & (0x3Fu >> more);
+    for (; more > 0 && data.left() > 0; --more) character = character << 6 | (data.number<std::uint8_t>() & 0x3Fu);
+    return character;
   }
 
   std::string text(std::string_view data) const {
@@ -228,23 +222,53 @@ class Reader5 {
     const Element length = next(from), names = next(from);
     if (length.type != int32) refuse_damaged(where_, "");
     const auto each = MatBytes(length.data, file_.swapped(), where_).number<std::int32_t>();
-    if (each <= 0 || variable.height != 1 || variable.width != 1) return;
-    const std::size_t size = static_cast<std::size_t>(each);
-    for (std::size_t at = 0; at + size <= names.data.size() && from.left() > 0; at += size) {
-      const Element field = next(from);
-      if (field.type != matrix) refuse_damaged(where_, "");
-      variable.fields.push_back(read_matrix(field.data, depth + 1));
-      variable.fields.back().name = text(names.data.substr(at, size));
+    if (each <= 0 || !variable.is_matrix) return;
+    const auto size = static_cast<std::size_t>(each);
+    const std::size_t fields = names.data.size() / size;
+    if (fields == 0 || !has_at_most(variable, std::size_t{most_mat_variables})) return;
+    const auto read_one = [&](MatVariable& structure, int its_depth) {
+      for (std::size_t i = 0; i < fields && from.left() > 0; ++i) {
+        const Element field = next(from);
+        if (field.type != matrix) refuse_damaged(where_, "");
+        structure.fields.push_back(read_matrix(field.data, its_depth + 1));
+        structure.fields.back().name = text(names.data.substr(i * size, size));
+      }
+    };
+    const std::size_t elements = variable.count();
+    if (elements == 1) return read_one(variable, depth);
+    if (depth + 1 >= deepest_structure || !may_hold(elements * (fields + 1))) return;
+    variables_left_ -= static_cast<int>(elements);
+    for (std::size_t i = 0; i < elements && from.left() > 0; ++i) {
+      variable.fields.push_back(
+          {.name = "(" + std::to_string(i + 1) + ")", .kind = MatVariable::Kind::structure, .height = 1, .width = 1});
+      read_one(variable.fields.back(), depth + 1);
     }
   }
 
+  void read_cells(MatBytes& from, MatVariable& variable, int depth) {
+    if (!variable.is_matrix || !has_at_most(variable, std::size_t{most_mat_variables})) return;
+    const std::size_t elements = variable.count();
+    if (!may_hold(elements)) return;
+    for (std::size_t i = 0; i < elements && from.left() > 0; ++i) {
+      const Element cell = next(from);
+      if (cell.type != matrix) refuse_damaged(where_, "");
+      variable.fields.push_back(read_matrix(cell.data, depth + 1));
+      variable.fields.back().name = "{" + std::to_string(i + 1) + "}";
+    }
+  }
+
+  /// Large arrays of structures or cells (events, texts) are passed over instead of refused.
+  bool may_hold(std::size_t variables) const {
+    return variables <= static_cast<std::size_t>(std::max(variables_left_, 0)) / 2;
+  }
+
   void read_values(MatBytes& from, MatVariable& variable) {
-    if (variable.height == 0 || variable.width == 0) return;
-    if (variable.height > values_left_ / variable.width)
+    if (variable.height == 0 || variable.width == 0 || variable.pages == 0) return;
+    if (!has_at_most(variable, values_left_))
       throw Error(where_, variable.name + " claims too many values", "save the trial to be identified alone");
-    if (std::max(variable.height, variable.width) > most_rows)
+    if (std::max({variable.height, variable.width, variable.pages}) > most_rows)
       throw Error(where_, variable.name + " has more than 10 million values", "cut it to the trial to be identified");
-    const std::size_t count = variable.height * variable.width;
+    const std::size_t count = variable.count();
     const Element element = next(from);
     MatBytes data(element.data, file_.swapped(), where_);
     const auto read = [&]() -> std::vector<double> {
@@ -279,36 +303,9 @@ class Reader5 {
 
   const std::string& where_;
   MatBytes file_;
-  std::size_t values_left_, inflated_left_;
+  std::size_t values_left_, inflated_left_, characters_left_ = most_mat_characters;
   int variables_left_ = most_mat_variables;
 };
-
-/// The first number of a variable of version 4: a digit each for byte order, 0, type of number and kind of matrix.
-bool is_type_4(std::uint32_t type) {
-  return type / 1000 <= 1 && type / 100 % 10 == 0 && type / 10 % 10 <= 5 && type % 10 <= 2;
-}
-
-std::uint32_t first_number(std::string_view bytes, bool swapped) {
-  const std::string none;
-  return MatBytes(bytes.substr(0, 4), swapped, none).number<std::uint32_t>();
-}
-
-std::vector<double> numbers_4(MatBytes& from, std::uint32_t precision, std::size_t count) {
-  switch (precision) {
-    case 0:
-      return from.numbers<double>(count);
-    case 1:
-      return from.numbers<float>(count);
-    case 2:
-      return from.numbers<std::int32_t>(count);
-    case 3:
-      return from.numbers<std::int16_t>(count);
-    case 4:
-      return from.numbers<std::uint16_t>(count);
-    default:
-      return from.numbers<std::uint8_t>(count);
-  }
-}
 
 }  // namespace
 
@@ -319,42 +316,7 @@ MatVersion mat_version(std::string_view bytes) {
     if (end == std::string_view("\x00\x02IM", 4) || end == std::string_view("\x02\x00MI", 4)) return MatVersion::v73;
   }
   if (bytes.size() < 20) return MatVersion::none;
-  return is_type_4(first_number(bytes, false)) || is_type_4(first_number(bytes, true)) ? MatVersion::v4
-                                                                                       : MatVersion::none;
-}
-
-std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& where) {
-  std::vector<MatVariable> variables;
-  MatBytes from(bytes, !is_type_4(first_number(bytes, false)), where);
-  std::size_t values_left = most_mat_values(bytes.size());
-  while (from.left() > 0) {
-    const auto type = from.number<std::uint32_t>(), height = from.number<std::uint32_t>();
-    const auto width = from.number<std::uint32_t>(), imaginary = from.number<std::uint32_t>();
-    const auto name_bytes = from.number<std::uint32_t>();
-    if (!is_type_4(type)) refuse_damaged(where, "");
-    if (variables.size() == std::size_t{most_mat_variables})
-      throw Error(where, "holds more than 10000 variables", "save the trial to be identified alone");
-    MatVariable variable;
-    if (name_bytes > longest_name) refuse_damaged(where, ", in a name");
-    const std::string_view name = from.take(name_bytes);
-    variable.name = name.substr(0, name.find('\0'));
-    variable.height = height;
-    variable.width = width;
-    if (width != 0 && height > values_left / width)
-      throw Error(where, variable.name + " claims too many values", "save the trial to be identified alone");
-    const std::size_t count = variable.height * width;
-    using Kind = MatVariable::Kind;
-    variable.kind = type % 10 == 1   ? Kind::text
-                    : type % 10 == 2 ? Kind::sparse
-                    : imaginary != 0 ? Kind::complex
-                                     : Kind::numbers;
-    variable.values = numbers_4(from, type / 10 % 10, count);
-    if (imaginary != 0) numbers_4(from, type / 10 % 10, count);
-    if (variable.kind != Kind::numbers) variable.values.clear();
-    values_left -= variable.values.size();
-    variables.push_back(std::move(variable));
-  }
-  return variables;
+  return is_mat_4(bytes) ? MatVersion::v4 : MatVersion::none;
 }
 
 std::vector<MatVariable> read_mat_5(std::string_view bytes, const std::string& where) {

@@ -12,6 +12,8 @@
 namespace decid::dataset {
 
 enum class MatVersion { none, v4, v5, v73 };
+/// Returns true if the first four bytes, which must be there, are the first number of a version 4's.
+bool is_mat_4(std::string_view bytes);
 /// By the header of 128 bytes, or by the first number of a version 4's, which has none.
 MatVersion mat_version(std::string_view bytes);
 

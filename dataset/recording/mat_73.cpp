@@ -102,29 +102,92 @@ MatVariable::Kind kind_of(const matvar_t& variable) {
   }
 }
 
-MatVariable converted(const matvar_t& from, int depth, std::size_t& values_left) {
+/// What a file may still hold.
+struct Left {
+  std::size_t values, characters = most_mat_characters;
+  int variables = most_mat_variables;
+};
+
+std::vector<std::string> text_of(const matvar_t& from, const MatVariable& made, Left& left) {
+  const std::size_t count = made.count();
+  if (made.pages != 1 || from.data == nullptr || from.data_size <= 0 || count > left.characters) return {};
+  const auto each = static_cast<std::size_t>(from.data_size);
+  if ((each != 1 && each != 2) || from.nbytes / each < count) return {};
+  left.characters -= count;
+  std::vector<std::uint32_t> characters;
+  for (std::size_t i = 0; i < count; ++i)
+    characters.push_back(each == 1 ? std::uint32_t{static_cast<const std::uint8_t*>(from.data)[i]}
+                                   : std::uint32_t{static_cast<const std::uint16_t*>(from.data)[i]});
+  return text_rows(characters, made.height, made.width);
+}
+
+MatVariable converted(const matvar_t& from, int depth, Left& left);
+
+/// `count` of the variables that `from` points to, from `first` on.
+std::vector<MatVariable> inner_variables(const matvar_t& from, std::size_t first, std::size_t count, int depth,
+                                         Left& left) {
+  std::vector<MatVariable> made;
+  const auto* const* inner = static_cast<matvar_t* const*>(from.data);
+  const std::size_t all = from.nbytes / sizeof(void*);
+  for (std::size_t i = first; i < first + count && i < all && left.variables > 0; ++i)
+    made.push_back(inner[i] != nullptr ? converted(*inner[i], depth, left) : MatVariable());
+  return made;
+}
+
+/// Fields of a structure; elements of a larger one, and of a cell array.
+void convert_inner(const matvar_t& from, int depth, Left& left, MatVariable& made) {
+  if (from.data == nullptr || depth >= deepest_structure) return;
+  const std::size_t elements = made.count();
+  if (made.kind == MatVariable::Kind::cell) {
+    made.fields = inner_variables(from, 0, elements, depth + 1, left);
+    for (std::size_t i = 0; i < made.fields.size(); ++i) made.fields[i].name = "{" + std::to_string(i + 1) + "}";
+    return;
+  }
+  const std::size_t fields = matio().number_of_fields(const_cast<matvar_t*>(&from));
+  if (elements == 1) {
+    made.fields = inner_variables(from, 0, fields, depth + 1, left);
+    return;
+  }
+  if (depth + 1 >= deepest_structure || fields == 0) return;
+  for (std::size_t i = 0; i < elements && left.variables > 0; ++i) {
+    --left.variables;
+    made.fields.push_back({.name = "(" + std::to_string(i + 1) + ")",
+                           .kind = MatVariable::Kind::structure,
+                           .height = 1,
+                           .width = 1,
+                           .fields = inner_variables(from, i * fields, fields, depth + 2, left)});
+  }
+}
+
+MatVariable converted(const matvar_t& from, int depth, Left& left) {
+  using Kind = MatVariable::Kind;
   MatVariable made;
+  --left.variables;
   made.name = from.name != nullptr ? from.name : "";
   made.kind = kind_of(from);
-  made.is_matrix = from.rank == 2 && from.dims != nullptr;
+  made.is_matrix = (from.rank == 2 || from.rank == 3) && from.dims != nullptr;
   if (!made.is_matrix) return made;
-  made.height = from.dims[0];
-  made.width = from.dims[1];
-  if (made.kind == MatVariable::Kind::structure) {
-    if (made.height != 1 || made.width != 1 || depth >= deepest_structure || from.data == nullptr) return made;
-    const auto* const* fields = static_cast<matvar_t* const*>(from.data);
-    const unsigned count = matio().number_of_fields(const_cast<matvar_t*>(&from));
-    for (unsigned i = 0; i < count && i * sizeof(void*) < from.nbytes; ++i)
-      if (fields[i] != nullptr) made.fields.push_back(converted(*fields[i], depth + 1, values_left));
-  } else if (made.width != 0 && made.height <= values_left / made.width) {
-    made.values = numbers_of(from, made.height * made.width);
-    values_left -= made.values.size();
+  std::size_t count = 1;
+  for (int d = 0; d < from.rank; ++d) {
+    const std::size_t size = from.dims[d];
+    (d == 0 ? made.height : d == 1 ? made.width : made.pages) = size;
+    if (size != 0 && count > left.values / size) return made;
+    count *= size;
+  }
+  if (made.kind == Kind::structure || made.kind == Kind::cell) {
+    convert_inner(from, depth, left, made);
+  } else if (made.kind == Kind::text) {
+    made.text = text_of(from, made, left);
+  } else {
+    made.values = numbers_of(from, count);
+    left.values -= made.values.size();
   }
   return made;
 }
 
 /// In the child.
-std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t values_left) {
+std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t most_values) {
+  Left left{.values = most_values};
   const std::unique_ptr<mat_t, Close> file(matio().open(path.c_str(), MAT_ACC_RDONLY));
   if (!file) throw Error(path, "is not a MAT-file", "");
   std::vector<MatVariable> variables;
@@ -133,19 +196,24 @@ std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t valu
     std::size_t count = 1;
     for (int d = 0; d < variable->rank; ++d) {
       const std::size_t size = variable->dims[d];
-      count = size != 0 && count > values_left / size ? values_left + 1 : count * size;
+      count = size != 0 && count > left.values / size ? left.values + 1 : count * size;
     }
-    if (count > values_left) throw Error(path, "claims too many values", "");
+    if (count > left.values) throw Error(path, "claims too many values", "");
     // h5py pads the name of the class with nulls where MATLAB ends it with one, or leaves it out; matio then knows no
     // class. HDF5 itself converts whatever numbers there are.
-    if (variable->class_type == MAT_C_EMPTY && count > 0) {
+    const bool is_guess = variable->class_type == MAT_C_EMPTY && count > 0;
+    if (is_guess) {
       variable->class_type = MAT_C_DOUBLE;
       variable->data_type = MAT_T_DOUBLE;
     }
-    const bool may_hold_numbers = variable->class_type == MAT_C_STRUCT ||
-                                  (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);
-    if (may_hold_numbers && matio().read_data_all(file.get(), variable.get()) != 0) throw Error(path, "is damaged", "");
-    variables.push_back(converted(*variable, 0, values_left));
+    const bool is_array = variable->class_type == MAT_C_STRUCT || variable->class_type == MAT_C_CELL;
+    const bool is_read = (is_array && count <= std::size_t{most_mat_variables}) || variable->class_type == MAT_C_CHAR ||
+                         (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);
+    if (is_read && matio().read_data_all(file.get(), variable.get()) != 0) {
+      if (!is_guess) throw Error(path, "is damaged", "");
+      variable->class_type = MAT_C_OPAQUE;  // references, say: the others may be read
+    }
+    variables.push_back(converted(*variable, 0, left));
   }
   return variables;
 }
@@ -154,17 +222,24 @@ void append_number(std::string& bytes, std::uint64_t number) {
   bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
 }
 
+void append_text(std::string& bytes, const std::string& text) {
+  append_number(bytes, text.size());
+  bytes += text;
+}
+
 void append_variables(std::string& bytes, const std::vector<MatVariable>& variables) {
   append_number(bytes, variables.size());
   for (const MatVariable& variable : variables) {
-    append_number(bytes, variable.name.size());
-    bytes += variable.name;
+    append_text(bytes, variable.name);
     append_number(bytes, static_cast<std::uint64_t>(variable.kind));
     append_number(bytes, variable.is_matrix ? 1 : 0);
     append_number(bytes, variable.height);
     append_number(bytes, variable.width);
+    append_number(bytes, variable.pages);
     append_number(bytes, variable.values.size());
     bytes.append(reinterpret_cast<const char*>(variable.values.data()), variable.values.size() * sizeof(double));
+    append_number(bytes, variable.text.size());
+    for (const std::string& row : variable.text) append_text(bytes, row);
     append_variables(bytes, variable.fields);
   }
 }
@@ -176,26 +251,51 @@ bool take_number(std::string_view& bytes, std::uint64_t& number) {
   return true;
 }
 
+bool take_text(std::string_view& bytes, std::string& text) {
+  std::uint64_t length = 0;
+  if (!take_number(bytes, length) || length > bytes.size()) return false;
+  text = bytes.substr(0, length);
+  bytes.remove_prefix(length);
+  return true;
+}
+
+bool take_sizes(std::string_view& bytes, MatVariable& made) {
+  std::uint64_t kind = 0, is_matrix = 0, height = 0, width = 0, pages = 0;
+  for (std::uint64_t* number : {&kind, &is_matrix, &height, &width, &pages})
+    if (!take_number(bytes, *number)) return false;
+  if (kind > static_cast<std::uint64_t>(MatVariable::Kind::function) || is_matrix > 1) return false;
+  made.kind = static_cast<MatVariable::Kind>(kind);
+  made.is_matrix = is_matrix == 1;
+  made.height = height;
+  made.width = width;
+  made.pages = pages;
+  return true;
+}
+
+bool take_values(std::string_view& bytes, MatVariable& made) {
+  std::uint64_t values = 0;
+  if (!take_number(bytes, values) || values > bytes.size() / sizeof(double)) return false;
+  std::uint64_t left = values;  // of the product of the sizes
+  for (const std::size_t size : {made.pages, made.width}) {
+    if (values != 0 && (size == 0 || left % size != 0)) return false;
+    if (values != 0) left /= size;
+  }
+  if (values != 0 && left != made.height) return false;
+  made.values.resize(values);
+  if (values != 0) std::memcpy(made.values.data(), bytes.data(), values * sizeof(double));
+  bytes.remove_prefix(values * sizeof(double));
+  return true;
+}
+
 bool take_variables(std::string_view& bytes, int depth, std::vector<MatVariable>& variables) {
-  std::uint64_t count = 0, name_bytes = 0, kind = 0, is_matrix = 0, height = 0, width = 0, values = 0;
-  if (!take_number(bytes, count) || count > bytes.size() || depth > deepest_structure) return false;
+  std::uint64_t count = 0, rows = 0;
+  if (!take_number(bytes, count) || count > bytes.size() || (count > 0 && depth > deepest_structure)) return false;
   for (std::uint64_t i = 0; i < count; ++i) {
     MatVariable& made = variables.emplace_back();
-    if (!take_number(bytes, name_bytes) || name_bytes > bytes.size()) return false;
-    made.name = bytes.substr(0, name_bytes);
-    bytes.remove_prefix(name_bytes);
-    if (!take_number(bytes, kind) || kind > static_cast<std::uint64_t>(MatVariable::Kind::function)) return false;
-    if (!take_number(bytes, is_matrix) || is_matrix > 1 || !take_number(bytes, height) || !take_number(bytes, width))
-      return false;
-    made.kind = static_cast<MatVariable::Kind>(kind);
-    made.is_matrix = is_matrix == 1;
-    made.height = height;
-    made.width = width;
-    if (!take_number(bytes, values) || values > bytes.size() / sizeof(double)) return false;
-    if (values != 0 && (width == 0 || values % width != 0 || values / width != height)) return false;
-    made.values.resize(values);
-    if (values != 0) std::memcpy(made.values.data(), bytes.data(), values * sizeof(double));
-    bytes.remove_prefix(values * sizeof(double));
+    if (!take_text(bytes, made.name) || !take_sizes(bytes, made) || !take_values(bytes, made)) return false;
+    if (!take_number(bytes, rows) || rows > bytes.size()) return false;
+    for (std::uint64_t row = 0; row < rows; ++row)
+      if (!take_text(bytes, made.text.emplace_back())) return false;
     if (!take_variables(bytes, depth + 1, made.fields)) return false;
   }
   return true;

@@ -15,6 +15,7 @@
 #include "dataset/recording/quality.hpp"
 #include "dataset/recording/sway_source.hpp"
 #include "dataset/recording/table.hpp"
+#include "dataset/recording/trials.hpp"
 #include "sim/protocol.hpp"
 
 namespace decid::dataset {
@@ -41,6 +42,20 @@ std::string time_hint(const std::string& name, double rate_hz) {
                                   : "if it is in seconds, call it time_s, or give --rate";
 }
 
+/// Returns true if a time lies before the last one by more than a tenth of what all span: a recording begins there.
+bool goes_far_back(const Table& table, int column) {
+  constexpr std::size_t fewest = 20;
+  try {
+    const std::vector<double> time = table.times(column);
+    const auto [first, last] = std::ranges::minmax(time);
+    const double far = 0.1 * (last - first);
+    for (std::size_t i = 2; i < time.size() && time.size() >= fewest; ++i)  // a single wrong time comes and goes
+      if (time[i - 1] - time[i] > far && time[i - 1] - time[i - 2] < far) return true;
+  } catch (const Error&) {  // no times at all
+  }
+  return false;
+}
+
 Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
@@ -61,9 +76,11 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   Clock clock;
   try {
     clock = read_clock(table, time, recording.file, "--rate");
-  } catch (const SeveralRecordings&) {
-    throw;  // A rate would join them.
+  } catch (const SeveralRecordings& error) {  // A rate would join them.
+    throw Error(error.where(), error.problem(), remedy_for_several(""));
   } catch (const Error& error) {
+    if (goes_far_back(table, time))
+      throw Error(error.where(), error.problem() + ": the file holds several recordings", remedy_for_several(""));
     if (!options.rate_hz) throw;
     add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());
     return given;
@@ -214,6 +231,10 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   Recording recording;
   recording.file = path == standard_input ? "standard input" : path.string();
   const std::unique_ptr<Table> read = read_table(path, options.skip_lines, options.section);
+  if (!options.trial_column.empty()) {
+    keep_trial(*read, options.trial_column, options.trial, recording.file);
+    recording.file += "#" + options.trial;
+  }
   const Table& table = *read;
   recording.warnings = table.warnings();
   if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
@@ -223,6 +244,8 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   int time = find_time(table);
   const SwaySource source = find_sway_source(table, time, options, recording);
   const int sway = source.columns.front();
+  if (read->choose(sway)) time = find_time(table);
+  if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, recording.file);
   if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
   const std::string& name = table.names()[static_cast<std::size_t>(sway)];
   if (sway == time) {  // the user has said what it is
@@ -257,6 +280,10 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
     throw Error(recording.file, "no tilt is read for --tilt-unit or --invert tilt",
                 "name its column with --tilt-column");
   return recording;
+}
+
+std::vector<std::string> trials_of(const std::filesystem::path& path, const RecordingOptions& options) {
+  return trials_in(*read_table(path, options.skip_lines, options.section), options.trial_column, path.string());
 }
 
 Recording recording_of(std::span<const double> sway_rad, double rate_hz) {

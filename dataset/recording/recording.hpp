@@ -33,6 +33,10 @@ struct RecordingOptions {
   /// Lines of a text file above its table; empty: found.
   std::optional<int> skip_lines = {};
   std::string section = {};  ///< which of a text file's tables, by name or number from 1; empty: the only one
+  /// What tells several recordings of a file apart: a column, several with commas between them, or an array of a
+  /// MAT-file; and which of them is read, one of trials_of().
+  std::string trial_column = {}, trial = {};
+  bool is_one_trial = false;  ///< all rows are one recording, though a column called trial or the like changes
   /// In place of `column`, the sway comes from (columns by name or number from 1; sway_source.hpp has the formulas):
   std::optional<double> com_height_m = {};            ///< `column` is a position, at this height above the ankles
   std::string leg_column = {}, trunk_column = {};     ///< angles in space of leg and trunk
@@ -52,7 +56,7 @@ struct Recording {
   Warnings warnings;            ///< what was assumed, what looks odd
 };
 
-/// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables or fields of a struct; a matrix's columns by
+/// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables, fields, elements of arrays; matrix columns by
 /// number). CSV: separator (comma, semicolon, tab, blanks), decimal comma, header, a line of units and comment lines
 /// (#, %) are recognised, and lines above the table, and a last line that is cut short; text may be UTF-8, UTF-16 or
 /// Windows-1252. "-" is standard input. The time is the first column called time, t, timestamp, Zeit or the like, in
@@ -66,13 +70,19 @@ struct Recording {
 ///
 /// Throws Error for: no file, empty, no or ambiguous sway column (two of one name are), one that is no angle by its
 /// name (a length, a velocity, an ankle's), a cell of time, sway or tilt that is not a finite number (with its line;
-/// other columns may hold anything), a gap that is not to be filled, rows of different length, times that go back or
-/// jump and no rate given, a rate outside of 1 to 100,000 Hz, fewer than 2 samples, more than 10 million, more than
-/// 1000 columns, a constant signal, sway beyond 90 degrees. Warns if the unit had to be assumed, if it looks wrong
-/// (peak beyond 20 degrees, or peak to peak under 0.001 degrees), if a rate given contradicts the time, and of what
-/// sensors and programs leave in samples: frozen stretches, coarse steps, single wrong samples, smoothing
+/// other columns may hold anything), several recordings below each other (a column called trial, block, subject or the
+/// like changes, or times start again) without trial_column, a gap that is not to be filled, rows of different length,
+/// times that go back or jump and no rate given, a rate outside of 1 to 100,000 Hz, fewer than 2 samples, more than 10
+/// million, more than 1000 columns, a constant signal, sway beyond 90 degrees. Warns if the unit had to be assumed, if
+/// it looks wrong (peak beyond 20 degrees, or peak to peak under 0.001 degrees), if a rate given contradicts the time,
+/// and of what sensors and programs leave in samples: frozen stretches, coarse steps, single wrong samples, smoothing
 /// (quality.hpp).
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options);
+
+/// The recordings of a file by options.trial_column, in the order in which they begin: the values of the column ("2",
+/// "s01,2"), or the numbers of an array's elements from 1. Throws Error as read_recording does of the file, for a
+/// column that there is not, and for one that does not tell recordings apart.
+std::vector<std::string> trials_of(const std::filesystem::path& path, const RecordingOptions& options);
 
 /// A recording from samples in memory, rad. Throws Error for fewer than 2 samples, one that is not finite, a constant
 /// signal, sway beyond 90 degrees, and a rate outside of 1 to 100,000 Hz. Warns as read_recording does of sizes that no

@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "dataset/recording/candidates.hpp"
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/trials.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/segments.hpp"
 
@@ -52,7 +53,7 @@ void warn_of_part(const std::string& name, Recording& recording) {
 }
 
 /// Displacements too: they may be the only column, and the unit is looked at later.
-int find_sway(const Table& table, int time, Recording& recording) {
+int find_sway(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   const int named = find_named(table, time,
                                {"com_sway",
                                 "com_x",
@@ -82,13 +83,17 @@ int find_sway(const Table& table, int time, Recording& recording) {
                                recording.file, "--column");
   if (named >= 0) return named;
   std::vector<int> candidates = sway_candidates(table, time);
-  if (candidates.empty())
-    throw Error(recording.file, "has a column of time but none of sway", "add the sway, or name it with --column");
+  const std::string unread = table.unread().empty() ? std::string() : "; not read: " + table.unread();
+  const char* const add = unread.empty() ? "add the sway, or name it with --column"
+                                         : "save the sway as a vector of real numbers, or name it with --column";
+  if (candidates.empty()) throw Error(recording.file, "has a column of time but none of sway" + unread, add);
   const int tilt = find_tilt_column(table, time, recording.file, "--column");
   std::erase(candidates, tilt);
+  if (!options.trial_column.empty())
+    for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) {
     // "0,01,0,02": names are half as many as their cells, so that they are no header.
-    const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0;
+    const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
     std::string list;
     for (const int column : candidates)
       list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + name_of(table, column) + "'";
@@ -96,11 +101,12 @@ int find_sway(const Table& table, int time, Recording& recording) {
         recording.file, "has several columns that may be the sway: " + list,
         std::string(
             "name one with --column, or what the sway is made of with --leg and --trunk, or --hip and --shoulder") +
-            (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : ""));
+            (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
+            trial_advice(table));
   }
   if (candidates.empty())
-    throw Error(recording.file, "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but none of sway",
-                "add the sway, or name it with --column");
+    throw Error(recording.file,
+                "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but none of sway" + unread, add);
   const int sway = candidates.front();
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
@@ -217,7 +223,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     source.kind = options.com_height_m ? Kind::displacement : Kind::angle;
     if (options.column.empty()) {
       refuse_response(table, where);
-      source.columns.push_back(find_sway(table, time, recording));
+      source.columns.push_back(find_sway(table, time, options, recording));
     } else {
       add(options.column, "--column");
     }

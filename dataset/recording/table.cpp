@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <iostream>
+#include <map>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/text.hpp"
 #include "dataset/recording/csv.hpp"
 #include "dataset/recording/foreign.hpp"
 #include "dataset/recording/mat.hpp"
@@ -34,6 +37,30 @@ const char* remedy_for(Missing missing) {
   return missing == Missing::fillable
              ? "give a value; short gaps of a recording are interpolated with --fill-gaps SECONDS"
              : "give a value";
+}
+
+const std::vector<TableArray>& Table::arrays() const {
+  static const std::vector<TableArray> none;
+  return none;
+}
+
+void Table::keep_element(const std::string&, std::size_t) {}
+
+RowLabels Table::labels(int column) const {
+  RowLabels labels;
+  std::map<double, std::uint32_t> known;
+  for (const double value : numbers(column, Missing::kept)) {
+    const auto [found, is_new] =
+        known.try_emplace(std::isnan(value) ? HUGE_VAL : value, static_cast<std::uint32_t>(labels.values.size()));
+    if (is_new) labels.values.push_back(std::isfinite(value) ? format("%.15g", value) : std::string());
+    labels.of_row.push_back(found->second);
+  }
+  return labels;
+}
+
+void Table::keep_rows(int column, const std::vector<std::size_t>&) {
+  throw Error("--trial", "'" + names()[static_cast<std::size_t>(column)] + "' is of a file that is one recording",
+              "leave out --trial, or save the file as CSV");
 }
 
 std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines,

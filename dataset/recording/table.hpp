@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -23,6 +24,20 @@ enum class Missing { refused, fillable, kept };
 /// What to do about a cell that was refused.
 const char* remedy_for(Missing missing);
 
+/// The values of a column that tells recordings apart, and which one each row has, by its place in `values`. An empty
+/// value is none.
+struct RowLabels {
+  std::vector<std::string> values;
+  std::vector<std::uint32_t> of_row;
+};
+
+/// An array of a file, each element of which may be a recording: "trials", 3.
+struct TableArray {
+  std::string name;
+  std::size_t elements;
+  bool is_matrix = false;  ///< its columns are the elements, which may be signals of one recording as well
+};
+
 class Table {
  public:
   Table() = default;
@@ -36,6 +51,10 @@ class Table {
   /// The names are the file's own, and can be relied on.
   virtual bool has_header() const = 0;
   virtual const std::vector<std::string>& names() const = 0;
+  /// A column's name without the structures that hold it ("time" of "trials(2).time"), and its whole path. After
+  /// choose(), a column that belongs to another recording has no name of its own.
+  virtual const std::string& own_name(int column) const { return names()[static_cast<std::size_t>(column)]; }
+  virtual const std::string& path(int column) const { return names()[static_cast<std::size_t>(column)]; }
   /// The numbers of a column. Throws Error with the place of the first cell that is not a finite number; missing ones
   /// become NaN where they are kept.
   virtual std::vector<double> numbers(int column, Missing missing = Missing::refused) const = 0;
@@ -51,6 +70,23 @@ class Table {
   virtual std::size_t preamble_lines() const { return 0; }
   /// What was left out of the file, for people.
   virtual const Warnings& warnings() const { return none_; }
+
+  /// What may hold signals and is not read, for people: "z (20 x 1 complex)".
+  virtual std::string unread() const { return {}; }
+
+  /// Says which column is the sway: columns and rates of other structures no longer count. Returns false where there
+  /// are no structures.
+  virtual bool choose(int) { return false; }
+  /// The first column of the matrix that the chosen one is of, which may be its time.
+  virtual int first_column() const { return 0; }
+  /// Arrays whose elements may be recordings.
+  virtual const std::vector<TableArray>& arrays() const;
+  /// Drops the columns of the array's other elements; counted from 0.
+  virtual void keep_element(const std::string& array, std::size_t element);
+  /// What each row has in a column; by default of numbers. Throws Error as numbers().
+  virtual RowLabels labels(int column) const;
+  /// Keeps these rows, in increasing order, of all columns that are as long as this one. By default throws Error.
+  virtual void keep_rows(int column, const std::vector<std::size_t>& rows);
 
  private:
   Warnings none_;

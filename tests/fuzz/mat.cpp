@@ -45,6 +45,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto read = [](std::string_view content) {
     const std::filesystem::path& path = input.write(content);
     fuzz::accepts([&] { dataset::read_recording(path, {.column = "1", .rate_hz = 50.0}); });
+    for (const char* trials : {"trials", "data", "block", "trial"})
+      fuzz::accepts([&] {
+        const dataset::RecordingOptions options{.trial_column = trials, .trial = "2"};
+        dataset::trials_of(path, options);
+        dataset::read_recording(path, options);
+      });
   };
   read(bytes);
   if (version == dataset::MatVersion::v5) read(compressed(bytes));

@@ -19,6 +19,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size % 11 == 1) options.skip_lines = 2;
   if (size % 13 == 1) options.section = "2";
   fuzz::accepts([&] {
+    dataset::RecordingOptions first_trial = options;
+    first_trial.trial_column = "trial";
+    const std::vector<std::string> trials = dataset::trials_of(path, first_trial);
+    REQUIRE_THAT(!trials.empty());
+    first_trial.trial = trials.front();
+    dataset::read_recording(path, first_trial);
+  });
+  fuzz::accepts([&] {
     dataset::Recording recording = dataset::read_recording(path, options);
     REQUIRE_THAT(recording.signals.samples() >= 2);
     dataset::bring_to_protocol(recording, protocol);

@@ -103,4 +103,33 @@ TEST_CASE("identify: how a recording follows the tilt is measured with the ident
   CHECK(warns(identified(model, -1.0, 0.0), "hardly follows"));
 }
 
+TEST_CASE("sources: a file is one recording, or one for each trial; one that cannot be read is one") {
+  const test::TemporaryFolder folder;
+  const auto file = test::write_text(folder / "long.csv", "run,time,sway\na,0,1\na,1,2\nb#,0,1\nb#,1,3\n");
+  const auto none = folder / "none.csv";
+  const std::vector<RecordingSource> whole = sources_of({file, none}, {});
+  REQUIRE(whole.size() == 2);
+  CHECK(whole[0].name() == file.string());
+  const dataset::RecordingOptions by_run{.trial_column = "run"};
+  const std::vector<RecordingSource> trials = sources_of({file, none, file}, by_run);
+  REQUIRE(trials.size() == 5);
+  CHECK(trials[0].name() == file.string() + "#a");
+  CHECK(trials[1].trial == "b#");
+  CHECK(trials[1].name() == file.string() + "#b#");
+  CHECK(trials[2].name() == none.string());
+  CHECK(trials[2].trial.empty());
+  test::check_error([&] { sources_of({file, "-"}, by_run); }, {"--trial", "standard input"});
+  // An error says which trial it is of.
+  const auto wrong = test::write_text(folder / "wrong.csv", "run,sway_deg\na,1\na,2\nb,1\nb,x\n");
+  ReadOptions options{.recording = by_run, .trial = {}, .truth = {}};
+  options.recording.rate_hz = 100.0;
+  const std::vector<Identification> read =
+      read_recordings(sim::short_protocol(), sources_of({wrong, none}, by_run), options);
+  REQUIRE(read.size() == 3);
+  REQUIRE(read[1].error);
+  CHECK(read[1].error->where() == wrong.string() + "#b");
+  REQUIRE(read[2].error);
+  CHECK(read[2].error->where() == none.string());
+}
+
 }  // namespace decid

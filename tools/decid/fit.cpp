@@ -47,7 +47,7 @@ struct FitOptions {
 /// Options of recordings alone besides how they are read, and those of a frequency response alone.
 constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise",  "--most-draws",
                                          "--report",   "--table", "--group",       "--moved-before", "--resume",
-                                         "--range",    "--prior", "--recursive"};
+                                         "--range",    "--prior", "--recursive",   "--trial"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not go with what is to be fitted.
@@ -208,7 +208,7 @@ std::vector<std::size_t> files_left(const FitOptions& options, FitJournal* journ
   keys.resize(files.size());
   std::vector<std::size_t> left;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    if (journal != nullptr) keys[i] = FitJournal::key(files[i]);
+    if (journal != nullptr) keys[i] = FitJournal::key(options.recordings.sources[i]);
     const Json* const done = journal != nullptr ? journal->find(keys[i]) : nullptr;
     if (done != nullptr) fits.results[i] = kept(*done, options);
     if (done == nullptr) left.push_back(i);
@@ -241,11 +241,11 @@ Fits fit_together(const FitOptions& options, const Model& model, const sim::Prot
   left = parse_json(broadcast_text(*ranks(), Json(left).dump()), "fit").get<std::vector<std::size_t>>();
   std::vector<Identification> begun = named(files);
   const auto fit_some = [&](std::size_t first, std::size_t last) {
-    std::vector<std::filesystem::path> paths;
-    for (std::size_t i = first; i < last; ++i) paths.emplace_back(files[left[i]]);
-    std::vector<std::string> results(paths.size());
+    std::vector<RecordingSource> sources;
+    for (std::size_t i = first; i < last; ++i) sources.push_back(options.recordings.sources[left[i]]);
+    std::vector<std::string> results(sources.size());
     fit_recordings(
-        &model, protocol, paths, reading, options.request,
+        &model, protocol, sources, reading, options.request,
         [](std::size_t, const posterior::Progress&) { return !interrupted(); },
         [&](FittedRecordings& all, std::size_t i) {
           Json result{{"result", fit_result(all, i, options.request.priors)}};
@@ -270,8 +270,8 @@ Fits fit_together(const FitOptions& options, const Model& model, const sim::Prot
         bar.update(++done);
       },
       interrupted);
-  fits.common = std::move(
-      fit_recordings(&model, protocol, std::vector<std::filesystem::path>(), reading, options.request).identified);
+  fits.common =
+      std::move(fit_recordings(&model, protocol, std::vector<RecordingSource>(), reading, options.request).identified);
   fits.common.recordings = begun_of(fits, std::move(begun));
   return fits;
 }
@@ -283,8 +283,8 @@ Fits fit_alone(const FitOptions& options, const Model& model, const sim::Protoco
   std::vector<std::string> keys;
   const std::vector<std::size_t> left = files_left(options, journal, keys, fits);
   std::vector<Identification> begun = named(files);
-  std::vector<std::filesystem::path> paths;
-  for (const std::size_t i : left) paths.emplace_back(files[i]);
+  std::vector<RecordingSource> sources;
+  for (const std::size_t i : left) sources.push_back(options.recordings.sources[i]);
 
   constexpr int parts = 100;  // of a recording, for the bar
   const bool several = files.size() > 1;
@@ -294,7 +294,7 @@ Fits fit_alone(const FitOptions& options, const Model& model, const sim::Protoco
   bar.go_on_from(static_cast<long long>(parts * before));
   std::vector<double> done(left.size());  // of each
   FittedRecordings fitted = fit_recordings(
-      &model, protocol, paths, reading, options.request,
+      &model, protocol, sources, reading, options.request,
       [&](std::size_t recording, const posterior::Progress& progress) {
         done[recording] = progress.done;
         bar.update(static_cast<long long>(parts * std::accumulate(done.begin(), done.end(), before)),
@@ -347,8 +347,8 @@ void run_fit(FitOptions options, const Command& command) {
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = outputs_of(options);
   inputs.insert(inputs.end(), {options.model, options.protocol, options.group});
-  recordings.find_files(inputs, options.common.quiet);
-  inputs = recordings.files;
+  recordings.find_sources(inputs, options.common.quiet);
+  inputs = recordings.distinct_files();
   inputs.insert(inputs.end(), {options.model, options.group});
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);

@@ -48,9 +48,9 @@ void FitJournal::read(const Json& settings) {
   }
 }
 
-std::string FitJournal::key(const std::string& file) {
+std::string FitJournal::key(const RecordingSource& recording) {
   try {
-    return sha256(file + '\n' + sha256(read_file(file)));
+    return sha256(recording.name() + '\n' + sha256(read_file(recording.file)));
   } catch (const Error&) {
     return {};  // whoever reads the recording reports it
   }

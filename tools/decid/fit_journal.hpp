@@ -8,6 +8,7 @@
 
 #include "base/disk_file.hpp"
 #include "base/json_object.hpp"
+#include "identify/recordings.hpp"
 
 namespace decid::tools {
 
@@ -17,8 +18,8 @@ class FitJournal {
   /// begins empty. Throws Error if another process writes it, or if it is of other settings.
   FitJournal(const std::filesystem::path& path, const Json& settings, bool resume);
 
-  /// Name and content of a recording's file; empty if it cannot be read.
-  static std::string key(const std::string& file);
+  /// The recording's name and its file's content; empty if that cannot be read.
+  static std::string key(const RecordingSource& recording);
   /// Null if it is not there.
   const Json* find(const std::string& key) const;
   /// On the disk when it returns.

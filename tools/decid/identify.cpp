@@ -65,7 +65,7 @@ Answers identify_alone(const IdentifyOptions& options, const Model& model, const
   ProgressBar bar("identify", "recordings", static_cast<long long>(options.recordings.files.size()),
                   options.common.quiet);
   Answers answers;
-  answers.common = identify_files(model, model_name(options.model), options.recordings.paths(), reading,
+  answers.common = identify_files(model, model_name(options.model), options.recordings.sources, reading,
                                   [&](std::size_t done) { bar.update(static_cast<long long>(done)); });
   const Identifications& all = answers.common;
   for (const Identification& id : all.recordings)
@@ -75,12 +75,12 @@ Answers identify_alone(const IdentifyOptions& options, const Model& model, const
 
 /// Some recordings at a time to each rank; what the outputs hold of them comes back.
 Answers identify_together(const IdentifyOptions& options, const Model& model, const ReadOptions& reading) {
-  const std::vector<std::filesystem::path> paths = options.recordings.paths();
+  const std::vector<RecordingSource>& sources = options.recordings.sources;
   const std::string name = model_name(options.model);
   require_same("the list of recordings", listed(options.recordings.files), "give all hosts the same files");
   const auto identify_some = [&](std::size_t first, std::size_t last) {
-    const std::vector<std::filesystem::path> some(paths.begin() + static_cast<std::ptrdiff_t>(first),
-                                                  paths.begin() + static_cast<std::ptrdiff_t>(last));
+    const std::vector<RecordingSource> some(sources.begin() + static_cast<std::ptrdiff_t>(first),
+                                            sources.begin() + static_cast<std::ptrdiff_t>(last));
     const Identifications all = identify_files(model, name, some, reading);
     std::vector<std::string> results;
     for (const Identification& id : all.recordings) {
@@ -94,11 +94,11 @@ Answers identify_together(const IdentifyOptions& options, const Model& model, co
     }
     return results;
   };
-  ProgressBar bar("identify", "recordings", static_cast<long long>(paths.size()), options.common.quiet);
+  ProgressBar bar("identify", "recordings", static_cast<long long>(sources.size()), options.common.quiet);
   long long done = 0;
-  std::vector<Json> results(paths.size());
+  std::vector<Json> results(sources.size());
   share_out(
-      paths.size(), 4, identify_some,
+      sources.size(), 4, identify_some,
       [&](std::size_t i, const std::string& bytes) {
         results[i] = Json::from_cbor(bytes);
         bar.update(++done);
@@ -120,9 +120,9 @@ Answers identify_together(const IdentifyOptions& options, const Model& model, co
 void run_identify(IdentifyOptions options, const Command& command) {
   ReadOptions reading = options.recordings.read_options();
   RecordingFlags& recordings = options.recordings;
-  recordings.find_files({options.model, options.output, options.report, options.table, options.group},
-                        options.common.quiet);
-  std::vector<std::string> files = recordings.files;
+  recordings.find_sources({options.model, options.output, options.report, options.table, options.group},
+                          options.common.quiet);
+  std::vector<std::string> files = recordings.distinct_files();
   files.insert(files.end(), {options.model, options.group});
   for (const std::string& path : {options.output, options.report, options.table}) {
     refuse_same_file(path, files);
@@ -181,6 +181,7 @@ void add_identify(const Command& program) {
       "          decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
       "          decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
       "          decid identify subjects --table results.csv --group groups.csv\n"
+      "          decid identify long.csv --trial subject,trial --table results.csv\n"
       "A recording that cannot be used does not stop the others: it has an \"error\" in the JSON, and the exit code is "
       "2.");
   command.callback([options, command] {

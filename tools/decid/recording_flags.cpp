@@ -12,7 +12,7 @@
 namespace decid::tools {
 namespace {
 
-/// What --tilt-column says to have none read.
+/// What --tilt-column and --trial say to have none.
 constexpr const char* no_column = "none";
 
 std::optional<dataset::Unit> unit_of(const std::string& name) {
@@ -46,6 +46,8 @@ ReadOptions RecordingFlags::read_options() const {
   made.recording.skip_lines = skip_lines;
   made.recording.section = section;
   made.recording.com_height_m = com_height;
+  made.recording.is_one_trial = trial == no_column;
+  if (!made.recording.is_one_trial) made.recording.trial_column = trial;
   made.recording.leg_column = leg;
   made.recording.trunk_column = trunk;
   made.recording.hip_column = hip;
@@ -72,6 +74,20 @@ ReadOptions RecordingFlags::read_options() const {
   return made;
 }
 
+void RecordingFlags::find_sources(const std::vector<std::string>& others, bool quiet) {
+  find_files(others, quiet);
+  sources = sources_of({files.begin(), files.end()}, read_options().recording);
+  files.clear();
+  for (const RecordingSource& source : sources) files.push_back(source.name());
+}
+
+std::vector<std::string> RecordingFlags::distinct_files() const {
+  std::vector<std::string> distinct;
+  for (const RecordingSource& source : sources)
+    if (distinct.empty() || distinct.back() != source.file) distinct.push_back(source.file.string());
+  return distinct;
+}
+
 std::optional<sim::Body> BodyFlags::body() const {
   if (mass_kg.has_value() != height_m.has_value())
     throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
@@ -89,6 +105,10 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags) {
                                                "CSV or MAT-files (a column of sway, usually one of time), folders of "
                                                "them, or quoted patterns; - is standard input");
   command.add_flag("--recursive", flags.recursive, "Read the folders within folders too");
+  command.add_option(
+      "--trial", flags.trial,
+      "Read each value of this column, or of several (subject,trial), or each element of this array of a "
+      "MAT-file, as a recording; none: a file is one; default: refuse files of several");
   add_reading_options(command, flags);
   return recordings;
 }

@@ -25,17 +25,22 @@ void add_body_options(const Command& command, BodyFlags& flags);
 struct RecordingFlags : BodyFlags {
   std::vector<std::string> files;
   std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
-  std::string leg, trunk, hip, shoulder, ankle, section;
+  std::string leg, trunk, hip, shoulder, ankle, section, trial;
   bool recursive = false;
   std::optional<double> rate, begin, com_height;
   std::optional<int> skip_lines;
   double fill_gaps = 0.0;
   std::optional<double> missing;
 
-  /// Replaces `files` by what they stand for (recording_files.hpp). Says on standard error what is left out, unless
-  /// `quiet`.
+  std::vector<RecordingSource> sources;  ///< of the files, once they are found
+
+  /// Replaces `files` by what they stand for (recording_files.hpp), except `others`. Says on standard error what is
+  /// left out, unless `quiet`.
   void find_files(const std::vector<std::string>& others, bool quiet);
-  std::vector<std::filesystem::path> paths() const { return {files.begin(), files.end()}; }
+  /// Finds the recordings that the files hold, as find_files(); `files` are their names then.
+  void find_sources(const std::vector<std::string>& others, bool quiet);
+  /// The files of the recordings, each once.
+  std::vector<std::string> distinct_files() const;
   /// Throws Error for options that contradict each other.
   ReadOptions read_options() const;
   /// Those of --truth, if it was given. Throws Error for others than the table's.

@@ -181,7 +181,7 @@ TEST_CASE("version 7.3: fields of structures are columns; what holds no real num
     char note[] = "a note";
     file.write(Mat_VarCreate("note", MAT_C_CHAR, MAT_T_UTF8, 2, text, note, 0));
     matvar_t* cell = Mat_VarCreate("cells", MAT_C_CELL, MAT_T_CELL, 2, one, nullptr, 0);
-    Mat_VarSetCell(cell, 0, column_of<double>("", MAT_C_DOUBLE, MAT_T_DOUBLE, 0));
+    Mat_VarSetCell(cell, 0, Mat_VarCreate("", MAT_C_CHAR, MAT_T_UTF8, 2, text, note, 0));
     file.write(cell);
     std::vector<double> part(20, 1.0);
     mat_complex_split_t parts{part.data(), part.data()};
@@ -191,9 +191,47 @@ TEST_CASE("version 7.3: fields of structures are columns; what holds no real num
                                                 "cells (1 x 1 cell)", "z (20 x 1 complex)"});
 }
 
+TEST_CASE("version 7.3: arrays of structures and cells have elements, pages and text are read") {
+  const TemporaryFolder folder;
+  std::size_t two[] = {1, 2}, twenty[] = {20, 1}, cube[] = {20, 1, 2}, letters[] = {1, 4};
+  const char* fields[] = {"time", "COM_x"};
+  std::vector<double> time, sway;
+  for (int k = 0; k < 40; ++k) {
+    time.push_back(k / 50.0);
+    sway.push_back(k < 20 ? (k + 1) / 8.0 : (k - 19) / 4.0);
+  }
+  const auto vector_of = [&](double* from) {
+    return Mat_VarCreate("", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, twenty, from, 0);
+  };
+  {
+    Mat73 file(folder / "array.mat");
+    matvar_t* trials = Mat_VarCreateStruct("trials", 2, two, fields, 2);
+    for (std::size_t i = 0; i < 2; ++i) {
+      Mat_VarSetStructFieldByName(trials, "time", i, vector_of(time.data()));
+      Mat_VarSetStructFieldByName(trials, "COM_x", i, vector_of(sway.data() + 20 * i));
+    }
+    file.write(trials);
+  }
+  for (const auto& [trial, factor] : {std::pair{"1", 1.0}, std::pair{"2", 2.0}})
+    check_made(read_recording(folder / "array.mat", {.trial_column = "trials", .trial = trial}), factor);
+  check_error(reading(folder / "array.mat"), {"'trials(1).COM_x', 'trials(2).COM_x'", "--trial trials"});
+  {
+    Mat73 file(folder / "cell.mat");
+    char name[] = "sway";
+    matvar_t* cell = Mat_VarCreate("sway", MAT_C_CELL, MAT_T_CELL, 2, two, nullptr, 0);
+    for (int i = 0; i < 2; ++i) Mat_VarSetCell(cell, i, vector_of(sway.data() + 20 * i));
+    file.write(cell);
+    file.write(Mat_VarCreate("cube", MAT_C_DOUBLE, MAT_T_DOUBLE, 3, cube, sway.data(), 0));
+    file.write(Mat_VarCreate("labels", MAT_C_CHAR, MAT_T_UTF8, 2, letters, name, 0));
+  }
+  check_made(read_recording(folder / "cell.mat", {.column = "sway{2}", .rate_hz = 50.0}), 2.0);
+  check_made(read_recording(folder / "cell.mat", {.column = "cube(:,1,2)", .rate_hz = 50.0}), 2.0);
+  CHECK(trials_of(folder / "cell.mat", {.trial_column = "sway"}).size() == 2);
+}
+
 TEST_CASE("version 7.3: an answer of the process that reads it is taken whole or not at all") {
   const std::vector<MatVariable> variables{
-      {.name = "time", .height = 2, .width = 1, .values = {0.0, 0.5}},
+      {.name = "time", .height = 2, .width = 1, .values = {0.0, 0.5}, .text = {"a", "row"}},
       {.name = "trial",
        .kind = MatVariable::Kind::structure,
        .height = 1,
@@ -204,6 +242,7 @@ TEST_CASE("version 7.3: an answer of the process that reads it is taken whole or
   REQUIRE(from_bytes(bytes, read));
   REQUIRE(read.size() == 2);
   CHECK(read[0].values == variables[0].values);
+  CHECK(read[0].text == variables[0].text);
   CHECK(read[1].kind == MatVariable::Kind::structure);
   REQUIRE(read[1].fields.size() == 1);
   CHECK(read[1].fields[0].name == "note");
@@ -221,13 +260,16 @@ TEST_CASE("version 7.3: an answer of the process that reads it is taken whole or
     read.clear();
     return from_bytes(other, read);
   };
-  constexpr std::size_t kind = 8 + 8 + 4, is_matrix = kind + 8, height = is_matrix + 8, width = height + 8;
+  constexpr std::size_t kind = 8 + 8 + 4, is_matrix = kind + 8, height = is_matrix + 8, width = height + 8,
+                        pages = width + 8;
   CHECK(changed(kind, 0));
   CHECK_FALSE(changed(kind, 8));
   CHECK_FALSE(changed(is_matrix, 2));
   CHECK_FALSE(changed(height, 3));
   CHECK_FALSE(changed(width, 0));
   CHECK_FALSE(changed(width, 3));
+  CHECK_FALSE(changed(pages, 0));
+  CHECK_FALSE(changed(pages, 2));
   CHECK_FALSE(changed(0, ~std::uint64_t{0}));
   // Structures within structures, deeper than any that are read.
   MatVariable deep{.name = "d", .kind = MatVariable::Kind::structure, .height = 1, .width = 1};
@@ -265,7 +307,7 @@ TEST_CASE("files without numbers, damaged ones and those that are none are refus
   named[4] = 2, named[8] = 1, named[17] = 8;
   check_error(reading(write_text(folder / "name.mat", named + std::string(2048 + 16, 'n'))), {"damaged, in a name"});
   // Cut anywhere, or with any byte changed, a file is read or refused; nothing else happens.
-  for (const char* name : {"v4.mat", "v5.mat", "v7_struct.mat"}) {
+  for (const char* name : {"v4.mat", "v5.mat", "v7_struct.mat", "struct_array.mat", "labchart.mat"}) {
     const std::string bytes = read_text(made(name));
     int refused = 0;
     const auto survives = [&](const std::string& changed) {

@@ -205,17 +205,26 @@ TEST_CASE("version 5: every class has its kind") {
   REQUIRE(objects.size() == 1);
   CHECK(objects[0].kind == Kind::object);
   CHECK(objects[0].name == "table");
-  // Three dimensions: no matrix.
-  const auto cube =
-      read_mat_5(mat.file(mat.matrix(mat.element(6, bytes_of<std::uint32_t>({6, 0}, true)) +
-                                     mat.element(5, bytes_of<std::int32_t>({1, 2, 3}, true)) + mat.element(1, "x"))),
-                 "x");
+  // Three dimensions are pages; four are not read.
+  const auto of_sizes = [&](std::initializer_list<std::int32_t> sizes) {
+    return read_mat_5(mat.file(mat.matrix(mat.element(6, bytes_of<std::uint32_t>({6, 0}, true)) +
+                                          mat.element(5, bytes_of<std::int32_t>(sizes, true)) + mat.element(1, "x") +
+                                          mat.element(1, std::string("\1\2\3\4\5\6")))),
+                      "x");
+  };
+  const auto cube = of_sizes({1, 2, 3}), more = of_sizes({1, 1, 2, 3});
   REQUIRE(cube.size() == 1);
-  CHECK_FALSE(cube[0].is_matrix);
-  CHECK(cube[0].values.empty());
+  CHECK(cube[0].is_matrix);
+  CHECK(cube[0].pages == 3);
+  CHECK(cube[0].values == std::vector{1.0, 2.0, 3.0, 4.0, 5.0, 6.0});
+  REQUIRE(more.size() == 1);
+  CHECK_FALSE(more[0].is_matrix);
+  CHECK(more[0].values.empty());
+  check_error([&] { of_sizes({1000, 1000, 1000}); }, {"x claims too many values"});
+  check_error([&] { of_sizes({1, 2, -3}); }, {"damaged"});
 }
 
-TEST_CASE("version 5: structures have fields; those of several, or without names, have none") {
+TEST_CASE("version 5: structures have fields, arrays of them and cells elements") {
   const Mat5 mat;
   const std::string field =
       mat.matrix(mat.head(double_class, 2, 1, "") + mat.element(9, bytes_of<double>({1, 2}, true)));
@@ -236,8 +245,28 @@ TEST_CASE("version 5: structures have fields; those of several, or without names
   CHECK(fields[1].name == "sway");  // an empty field
   CHECK(fields[1].values.empty());
   CHECK(read(1, 1, 8, names, field).size() == 1);
-  CHECK(read(2, 1, 8, names, field + field).empty());
-  CHECK(read(1, 2, 8, names, field + field).empty());
+  for (const auto& [height, width] : {std::pair{2, 1}, std::pair{1, 2}}) {
+    const auto elements = read(height, width, 8, names, field + mat.matrix("") + field + field);
+    REQUIRE(elements.size() == 2);
+    CHECK(elements[1].name == "(2)");
+    REQUIRE(elements[1].fields.size() == 2);
+    CHECK(elements[0].fields[1].values.empty());
+    CHECK(elements[1].fields[1].name == "sway");
+    CHECK(elements[1].fields[1].values == std::vector{1.0, 2.0});
+  }
+  CHECK(read(2, 1, 8, names, field + field).size() == 1);
+  CHECK(read(0, 1, 8, names, "").empty());
+  CHECK(read(100, 100, 8, names, field).empty());  // as many as a file may hold
+  CHECK(read(2'000'000'000, 2'000'000'000, 8, names, field).empty());
+  const auto cells = [&](std::int32_t count, const std::string& inner) {
+    return read_mat_5(mat.file(mat.matrix(mat.head(1, count, 1) + inner)), "trial.mat").front().fields;
+  };
+  REQUIRE(cells(2, field + mat.matrix("")).size() == 2);
+  CHECK(cells(2, field + field)[1].name == "{2}");
+  CHECK(cells(2, field + field)[1].values == std::vector{1.0, 2.0});
+  CHECK(cells(2, field).size() == 1);
+  CHECK(cells(6000, field).empty());
+  check_error([&] { cells(2, mat.element(9, bytes_of<double>({1, 2}, true))); }, {"trial.mat", "damaged"});
   CHECK(read(1, 1, 0, names, field + field).empty());
   CHECK(read(1, 1, 8, "", "").empty());
   check_error([&] { read(1, 1, 8, names, mat.element(9, bytes_of<double>({1, 2}, true))); }, {"trial.mat", "damaged"});
@@ -255,6 +284,34 @@ TEST_CASE("version 5: structures have fields; those of several, or without names
   int depth = 0;
   for (const MatVariable* at = &outermost[0]; !at->fields.empty(); at = &at->fields[0]) ++depth;
   CHECK(depth == deepest_structure);
+}
+
+TEST_CASE("version 5: text has rows, an object its class") {
+  const Mat5 mat;
+  const auto read = [&](std::int32_t height, std::int32_t width, const std::string& data) {
+    return read_mat_5(mat.file(mat.matrix(mat.head(4, height, width) + data)), "x").front().text;
+  };
+  using Strings = std::vector<std::string>;
+  CHECK(read(1, 4, mat.element(1, "sway")) == Strings{"sway"});
+  CHECK(read(2, 3, mat.element(2, "axby c")) == Strings{"ab", "xyc"});
+  CHECK(read(2, 2, mat.element(2, "ab  ")) == Strings{"a", "b"});
+  CHECK(read(1, 3, mat.element(16, "m\xC2\xB0\xE2\x82\xAC")) == Strings{"m\xC2\xB0\xE2\x82\xAC"});
+  CHECK(read(1, 1, mat.element(16, "\xF0\x9F\x99\x82")) == Strings{"\xF0\x9F\x99\x82"});
+  CHECK(read(1, 2, mat.element(17, bytes_of<std::uint16_t>({0xB0, 0x20AC}, true))) == Strings{"\xC2\xB0\xE2\x82\xAC"});
+  CHECK(read(1, 2, mat.element(4, bytes_of<std::uint16_t>({'d', 0xD800}, true))) == Strings{"d?"});
+  CHECK(read(1, 1, mat.element(18, bytes_of<std::uint32_t>({0x1F642}, true))) == Strings{"\xF0\x9F\x99\x82"});
+  CHECK(read(1, 9, mat.element(1, "short")).empty());
+  CHECK(read(0, 0, mat.element(1, "")).empty());
+  CHECK(read(2'000'000'000, 0, mat.element(1, "")).empty());
+  CHECK(read(2'000'000'000, 2'000'000'000, mat.element(1, "")).empty());
+  const std::string flags = mat.element(6, bytes_of<std::uint32_t>({17, 0}, true));
+  const std::string object =
+      mat.file(mat.matrix(flags + mat.element(1, "ts") + mat.element(1, "MCOS") + mat.element(1, "timeseries")));
+  CHECK(read_mat_5(object, "x").front().text == Strings{"timeseries"});
+  check_error([&] { MatTable(object, "trial.mat"); }, {"ts (timeseries object)", "ts.Time", "ts.Data"});
+  const std::string table =
+      mat.file(mat.matrix(flags + mat.element(1, "T") + mat.element(1, "MCOS") + mat.element(1, "timetable")));
+  check_error([&] { MatTable(table, "trial.mat"); }, {"T (timetable object)", "writetable"});
 }
 
 TEST_CASE("version 5: a matrix that begins or claims otherwise is refused") {

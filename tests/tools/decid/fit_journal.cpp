@@ -100,6 +100,8 @@ TEST_CASE("journal: a recording is its name and its content") {
   CHECK(key.size() == 64);
   CHECK(key == FitJournal::key(folder / "a"));
   CHECK(key != FitJournal::key(folder / "b"));
+  CHECK(key != FitJournal::key({folder / "a", "1"}));
+  CHECK(FitJournal::key({folder / "a", "1"}) != FitJournal::key({folder / "a", "2"}));
   write_text(folder / "a", "2");
   CHECK(key != FitJournal::key(folder / "a"));
   CHECK(FitJournal::key(folder / "none").empty());

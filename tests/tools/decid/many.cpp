@@ -99,6 +99,63 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
             .out.find("fast less slow") != std::string::npos);
 }
 
+namespace {
+
+/// Two recordings below each other, the first column saying which; the second has `wrong` in its second row.
+std::string long_table(const std::string& first, const std::string& second, const std::string& wrong) {
+  std::string table;
+  int trial = 0;
+  for (const std::string& text : {first, second}) {
+    std::istringstream lines(text);
+    ++trial;
+    int number = 0;
+    for (std::string line; std::getline(lines, line); ++number) {
+      if (number == 0 && trial == 1) table += "trial," + line + "\n";
+      if (number == 0) continue;
+      if (number == 2 && trial == 2 && !wrong.empty()) line.replace(0, line.find(','), wrong);
+      table += std::to_string(trial) + "," + line + "\n";
+    }
+  }
+  return table;
+}
+
+}  // namespace
+
+TEST_CASE("identify: --trial makes the recordings of a file those of files of their own") {
+  const Folder folder;
+  for (int i = 1; i <= 2; ++i) simulate(folder / std::to_string(i) + ".csv", "--seed " + std::to_string(i));
+  const std::string first = read_text(folder / "1.csv"), second = read_text(folder / "2.csv");
+  write_text(folder / "long.csv", long_table(first, second, ""));
+  const Result apart = run_decid("identify --json " + folder / "1.csv" + " " + folder / "2.csv");
+  write_text(folder / "g.csv", "file,group\nlong.csv#1,a\nlong.csv#2,b\n");
+  const Result result = run_decid("identify --json --trial trial --group " + folder / "g.csv" + " --table " +
+                                  folder / "t.csv" + " --report " + folder / "r.html" + " " + folder / "long.csv");
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  const Json json = Json::parse(result.out), expected = Json::parse(apart.out);
+  REQUIRE(json["recordings"].size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(json["recordings"][i]["file"] == folder / "long.csv" + "#" + std::to_string(i + 1));
+    CHECK(json["recordings"][i]["parameters"] == expected["recordings"][i]["parameters"]);
+  }
+  CHECK(json["recordings"][1]["group"] == "b");
+  check_table(read_text(folder / "t.csv"), json);
+  check_refused("identify " + folder / "long.csv", {"'trial' changes from '1' to '2'", "--trial 'trial'"});
+  check_refused("identify --rate 100 " + folder / "long.csv", {"several recordings"});
+  check_refused("identify --trial none " + folder / "long.csv", {"several recordings"});  // its times start again
+  check_refused("identify --trial nothing " + folder / "long.csv", {"long.csv", "no column 'nothing'", "--trial"});
+  check_refused("identify --trial trial -", {"--trial", "standard input"});
+  check_refused("fit --frf " + folder / "long.csv" + " --trial trial", {"--trial", "is not for --frf"});
+  // One that cannot be used does not stop the other.
+  write_text(folder / "long.csv", long_table(first, second, "x"));
+  const Result wrong = run_decid("identify --json --trial trial " + folder / "long.csv");
+  CHECK(wrong.code == 2);
+  const Json kept = Json::parse(wrong.out);
+  CHECK(kept["recordings"][0]["parameters"] == expected["recordings"][0]["parameters"]);
+  CHECK(kept["recordings"][1].contains("error"));
+  CHECK(wrong.err.find("long.csv#2") != std::string::npos);
+}
+
 TEST_CASE("many recordings: what cannot be is refused before the work") {
   const Folder folder;
   simulate(folder / "t.csv", "--seed 1");
@@ -159,6 +216,17 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   CHECK(mended.err.empty());
   CHECK_FALSE(std::filesystem::exists(folder / "marked.json.journal"));
   CHECK(Json::parse(read_text(folder / "marked.json"))["recordings"].size() == 3);
+
+  // Two of them in one file.
+  write_text(folder / "long.csv", long_table(read_text(folder / "in/s1.csv"), read_text(folder / "in/s2.csv"), ""));
+  const Result together = run_decid("fit --protocol short --most-draws 8 --quiet --json --trial trial " +
+                                    folder / "long.csv" + " -o " + folder / "long.json");
+  CHECK(together.code == 0);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Json recording = Json::parse(together.out)["recordings"][i];
+    CHECK(recording["file"] == folder / "long.csv" + "#" + std::to_string(i + 1));
+    CHECK(recording["parameters"] == json["recordings"][i + 1]["parameters"]);
+  }
 
   write_text(folder / "again.json.journal", journal);
   check_refused(command + " --resume --seed 7" + outputs("again"), {"again.json.journal", "other settings"});
