@@ -9,16 +9,10 @@
 #include <vector>
 
 #include "identify/calibration.hpp"
+#include "identify/fault_trials.hpp"
 #include "identify/training/training.hpp"
 
 namespace decid {
-
-/// A fault of the recording, or of what was recorded.
-struct Fault {
-  std::string name;  ///< a condition's key (sim/conditions.hpp), or one of those that all_faults() adds
-  double size;       ///< in the key's unit, that many steps, or 0 where there is nothing to measure
-  std::string what;  ///< for people
-};
 
 /// One row of the table.
 struct FaultFigures {
@@ -27,11 +21,6 @@ struct FaultFigures {
   std::optional<Calibration> promises;  ///< of a model that says how sure it is, where parameters are true
   double warned = 0.0;                  ///< share of the trials with a caution or worse
 };
-
-/// None; each condition at several sizes, with either sign and both kinds of filter in half of the trials each; sway
-/// that was detrended; and what is no recording of the protocol: sway backwards, upside down, of twice the tilt, of a
-/// body of leg and trunk.
-std::vector<Fault> all_faults();
 
 struct FaultStudy {
   std::vector<FaultFigures> rows;

@@ -1,32 +1,47 @@
-// Measures fits of recordings as laboratories make them: test trials with one recording condition each, how far off
-// the answers are, whether their intervals cover the truth, and what trust they are given.
+// Measures fits of recordings as laboratories make them: test trials with one recording condition or fault each, how
+// far off the answers are, whether their intervals cover the truth, and what trust they are given.
 #pragma once
 
-#include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "identify/calibration.hpp"
+#include "identify/fault_trials.hpp"
 #include "identify/fit_recordings.hpp"
 
 namespace decid {
 
-/// One row of the table.
-struct FitConditionFigures {
-  std::string name;  ///< a condition's key (sim/conditions.hpp), "none" or "all"
-  /// The answers that users get: the posterior's, or the network's where the chains disagree.
-  Calibration figures;
-  int usable = 0, caution = 0, not_usable = 0;  ///< trials by their trust
-  int from_network = 0;                         ///< answers that are the network's
-  double mean_s = 0.0, max_s = 0.0;             ///< of one core, a trial
+/// How the test trials of one row are recorded.
+struct FitCondition {
+  Fault fault;             ///< its name and size name the row
+  sim::Protocol recorded;  ///< as trials are simulated and recorded
 };
 
-/// Rows: no condition, each condition of the protocol alone in all trials, and all together as the protocol has them;
-/// the same valid trials of the seed in each row, with the protocol's measurement noise and standing time. announce:
-/// called before each row; false stops, and the rows until then are returned. Throws Error if the protocol cannot be
-/// fitted.
-std::vector<FitConditionFigures> fit_conditions(const Model& model, const sim::Protocol& protocol,
-                                                const FitRequest& request, int trials, std::uint64_t seed,
-                                                const std::function<bool(const std::string& name)>& announce);
+/// No condition, each condition of the protocol alone in all trials, and all together as the protocol has them.
+std::vector<FitCondition> fit_conditions(const sim::Protocol& protocol);
+/// Each of faults_of_people() that the protocol can have, on trials whose start and gain are drawn as the priors have
+/// them, unless the fault is one of these.
+std::vector<FitCondition> fit_faults(const sim::Protocol& protocol, const posterior::Priors& priors);
+
+/// One row of the table.
+struct FitConditionFigures {
+  Fault fault;
+  /// The answers that users get: the posterior's, or the network's where the chains disagree; empty where no parameters
+  /// are true.
+  std::optional<Calibration> figures;
+  int trials = 0;
+  int usable = 0, caution = 0, not_usable = 0;  ///< trials by their trust
+  int usable_far_off = 0;  ///< usable answers with a parameter further than 5 standard deviations from the truth
+  int from_network = 0;    ///< answers that are the network's
+  std::map<std::string, int> codes;  ///< trials by the codes of their cautions and worse
+  double mean_s = 0.0, max_s = 0.0;  ///< of one core, a trial
+};
+
+/// Fits the first valid trials of the seed, recorded so. Of leg and trunk those that stand. Throws Error if the
+/// protocol cannot be fitted, and where no trial stands.
+FitConditionFigures fit_condition(const Model& model, const sim::Protocol& protocol, const FitCondition& condition,
+                                  const FitRequest& request, int trials, std::uint64_t seed);
 
 }  // namespace decid

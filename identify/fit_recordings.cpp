@@ -28,6 +28,13 @@ void warn_of_unfamiliarity(const Explanation& networks, bool draws_are_odd, Expl
           {draws_are_odd ? Severity::invalid : Severity::caution, warning.code, "by the network, " + warning.text});
 }
 
+/// The noise that was inferred explains what a trial without noise does not, and the predictive check asks whether
+/// such noise is usual: how little the trial without noise explains is no fault of the recording.
+void explain_by_noise(Explanation& explanation) {
+  for (Warning& warning : explanation.warnings)
+    if (warning.code == "little_explained") warning.severity = Severity::info;
+}
+
 /// Trials that explain and check a recording stand as the density has it.
 sim::Protocol standing(sim::Protocol protocol, double standing_s) {
   if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
@@ -55,7 +62,7 @@ class Fitter {
     FitFigures figures;
     const auto begin = std::chrono::steady_clock::now();
     const dataset::Trial& trial = id.estimate.trial;
-    const Density& density = trial.tilt ? with_known_start() : density_;
+    const Density& density = trial.tilt ? with_known_start(trial.tilt->moved_before) : density_;
     const posterior::Observation observation = density.observe(trial.sway_rad());
     figures.posterior = posterior::sample(density, observation, request_.settings, {}, progress);
     const Posterior& found = figures.posterior;
@@ -81,6 +88,7 @@ class Fitter {
       }
     }
     id.explanation = explainer_.explain({id.estimate.parameters, trial});
+    explain_by_noise(id.explanation);
     figures.check = checker_.check(found.states(), trial, request_.settings.seed);
     const std::string odd = figures.check.warning();
     if (!odd.empty())
@@ -100,15 +108,17 @@ class Fitter {
   }
 
  private:
-  /// For recordings whose tilt says where the protocol starts.
-  const Density& with_known_start() {
+  /// For recordings whose tilt says where the protocol starts, and whether the platform moved before.
+  const Density& with_known_start(bool moved_before) {
     const std::lock_guard lock(one_at_a_time_);
-    if (!known_start_) {
+    std::optional<Density>& known = moved_before ? moved_before_ : known_start_;
+    if (!known) {
       posterior::Priors priors = request_.priors;
       priors.start_s = 0.0;
-      known_start_.emplace(density_.protocol(), priors);
+      priors.moved_before = priors.moved_before || moved_before;
+      known.emplace(density_.protocol(), priors);
     }
-    return *known_start_;
+    return *known;
   }
 
   Explainer explainer_;
@@ -116,7 +126,7 @@ class Fitter {
   Density density_;
   PredictiveChecker checker_;
   std::mutex one_at_a_time_;  // of what follows
-  std::optional<Density> known_start_;
+  std::optional<Density> known_start_, moved_before_;
   std::optional<Identifier> network_;
 };
 

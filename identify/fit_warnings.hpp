@@ -10,9 +10,9 @@
 
 namespace decid {
 
-/// Quantities with half of their draws in the outer twentieth of their prior's probability, at either end. The slow
-/// noise, which chains hold while they draw, is not judged.
-std::vector<int> at_edge(const posterior::Density& density, const posterior::Posterior& found);
+/// Quantities with half of their draws where their prior has this probability, at either end. The slow noise, which
+/// chains hold while they draw, is not judged.
+std::vector<int> at_edge(const posterior::Density& density, const posterior::Posterior& found, double probability);
 
 /// Adds what the posterior itself shows: `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,
 /// `unexplained_sway`. from_network: the answer is the network's because the chains are apart.

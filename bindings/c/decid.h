@@ -211,6 +211,13 @@ DECID_API void decid_identify_defaults(decid_identify_options* options, size_t s
 DECID_API decid_status decid_identify(const decid_model* model, const decid_recording* recording,
                                       const decid_identify_options* options, decid_result** result);
 
+/* What is known of a parameter beforehand, in its unit. */
+typedef struct decid_parameter_prior {
+  const char* name; /* as decid_parameter has it */
+  double low, high; /* where it may lie; both NaN: the model's range */
+  double mean, sd;  /* normal within that; sd 0: uniform */
+} decid_parameter_prior;
+
 typedef struct decid_fit_options {
   size_t size;
   double mass_kg, height_m, begin_s; /* these four as above */
@@ -221,8 +228,11 @@ typedef struct decid_fit_options {
   double prior_noise_deg;         /* of the sensor, to a factor of 20 */
   int most_draws;                 /* of each chain, 8 or more; fewer if they are enough */
   uint64_t seed;
-  decid_progress progress; /* NULL: none */
-  void* user;              /* for progress */
+  decid_progress progress;                       /* NULL: none */
+  void* user;                                    /* for progress */
+  const decid_parameter_prior* parameter_priors; /* NULL: uniform in the ranges */
+  size_t parameter_prior_count;
+  int moved_before; /* 1: the platform played the cycle's end before the recording; 0: it rested, or the tilt says */
 } decid_fit_options;
 DECID_API void decid_fit_defaults(decid_fit_options* options, size_t size);
 

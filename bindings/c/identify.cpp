@@ -193,6 +193,19 @@ std::unique_ptr<decid_result> identify(const decid_model& model, const decid_rec
                                         std::nullopt);
 }
 
+std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_options& asked, const char* where) {
+  std::vector<decid::posterior::ParameterPrior> priors;
+  if (asked.parameter_prior_count > 0) given(asked.parameter_priors, where, "parameter_priors");
+  for (std::size_t i = 0; i < asked.parameter_prior_count; ++i) {
+    const decid_parameter_prior& of = asked.parameter_priors[i];
+    decid::posterior::ParameterPrior& prior = priors.emplace_back();
+    prior.name = &given(of.name, where, "parameter_priors.name");
+    if (!std::isnan(of.low) || !std::isnan(of.high)) prior.range = {of.low, of.high};
+    if (of.sd != 0.0) prior.normal = {of.mean, of.sd};
+  }
+  return priors;
+}
+
 std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recording& recording,
                                   const decid_fit_options& asked) {
   constexpr const char* where = "decid_fit";
@@ -206,6 +219,8 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   request.priors.start_s = asked.prior_start_s;
   request.priors.gain = asked.prior_gain;
   request.priors.sensor_noise_deg = asked.prior_noise_deg;
+  request.priors.moved_before = asked.moved_before != 0;
+  request.priors.parameters = parameter_priors(asked, where);
   request.settings.seed = asked.seed;
   request.settings.most_draws = asked.most_draws;
   request.settings.least_draws = std::min(request.settings.least_draws, asked.most_draws);

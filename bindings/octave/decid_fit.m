@@ -7,6 +7,9 @@
 %   "prior_start"           the recording starts within so many seconds of the protocol
 %   "prior_gain"            standard deviation of the logarithm of recorded over true sway
 %   "prior_noise"           of the sensor, degrees, to a factor of 20
+%   "ranges"                where parameters may lie: struct ("delay", [0.05 0.2])
+%   "priors"                normal distributions, mean and standard deviation: struct ("delay", [0.12 0.02])
+%   "moved_before"          true: the platform played the cycle's end before the recording
 %   "most_draws"            of each chain, 8 or more
 %   "seed"                  of the chains
 %

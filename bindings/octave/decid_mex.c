@@ -47,10 +47,10 @@ static void require(decid_status status) {
 static const char* const identify_options[] = {"rate",        "unit",        "column",    "fill_gaps", "tilt_column",
                                                "invert_sway", "invert_tilt", "tilt_unit", "mass",      "height",
                                                "begin",       "detrend",     "model",     NULL};
-static const char* const fit_options[] = {"rate",        "unit",        "column",     "fill_gaps", "tilt_column",
-                                          "invert_sway", "invert_tilt", "tilt_unit",  "mass",      "height",
-                                          "begin",       "detrend",     "model",      "protocol",  "prior_start",
-                                          "prior_gain",  "prior_noise", "most_draws", "seed",      NULL};
+static const char* const fit_options[] = {
+    "rate",        "unit",       "column", "fill_gaps", "tilt_column", "invert_sway",  "invert_tilt", "tilt_unit",
+    "mass",        "height",     "begin",  "detrend",   "model",       "protocol",     "prior_start", "prior_gain",
+    "prior_noise", "most_draws", "seed",   "ranges",    "priors",      "moved_before", NULL};
 static const char* const read_options[] = {"rate",        "unit",      "column",      "fill_gaps", "tilt_column",
                                            "invert_sway", "tilt_unit", "invert_tilt", NULL};
 
@@ -104,6 +104,7 @@ static int choice(const mxArray* options, const char* name, const char* const* n
   return 0;
 }
 
+enum { most_priors = 64 };
 static const char* const units[] = {"", "deg", "rad", "mrad", NULL};
 static const char* const detrends[] = {"none", "offset", "linear", NULL};
 
@@ -275,7 +276,41 @@ static mxArray* identify(const mxArray* source, const mxArray* options) {
   return result_to_octave();
 }
 
+/* Of the ranges and the normal distributions that were given, both structs of pairs by the parameters' names. */
+static size_t take_priors(const mxArray* options, decid_parameter_prior* priors) {
+  static const char* const kinds[] = {"ranges", "priors"};
+  size_t count = 0, kind, i;
+  for (kind = 0; kind < 2; ++kind) {
+    const mxArray* given = mxGetField(options, 0, kinds[kind]);
+    if (given == NULL) continue;
+    if (!mxIsStruct(given) || mxGetNumberOfElements(given) != 1)
+      fail(kinds[kind], "is no struct", "give one such as struct ('delay', [0.05 0.2])");
+    for (i = 0; i < (size_t)mxGetNumberOfFields(given); ++i) {
+      const char* name = mxGetFieldNameByNumber(given, (int)i);
+      const mxArray* pair = mxGetFieldByNumber(given, 0, (int)i);
+      size_t place = 0;
+      if (!mxIsDouble(pair) || mxIsComplex(pair) || mxGetNumberOfElements(pair) != 2)
+        fail(name, "has no pair of numbers", "give two, such as [0.05 0.2]");
+      while (place < count && strcmp(priors[place].name, name) != 0) ++place;
+      if (place == most_priors) fail(kinds[kind], "has too many fields", "give one a parameter");
+      if (place == count) {
+        const decid_parameter_prior none = {name, mxGetNaN(), mxGetNaN(), 0.0, 0.0};
+        priors[count++] = none;
+      }
+      if (kind == 0) {
+        priors[place].low = mxGetPr(pair)[0];
+        priors[place].high = mxGetPr(pair)[1];
+      } else {
+        priors[place].mean = mxGetPr(pair)[0];
+        priors[place].sd = mxGetPr(pair)[1];
+      }
+    }
+  }
+  return count;
+}
+
 static mxArray* fit(const mxArray* source, const mxArray* options) {
+  static decid_parameter_prior priors[most_priors];
   decid_fit_options how;
   const char* played;
   refuse_unknown(options, fit_options);
@@ -289,6 +324,9 @@ static mxArray* fit(const mxArray* source, const mxArray* options) {
   how.prior_noise_deg = number(options, "prior_noise", how.prior_noise_deg);
   how.most_draws = whole(options, "most_draws", how.most_draws);
   how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
+  how.moved_before = whole(options, "moved_before", 0);
+  how.parameter_prior_count = take_priors(options, priors);
+  how.parameter_priors = priors;
   played = text(options, "protocol");
   if (played != NULL) require(decid_protocol_load(played, &protocol));
   how.protocol = protocol;

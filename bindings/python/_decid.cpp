@@ -130,9 +130,13 @@ Result identify(const Model& model, const Recording& recording, double mass_kg, 
   return Result::of(made);
 }
 
+/// Name, low, high, mean, standard deviation: see decid_parameter_prior.
+using ParameterPrior = std::tuple<std::string, double, double, double, double>;
+
 Result fit(const Model& model, const Recording& recording, double mass_kg, double height_m, double begin_s, int detrend,
            const std::optional<Protocol>& protocol, double prior_start_s, double prior_gain, double prior_noise_deg,
-           int most_draws, std::uint64_t seed, py::object progress) {
+           int most_draws, std::uint64_t seed, bool moved_before, const std::vector<ParameterPrior>& parameter_priors,
+           py::object progress) {
   Callback callback(std::move(progress));
   decid_fit_options options;
   decid_fit_defaults(&options, sizeof options);
@@ -146,6 +150,12 @@ Result fit(const Model& model, const Recording& recording, double mass_kg, doubl
   options.prior_noise_deg = prior_noise_deg;
   options.most_draws = most_draws;
   options.seed = seed;
+  options.moved_before = moved_before ? 1 : 0;
+  std::vector<decid_parameter_prior> priors;
+  for (const auto& [name, low, high, mean, sd] : parameter_priors)
+    priors.push_back({name.c_str(), low, high, mean, sd});
+  options.parameter_priors = priors.data();
+  options.parameter_prior_count = priors.size();
   options.progress = Callback::progress;
   options.user = &callback;
   decid_result* made = nullptr;

@@ -8,6 +8,7 @@
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/resample.hpp"
 #include "dataset/recording/response_check.hpp"
+#include "dataset/recording/tilt_before.hpp"
 #include "dataset/recording/tilt_match.hpp"
 
 namespace decid::dataset {
@@ -202,6 +203,13 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
                     either(recording, "the tilt's unit", "--tilt-unit") +
                     (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", as these may be radians" : ""));
   }
+  const std::vector<double> expected = prescribed_tilt(protocol);
+  const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
+  result.moved_before = before == TiltBefore::cycle_end;
+  if (before == TiltBefore::another_tilt)
+    add_caution(recording.warnings, "moved_before",
+                "the platform moved before the protocol's start, otherwise than its cycle ends: the first seconds hold "
+                "the response to that");
   return result;
 }
 

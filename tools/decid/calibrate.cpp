@@ -37,7 +37,7 @@ struct CalibrateOptions {
   ProtocolOptions protocol;
   int trials = 300;
   std::uint64_t seed = 2026;
-  bool resume = false;
+  bool resume = false, faults = false;
   std::string output, figure, model, conditions;
   posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   posterior::Settings settings;
@@ -229,55 +229,80 @@ CalibratedTrial calibrate_trial(const posterior::Density& density, const Trials:
   return result;
 }
 
-Json conditions_json(const std::vector<FitConditionFigures>& rows, const sim::ParameterTable& table) {
-  Json json = Json::array();
-  for (const FitConditionFigures& row : rows) {
-    json.push_back({{"condition", row.name},
-                    {"figures", figures_json(table, row.figures)},
-                    {"usable", row.usable},
-                    {"caution", row.caution},
-                    {"not_usable", row.not_usable},
-                    {"from_network", row.from_network},
-                    {"mean_s", row.mean_s},
-                    {"max_s", row.max_s}});
-  }
-  return json;
+Json condition_json(const FitConditionFigures& row, const sim::ParameterTable& table) {
+  return {{"condition", row.fault.name},  {"size", row.fault.size},
+          {"trials", row.trials},         {"figures", row.figures ? figures_json(table, *row.figures) : Json(nullptr)},
+          {"usable", row.usable},         {"caution", row.caution},
+          {"not_usable", row.not_usable}, {"usable_far_off", row.usable_far_off},
+          {"codes", row.codes},           {"from_network", row.from_network},
+          {"mean_s", row.mean_s},         {"max_s", row.max_s}};
 }
 
-std::string conditions_text(const std::vector<FitConditionFigures>& rows) {
+std::string conditions_text(const Json& rows) {
   std::string text =
-      "| condition | trials | MSE | predicted | coverage of 90% | usable | caution | not usable | network's answer | "
-      "mean s |\n|---|---|---|---|---|---|---|---|---|---|\n";
-  for (const FitConditionFigures& row : rows)
-    text += format("| %s | %d | %.3f | %.3f | %.3f | %d | %d | %d | %d | %.1f |\n", row.name.c_str(),
-                   row.figures.trials, row.figures.all.mse, row.figures.all.promised, row.figures.all.covered90,
-                   row.usable, row.caution, row.not_usable, row.from_network, row.mean_s);
+      "| condition | size | trials | MSE | predicted | coverage of 90% | usable | caution | not usable | usable, "
+      "beyond "
+      "5 sd | network's answer | mean s | longest s |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const Json& row : rows) {
+    const bool known = !row.at("figures").is_null();
+    const auto figure = [&](const char* key) {
+      return known ? format("%.3f", row.at("figures").at("all").at(key).get<double>()) : std::string("-");
+    };
+    text += format("| %s | %g | %d | %s | %s | %s | %d | %d | %d | %d | %d | %.1f | %.1f |\n",
+                   row.at("condition").get<std::string>().c_str(), row.at("size").get<double>(),
+                   row.at("trials").get<int>(), figure("mse").c_str(), figure("promised").c_str(),
+                   figure("covered90").c_str(), row.at("usable").get<int>(), row.at("caution").get<int>(),
+                   row.at("not_usable").get<int>(), row.at("usable_far_off").get<int>(),
+                   row.at("from_network").get<int>(), row.at("mean_s").get<double>(), row.at("max_s").get<double>());
+  }
   return text;
 }
 
-/// The table of recording conditions: fits as users get them, with start and gain unknown.
+/// The rows that an earlier call wrote; throws Error for those of another call.
+Json earlier_rows(const std::string& path, const Json& settings) {
+  const Json earlier = parse_json(read_file(path), path);
+  if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions") ||
+      earlier["settings"] != settings)
+    throw Error(path, "was written with other settings", "give the same options, or another --output");
+  return earlier["conditions"];
+}
+
+/// The table of recording conditions or faults: fits as users get them, with start and gain unknown.
 void run_conditions(const CalibrateOptions& options) {
   if (ranks() != nullptr) throw Error("--conditions", "runs in one process", "start it without mpirun");
+  if (options.resume && options.output.empty())
+    throw Error("--resume", "needs --output", "name the file to go on with");
   std::vector<std::string> inputs;
   ProtocolOptions named = options.protocol;
-  named.name = options.conditions;
+  if (!options.conditions.empty()) named.name = options.conditions;
   sim::Protocol protocol = named.load(&inputs);
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   const FitRequest request{{}, options.settings};
   if (protocol.standing_s == 0.0) protocol.standing_s = request.priors.standing_s;
   const Model model = model_or_built_in(options.model);
+  Json settings = settings_json(options, protocol);
+  settings["trials"] = options.trials;
+  settings["faults"] = options.faults;
+  Json rows = Json::array();
+  if (options.resume && std::filesystem::exists(options.output)) rows = earlier_rows(options.output, settings);
   catch_interrupt();
-  const std::vector<FitConditionFigures> rows =
-      fit_conditions(model, protocol, request, options.trials, options.seed, [&](const std::string& name) {
-        if (!options.common.quiet) std::cerr << "calibrate: condition " << name << "\n";
-        return !interrupted();
-      });
-  const Json json{{"settings", settings_json(options, protocol)},
-                  {"conditions", conditions_json(rows, protocol.parameters())}};
-  if (!options.output.empty()) write_file(options.output, json.dump(1) + "\n");
-  std::cout << (options.common.json ? json.dump(1) + "\n" : conditions_text(rows));
-  if (interrupted()) throw std::runtime_error(format("stopped after %zu conditions", rows.size()));
+  const std::vector<FitCondition> conditions =
+      options.faults ? fit_faults(protocol, request.priors) : fit_conditions(protocol);
+  for (std::size_t i = rows.size(); i < conditions.size() && !interrupted(); ++i) {
+    const Fault& fault = conditions[i].fault;
+    if (!options.common.quiet)
+      std::cerr << format("calibrate: row %zu of %zu, %s\n", i + 1, conditions.size(), fault.what.c_str());
+    rows.push_back(condition_json(fit_condition(model, protocol, conditions[i], request, options.trials, options.seed),
+                                  protocol.parameters()));
+    if (!options.output.empty())
+      write_file(options.output, Json{{"settings", settings}, {"conditions", rows}}.dump(1) + "\n");
+  }
+  std::cout << (options.common.json ? Json{{"settings", settings}, {"conditions", rows}}.dump(1) + "\n"
+                                    : conditions_text(rows));
+  if (rows.size() < conditions.size())
+    throw std::runtime_error(format("stopped after %zu of %zu rows%s", rows.size(), conditions.size(),
+                                    options.output.empty() ? "" : "; --resume goes on"));
 }
 
 void run_calibrate(const CalibrateOptions& options) {
@@ -396,6 +421,10 @@ void add_calibrate(const Command& program) {
   command.add_option("--conditions", options->conditions,
                      "Instead, a table for this protocol: each of its recording conditions alone, and all together, "
                      "fitted as fit does it");
+  command.add_flag(
+      "--faults", options->faults,
+      "Instead, a table of what recordings of people have, one fault in all trials of a row, with start and "
+      "gain unknown");
   command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
   command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
   add_output_option(command, "-o,--output", options->output, Written::json,
@@ -406,11 +435,14 @@ void add_calibrate(const Command& program) {
   add_common_options(command, options->common, true);
   command.footer(
       "Examples: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json\n"
-      "          decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60");
+      "          decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60\n"
+      "          decid calibrate --faults --sensor-noise 0.02 --trials 60 -o faults.json --resume");
   command.callback([options] {
     options->settings.least_draws = std::min(options->settings.least_draws, options->settings.most_draws);
     apply(options->common);
-    if (!options->conditions.empty()) return run_conditions(*options);
+    if (options->faults && !options->conditions.empty())
+      throw Error("--faults", "beside --conditions", "give one of them");
+    if (options->faults || !options->conditions.empty()) return run_conditions(*options);
     run_calibrate(*options);
   });
 }

@@ -5,7 +5,7 @@ import json
 import math
 import os
 from dataclasses import dataclass, field
-from typing import Any, Callable, Optional, Union
+from typing import Any, Callable, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -177,23 +177,34 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
     return result_of(raw, len(of.protocol.parameters))
 
 
+def _priors_of(ranges: Mapping[str, Tuple[float, float]],
+               priors: Mapping[str, Tuple[float, float]]) -> List[Tuple[str, float, float, float, float]]:
+    """Name, low, high, mean and sd of each parameter of either; NaN and NaN: the model's range, 0 and 0: uniform."""
+    return [(name, *map(float, ranges.get(name, (math.nan, math.nan))), *map(float, priors.get(name, (0.0, 0.0))))
+            for name in dict.fromkeys([*ranges, *priors])]
+
+
 def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None, unit: Optional[str] = None, *,
         mass: Optional[float] = None, height: Optional[float] = None, begin: Optional[float] = None,
         detrend: str = "none", model: Union[Model, Path, None] = None, protocol: Union[Protocol, Path, None] = None,
-        prior_start: float = 0.1, prior_gain: float = 0.06, prior_noise: float = 0.02, most_draws: int = 160, seed: int = 1,
-        progress: Optional[Callable[[float, str], object]] = None) -> Fit:
+        prior_start: float = 0.1, prior_gain: float = 0.06, prior_noise: float = 0.02,
+        ranges: Optional[Mapping[str, Tuple[float, float]]] = None,
+        priors: Optional[Mapping[str, Tuple[float, float]]] = None, moved_before: bool = False, most_draws: int = 160,
+        seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Fit:
     """Draws from the posterior, in seconds to minutes: what `decid fit` gives. As identify(), and:
 
     protocol: what was played; None: the model's. prior_start: the recording starts within so many seconds of it.
     prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: of the sensor, degrees,
-    to a factor of 20. most_draws: of each chain. progress(done, stage): called with the part that is done; what it
+    to a factor of 20. ranges: where parameters may lie, {"delay": (0.05, 0.2)}; priors: normal distributions within
+    that, mean and standard deviation, {"delay": (0.12, 0.02)}; both in the units of Result.parameters. moved_before:
+    the platform played the cycle's end before the recording. most_draws: of each chain. progress(done, stage): called with the part that is done; what it
     raises ends the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
     raw = _decid.fit(of._handle, _recording_of(recording, rate, unit)._handle, mass or 0.0, height or 0.0,
                      math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"),
                      None if played is None else played._handle, prior_start, prior_gain, prior_noise, most_draws, seed,
-                     progress)
+                     moved_before, _priors_of(ranges or {}, priors or {}), progress)
     found = result_of(raw, len(of.protocol.parameters))
     assert isinstance(found, Fit)
     return found

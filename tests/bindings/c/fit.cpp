@@ -1,6 +1,7 @@
 // Fits through C: the draws of the library, progress, and stopping.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "identify/fit_recordings.hpp"
 #include "tests/bindings/c/owned.hpp"
@@ -23,6 +24,11 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   const std::vector<double> sway_rad = simulated(7);
   const OwnedRecording recording = recording_of(sway_rad);
   decid_fit_options options = brief();
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  const decid_parameter_prior priors[] = {{"Kp", 300.0, 2000.0, 0.0, 0.0}, {"delay", unknown, unknown, 0.12, 0.02}};
+  options.parameter_priors = priors;
+  options.parameter_prior_count = 2;
+  options.moved_before = 1;
   std::vector<double> told;
   options.user = &told;
   options.progress = [](void* user, double done, const char* stage) {
@@ -42,6 +48,8 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   read.front().estimate.trial = dataset::bring_to_protocol(own, model.protocol);
   FitRequest request;
   request.settings.most_draws = request.settings.least_draws = 8;
+  request.priors.parameters = {{.name = "Kp", .range = {{300.0, 2000.0}}}, {.name = "delay", .normal = {{0.12, 0.02}}}};
+  request.priors.moved_before = true;
   const FittedRecordings expected = fit_recordings(&model, model.protocol, std::move(read), {}, request);
   const posterior::Posterior& found = expected.fits.front().posterior;
 
@@ -94,6 +102,18 @@ TEST_CASE("a fit refuses priors out of their bounds") {
   options.prior_gain = 2.0;
   decid_result* result = nullptr;
   refused(decid_fit(built_in(), recording.get(), &options, &result), {});
+  options = brief();
+  options.parameter_prior_count = 1;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), {"parameter_priors"});
+  decid_parameter_prior prior{"Kq", 1.0, 2.0, 0.0, 0.0};
+  options.parameter_priors = &prior;
+  refused(decid_fit(built_in(), recording.get(), &options, &result), {"Kq"});
+  prior = {"Kp", 2.0, 1.0, 0.0, 0.0};
+  refused(decid_fit(built_in(), recording.get(), &options, &result), {"Kp"});
+  prior = {nullptr, 1.0, 2.0, 0.0, 0.0};
+  refused(decid_fit(built_in(), recording.get(), &options, &result), {"name"});
+  prior = {"Kp", 300.0, 2000.0, 1000.0, -1.0};
+  refused(decid_fit(built_in(), recording.get(), &options, &result), {"Kp"});
   options = brief();
   options.most_draws = 0;
   refused(decid_fit(built_in(), recording.get(), &options, &result), {});

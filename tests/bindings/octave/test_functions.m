@@ -81,8 +81,10 @@ assert (numel (recording.tilt), 12100);
 assert (recording.column, 'com_sway_deg');
 
 % A fit, short.
-fitted = decid_fit (file, 'most_draws', 8);
-expected = jsondecode (program (decid, 'fit --most-draws 8 --json --quiet', file));
+fitted = decid_fit (file, 'most_draws', 8, 'ranges', struct ('Kp', [300 2000], 'delay', [0.05 0.2]), ...
+                    'priors', struct ('delay', [0.12 0.02]), 'moved_before', true);
+expected = jsondecode (program (decid, ['fit --most-draws 8 --json --quiet --range Kp=300,2000 --range delay=0.05,0.2 ' ...
+                                        '--prior delay=0.12,0.02 --moved-before'], file));
 same (fitted, expected);
 assert ({fitted.quantities.name}, {'sensor_noise_deg', 'start_s', 'gain'});
 equal (fitted.quantities(3).value, expected.recordings.gain.value);

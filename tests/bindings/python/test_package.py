@@ -158,9 +158,12 @@ class Fits(WithFolder):
     def test_a_fit_has_the_bits_of_the_program(self):
         path = self.trial()
         draws = self.folder / "draws.npz"
-        expected = json.loads(program("fit", path, "--most-draws", 8, "--draws", draws, "--json", "--quiet"))["recordings"][0]
+        expected = json.loads(program("fit", path, "--most-draws", 8, "--range", "Kp=300,2000", "--prior",
+                                      "delay=0.12,0.02", "--moved-before", "--draws", draws, "--json", "--quiet"))
+        expected = expected["recordings"][0]
         told = []
-        found = decid.fit(path, most_draws=8, progress=lambda done, stage: told.append((done, stage)))
+        found = decid.fit(path, most_draws=8, ranges={"Kp": (300, 2000)}, priors={"delay": (0.12, 0.02)},
+                          moved_before=True, progress=lambda done, stage: told.append((done, stage)))
         self.check_same(found, expected)
         for name in ("sensor_noise_deg", "start_s", "gain"):
             quantity = found.quantities[name]

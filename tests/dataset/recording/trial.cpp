@@ -203,6 +203,37 @@ TEST_CASE("a recording that starts a little after the stimulus is continued befo
   check_error([&] { bring_to_protocol(later, protocol); }, {"r.csv", "which begin 0.5", "after the protocol"});
 }
 
+TEST_CASE("what the platform did before the protocol's start is read from its tilt") {
+  const sim::Protocol protocol = two_cycles();
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  const auto with_before = [&](double delay_s, const auto& before) {
+    Recording recording = with_tilt(protocol, delay_s, 14.0, 100.0, 1.2, 0.001);
+    std::vector<double>& tilt = recording.signals.at(platform_tilt).rad;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(delay_s * 100.0); ++k)
+      tilt[k] += 1.2 * before(static_cast<double>(k) / 100.0 - delay_s);
+    return recording;
+  };
+  const auto cautioned = [](const Recording& recording) {
+    return std::ranges::any_of(recording.warnings, [](const Warning& w) { return w.code == "moved_before"; });
+  };
+  const double trial_s = protocol.duration_s();
+  const auto end_of_trial = [&](double t) { return tilt_at(stimulus, protocol, trial_s + t); };
+  Recording at_rest = with_before(3.0, [](double) { return 0.0; });
+  CHECK_FALSE(bring_to_protocol(at_rest, protocol).tilt->moved_before);
+  CHECK_FALSE(cautioned(at_rest));
+  Recording cut = with_before(3.0, end_of_trial);
+  const Trial trial = bring_to_protocol(cut, protocol);
+  CHECK(trial.tilt->moved_before);
+  CHECK(within(trial.tilt->delay_s, 3.0, 0.02));
+  CHECK_FALSE(cautioned(cut));
+  Recording other = with_before(3.0, [](double t) { return 0.07 * t * (t + 3.0); });
+  CHECK_FALSE(bring_to_protocol(other, protocol).tilt->moved_before);
+  CHECK(cautioned(other));
+  Recording brief = with_before(0.9, end_of_trial);  // too short to tell
+  CHECK_FALSE(bring_to_protocol(brief, protocol).tilt->moved_before);
+  CHECK_FALSE(cautioned(brief));
+}
+
 TEST_CASE("a tilt that is noisy, too large, inverted or another is recognised as that") {
   const sim::Protocol protocol = two_cycles();  // 8 degrees peak to peak, 0.14 rad
   Recording noisy = with_tilt(protocol, 1.0, 12.0, 100.0, 1.0, 0.03);
