@@ -99,6 +99,11 @@ bool Model::gives_distribution() const {
   return distribution(std::vector<float>(head->outputs(parameters().size()), 0.0F)).has_value();
 }
 
+std::optional<double> Model::validation_mse() const {
+  if (log.empty()) return std::nullopt;
+  return kept_epoch(log, origin.patience).validation_mse;
+}
+
 std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
   nn::TensorFile file;
   file.metadata = {

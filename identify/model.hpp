@@ -49,6 +49,9 @@ struct Model {
     return distribution(outputs, parameters());
   }
   bool gives_distribution() const;
+  /// Mean squared error of the z-scored parameters on the validation trials, at the epoch that was kept; empty if the
+  /// log is not known. Guessing the middle of the ranges has 1.
+  std::optional<double> validation_mse() const;
 
   /// Draws the images of trials.
   const dataset::ImageMaker& images() const { return images_; }

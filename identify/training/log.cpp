@@ -23,6 +23,10 @@ int best_epoch(const std::vector<EpochLog>& log) {
   return best == log.end() ? 0 : best->epoch;
 }
 
+const EpochLog& kept_epoch(const std::vector<EpochLog>& log, int patience) {
+  return log.at(patience > 0 ? static_cast<std::size_t>(best_epoch(log)) - 1 : log.size() - 1);
+}
+
 std::string to_json(const std::vector<EpochLog>& log, const EpochPart& part) {
   Json lines = Json::array();
   for (const EpochLog& e : log) lines.push_back({e.epoch, e.training_mse, e.validation_mse, e.learning_rate});

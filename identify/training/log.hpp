@@ -29,6 +29,9 @@ std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters);
 
 /// The epoch of the least validation MSE, the first of equals; 0 if there is none yet.
 int best_epoch(const std::vector<EpochLog>& log);
+/// The epoch whose weights are the model's: with patience the best one, else the last. Throws std::out_of_range if
+/// there is none.
+const EpochLog& kept_epoch(const std::vector<EpochLog>& log, int patience);
 
 /// A list of [epoch, training MSE, validation MSE, learning rate]; with a part of an epoch behind it, unless that has
 /// not begun, {"epochs": the list, "trials": .., "loss_sum": ..}.

@@ -188,6 +188,28 @@ TEST_CASE("identify: what is no recording is refused") {
   CHECK(identifier.explain({}).empty());
 }
 
+TEST_CASE("identify: a model that its own validation trials show to be imprecise is a caution") {
+  const auto cautions = [](std::vector<EpochLog> log, int patience) {
+    Model logged = model();
+    logged.log = std::move(log);
+    logged.origin.patience = patience;
+    return std::ranges::count_if(identify(logged, samples(0), 100.0).warnings, [](const Warning& w) {
+      return w.code == "imprecise_model" && w.severity == Severity::caution;
+    });
+  };
+  const EpochLog barely{1, 1.1, 0.78, 0.1}, better{2, 0.7, 0.59, 0.1}, worse{3, 0.6, 0.61, 0.1};
+  CHECK(cautions({}, 0) == 0);  // not known
+  CHECK(cautions({barely}, 0) == 1);
+  CHECK(cautions({barely, better}, 0) == 0);
+  CHECK(cautions({barely, better, worse}, 0) == 1);
+  CHECK(cautions({barely, better, worse}, 1) == 0);  // the second epoch was kept
+  for (const char* name : {"built_in", "ideal", "spectra", "firmware"}) {
+    CAPTURE(name);
+    const Model shipped = load_model(std::string(DECID_SOURCE_DIR "/models/") + name + ".safetensors");
+    CHECK(shipped.validation_mse().value_or(0.0) < 0.5);
+  }
+}
+
 TEST_CASE("identify: sway that is too large for a body is warned of once") {
   std::vector<double> large = samples(0);
   const auto [low, high] = std::ranges::minmax(large);

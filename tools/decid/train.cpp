@@ -108,11 +108,6 @@ std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest r
   return std::nullopt;
 }
 
-/// The epoch whose model is kept.
-const EpochLog& kept_epoch(const std::vector<EpochLog>& log, int patience) {
-  return patience > 0 ? log.at(static_cast<std::size_t>(best_epoch(log)) - 1) : log.back();
-}
-
 void print_summary(const TrainOptions& options, const Model& model) {
   Json json{{"model", options.output}, {"weights_sha256", nn::weights_sha256(model.network)}};
   if (!model.log.empty()) {

@@ -43,11 +43,6 @@ Json distribution_json(const sim::ParameterTable& table, const dataset::TrialDis
   return json;
 }
 
-/// The epoch whose model was kept: with patience the best one, else the last.
-int kept_epoch(const Study& study) {
-  return study.origin.patience > 0 ? best_epoch(study.log) : study.log.back().epoch;
-}
-
 Json data_json(const sim::ParameterTable& table, const StudyData& data) {
   return {{"file", data.file},
           {"seed", data.seed},
@@ -97,7 +92,7 @@ std::vector<Row> rows_of(const Study& study) {
   }
   if (!study.log.empty()) {
     rows.push_back({"epochs", format("%zu", study.log.size()), "", format("at most %d", paper::most_epochs)});
-    rows.push_back({"  kept", format("%d", kept_epoch(study)), "", ""});
+    rows.push_back({"  kept", format("%d", kept_epoch(study.log, study.origin.patience).epoch), "", ""});
   }
   if (study.data) {
     rows.push_back(error_row("validation half", study.data->validation, format("%.4f", paper::validation_loss)));
@@ -207,7 +202,9 @@ Json study_json(const Study& study) {
             {"network_parameters", study.network_parameters},
             {"data_set", study.data ? data_json(table, *study.data) : Json(nullptr)},
             {"training", nullptr}};
-  if (!study.log.empty()) json["training"] = {{"epochs", study.log.size()}, {"kept_epoch", kept_epoch(study)}};
+  if (!study.log.empty())
+    json["training"] = {{"epochs", study.log.size()},
+                        {"kept_epoch", kept_epoch(study.log, study.origin.patience).epoch}};
   json["errors"] = {{"training", study.data ? evaluation_json(table, study.data->training) : Json(nullptr)},
                     {"validation", study.data ? evaluation_json(table, study.data->validation) : Json(nullptr)},
                     {"fresh", evaluation_json(table, study.levels.front().all)}};

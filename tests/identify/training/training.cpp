@@ -191,6 +191,8 @@ TEST_CASE("patience ends a training that no longer improves, resumed or not") {
   CHECK(run());  // nothing is left
   CHECK(static_cast<int>(state.log.size()) == epochs);
   CHECK(best_epoch({}) == 0);
+  CHECK(kept_epoch(state.log, 3).epoch == best_epoch(state.log));
+  CHECK(kept_epoch(state.log, 0).epoch == epochs);
 }
 
 TEST_CASE("the log's errors are those of the trials, training and validation") {
