@@ -45,9 +45,9 @@ struct Person {
 using People = std::map<std::string, Person>;
 
 std::map<std::string, People> people_of(std::span<const GroupedRecording> recordings, std::size_t parameters) {
-  std::map<std::string, People> groups;
+  std::map<std::string, People> by_name;
   for (const GroupedRecording& recording : recordings) {
-    People& people = groups[recording.group];  // a group is listed even if all of its recordings are left out
+    People& people = by_name[recording.group];  // a group is listed even if all of its recordings are left out
     if (recording.values.empty()) continue;
     if (recording.values.size() != parameters)
       throw Error("compare_groups", format("a recording has %zu values", recording.values.size()),
@@ -57,10 +57,10 @@ std::map<std::string, People> people_of(std::span<const GroupedRecording> record
     for (std::size_t p = 0; p < parameters; ++p) person.values[p] += recording.values[p];
     ++person.recordings;
   }
-  for (auto& [name, people] : groups)
+  for (auto& [name, people] : by_name)
     for (auto& [id, person] : people)
       for (double& value : person.values) value /= static_cast<double>(person.recordings);
-  return groups;
+  return by_name;
 }
 
 std::vector<double> values_of(const People& people, std::size_t parameter) {
@@ -144,15 +144,15 @@ GroupEffect paired_effect(std::span<const double> first, std::span<const double>
 }
 
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters) {
-  const std::map<std::string, People> groups = people_of(recordings, parameters);
+  const std::map<std::string, People> by_name = people_of(recordings, parameters);
   GroupComparison comparison;
-  comparison.intervals = parameters * (groups.size() * (groups.size() - 1) / 2);
-  for (const auto& [name, people] : groups) comparison.groups.push_back(summary_of(name, people, parameters));
-  for (auto first = groups.begin(); first != groups.end(); ++first)
-    for (auto second = std::next(first); second != groups.end(); ++second) {
+  comparison.intervals = parameters * (by_name.size() * (by_name.size() - 1) / 2);
+  for (const auto& [name, people] : by_name) comparison.groups.push_back(summary_of(name, people, parameters));
+  for (auto first = by_name.begin(); first != by_name.end(); ++first)
+    for (auto second = std::next(first); second != by_name.end(); ++second) {
       GroupPair pair = compare_pair(first->second, second->second, parameters, comparison.intervals);
-      pair.first = static_cast<std::size_t>(std::distance(groups.begin(), first));
-      pair.second = static_cast<std::size_t>(std::distance(groups.begin(), second));
+      pair.first = static_cast<std::size_t>(std::distance(by_name.begin(), first));
+      pair.second = static_cast<std::size_t>(std::distance(by_name.begin(), second));
       comparison.pairs.push_back(std::move(pair));
     }
   return comparison;
