@@ -133,8 +133,8 @@ function groupNotes() {
   const people = absent(column) ? "The table of groups has no column \u201csubject\u201d: each recording counts as a person. Several recordings of one person would make the intervals too narrow."
     : `Recordings with the same \u201c${column}\u201d are of one person and are averaged first; people are compared.`;
   return element("div", {}, element("h3", {}, "Who is compared"), element("p", { class: "about" }, people),
-    out.length === 0 ? null : element("p", { class: "about" }, `Left out: ${out.length} ${out.length === 1 ? "recording" : "recordings"}.`),
-    out.length === 0 ? null : element("ul", {}, ...out.map(({ file, group, reason }) => element("li", {}, `${file} (${group}): ${reasons[reason]}`))));
+    out.length === 0 ? null : element("p", { class: "about" }, `Left out: ${out.length} ${out.length === 1 ? "recording" : "recordings"}: ` +
+      out.map(({ file, group, reason }) => `${file} (${group}; ${reasons[reason]})`).join(", ") + "."));
 }
 
 // valueCell: of a parameter; last: the last column's heading and, for a recording, what is in it.
