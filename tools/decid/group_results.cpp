@@ -65,7 +65,7 @@ std::string number_text(const Json& value, const char* pattern) {
 }
 
 std::string interval_text(const Json& interval) {
-  return number_text(interval.at(0), "%.3g") + " to " + number_text(interval.at(1), "%.3g");
+  return number_text(interval.at(0), "%.4g") + " to " + number_text(interval.at(1), "%.4g");
 }
 
 std::string people_text(const Json& count) {
@@ -147,11 +147,10 @@ std::string groups_text(const Json& groups) {
                     " are one person's; their mean counts once.\n";
   for (const Json& group : groups.at("groups")) text += group_text(group);
   for (const Json& pair : groups.at("comparisons")) text += pair_text(pair);
-  text +=
-      format("  %d parameters were compared%s. Adjusted for all %d, the adjusted intervals hold together with 95%%.\n",
-             settings.at("parameters").get<int>(),
-             settings.at("pairs") == 1 ? "" : format(" in %d pairs of groups", settings.at("pairs").get<int>()).c_str(),
-             settings.at("intervals").get<int>());
+  const std::string pairs =
+      settings.at("pairs") == 1 ? "" : format(" in %d pairs of groups", settings.at("pairs").get<int>());
+  text += format("  %d parameters were compared%s: all %d adjusted intervals (Bonferroni) hold at once with 95%%.\n",
+                 settings.at("parameters").get<int>(), pairs.c_str(), settings.at("intervals").get<int>());
   return text + left_out_text(settings.at("left_out"));
 }
 
