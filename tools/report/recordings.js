@@ -109,7 +109,11 @@ function comparisonTable(comparison) {
   const [a, b] = groups.map(name => report.groups.groups.find(group => group.name === name));
   const rows = parameters.map((parameter, p) => {
     const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown);
-    const mean = group => cell(group.name, `${fixed(group.parameters[p].mean, decimals)} \u00b1 ${fixed(group.parameters[p].sd, decimals)}`);
+    const mean = group => {
+      const made = cell(group.name, fixed(group.parameters[p].mean, decimals));
+      made.append(" ", element("small", {}, `\u00b1 ${fixed(group.parameters[p].sd, decimals)}`));
+      return made;
+    };
     const interval = (heading, limits) => cell(heading, absent(limits[0]) ? "\u2013" : between(limits, decimals));
     const adjusted = interval("Adjusted", parameter.adjusted_interval95), [low, high] = parameter.adjusted_interval95;
     if (low > 0 || high < 0) adjusted.classList.add("strong");
@@ -118,7 +122,7 @@ function comparisonTable(comparison) {
   });
   const pairs = settings.pairs === 1 ? "" : ` in ${settings.pairs} pairs of groups`;
   return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}`), element("p", { class: "about" }, pairedText(comparison, [a, b])),
-    element("div", { class: "scroll" }, element("table", { class: "answer" },
+    element("div", { class: "scroll" }, element("table", { class: "answer compared" },
       element("caption", {}, `Mean \u00b1 standard deviation of people. ${settings.parameters} parameters are compared${pairs}. Intervals are of the difference; the adjusted ones ` +
         `(Bonferroni, for ${settings.intervals} intervals) hold all true differences at once with 95%, and are bold where they leave out 0. Hedges\u2019 g: the difference over the ` +
         "standard deviation of people; 0.2 is called small, 0.5 medium, 0.8 large."),
