@@ -1,14 +1,106 @@
-// Groups compared: see groups.hpp.
+// Groups of people compared: see groups.hpp.
 #include "identify/groups.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "identify/student_t.hpp"
 
 namespace decid {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double normal975 = 1.959963984540054;  // quantile of the normal distribution
+
+double squared(double value) {
+  return value * value;
+}
+
+/// difference +- t standard_error, both for this interval alone and for `intervals` together.
+void add_intervals(GroupEffect& effect, double standard_error, double freedom, std::size_t intervals) {
+  const auto limits = [&](double probability) {
+    const double half_width = student_t_critical(probability, freedom) * standard_error;
+    return std::array{effect.difference - half_width, effect.difference + half_width};
+  };
+  effect.interval95 = limits(0.05);
+  effect.adjusted_interval95 = limits(0.05 / static_cast<double>(std::max<std::size_t>(intervals, 1)));
+}
+
+double hedges_g(double difference, double sd, double freedom) {
+  return sd == 0.0 ? unknown : (1.0 - 3.0 / (4.0 * freedom - 1.0)) * difference / sd;
+}
+
+GroupEffect effect_without_spread(double difference) {
+  return {difference, {unknown, unknown}, {unknown, unknown}, unknown};
+}
+
+/// The recordings of a person in a group; `values` is their sum, then their mean.
+struct Person {
+  std::size_t recordings = 0;
+  std::vector<double> values;
+};
+using People = std::map<std::string, Person>;
+
+std::map<std::string, People> people_of(std::span<const GroupedRecording> recordings, std::size_t parameters) {
+  std::map<std::string, People> by_name;
+  for (const GroupedRecording& recording : recordings) {
+    People& people = by_name[recording.group];  // a group is listed even if all of its recordings are left out
+    if (recording.values.empty()) continue;
+    if (recording.values.size() != parameters)
+      throw Error("compare_groups", format("a recording has %zu values", recording.values.size()),
+                  format("give %zu, one per parameter", parameters));
+    Person& person = people[recording.person];
+    person.values.resize(parameters);
+    for (std::size_t p = 0; p < parameters; ++p) person.values[p] += recording.values[p];
+    ++person.recordings;
+  }
+  for (auto& [name, people] : by_name)
+    for (auto& [id, person] : people)
+      for (double& value : person.values) value /= static_cast<double>(person.recordings);
+  return by_name;
+}
+
+std::vector<double> values_of(const People& people, std::size_t parameter) {
+  std::vector<double> values;
+  for (const auto& [id, person] : people) values.push_back(person.values[parameter]);
+  return values;
+}
+
+Group summary_of(const std::string& name, const People& people, std::size_t parameters) {
+  Group group{name, people.size(), 0, {}};
+  for (const auto& [id, person] : people) group.recordings += person.recordings;
+  for (std::size_t p = 0; p < parameters; ++p) group.parameters.push_back(group_sample(values_of(people, p)));
+  return group;
+}
+
+/// Those of `people` who are also in `others`.
+People also_in(const People& others, const People& people) {
+  People both;
+  for (const auto& [id, person] : people)
+    if (others.contains(id)) both.emplace(id, person);
+  return both;
+}
+
+GroupPair compare_pair(const People& first, const People& second, std::size_t parameters, std::size_t intervals) {
+  const People first_of_both = also_in(second, first), second_of_both = also_in(first, second);
+  const std::size_t both = first_of_both.size();
+  GroupPair pair;
+  pair.paired = both > 0;
+  pair.people = {first.size(), second.size()};
+  if (pair.paired) {
+    pair.people = {both, both};
+    pair.unpaired_people = first.size() + second.size() - 2 * both;
+  }
+  for (std::size_t p = 0; p < parameters; ++p)
+    pair.parameters.push_back(
+        pair.paired
+            ? paired_effect(values_of(first_of_both, p), values_of(second_of_both, p), intervals)
+            : independent_effect(group_sample(values_of(first, p)), group_sample(values_of(second, p)), intervals));
+  return pair;
+}
 
 }  // namespace
 
@@ -17,24 +109,53 @@ GroupSample group_sample(std::span<const double> values) {
   double sum = 0.0, squares = 0.0;
   for (const double value : values) sum += value;
   const double mean = values.empty() ? unknown : sum / count;
-  for (const double value : values) squares += (value - mean) * (value - mean);
+  for (const double value : values) squares += squared(value - mean);
   return {values.size(), mean, values.size() > 1 ? std::sqrt(squares / (count - 1.0)) : unknown};
 }
 
-GroupEffect group_effect(const GroupSample& first, const GroupSample& second) {
-  GroupEffect effect{first.mean - second.mean, unknown, unknown, unknown};
+GroupEffect independent_effect(const GroupSample& first, const GroupSample& second, std::size_t intervals) {
+  GroupEffect effect = effect_without_spread(first.mean - second.mean);
   if (first.count < 2 || second.count < 2) return effect;
   const auto n1 = static_cast<double>(first.count), n2 = static_cast<double>(second.count);
-  const double freedom = n1 + n2 - 2.0;
-  const double pooled = std::sqrt(
-      ((n1 - 1.0) * first.deviation * first.deviation + (n2 - 1.0) * second.deviation * second.deviation) / freedom);
-  if (pooled == 0.0) return effect;
-  const double d = effect.difference / pooled, correction = 1.0 - 3.0 / (4.0 * freedom - 1.0);
-  const double deviation = correction * std::sqrt((n1 + n2) / (n1 * n2) + d * d / (2.0 * (n1 + n2)));
-  effect.g = correction * d;
-  effect.low = effect.g - normal975 * deviation;
-  effect.high = effect.g + normal975 * deviation;
+  const double variance1 = squared(first.sd) / n1, variance2 = squared(second.sd) / n2;  // of the means
+  const double variance = variance1 + variance2;
+  if (variance == 0.0) return effect;
+  const double freedom = squared(variance) / (squared(variance1) / (n1 - 1.0) + squared(variance2) / (n2 - 1.0));
+  add_intervals(effect, std::sqrt(variance), freedom, intervals);
+  const double all = n1 + n2 - 2.0;
+  const double pooled = std::sqrt(((n1 - 1.0) * squared(first.sd) + (n2 - 1.0) * squared(second.sd)) / all);
+  effect.hedges_g = hedges_g(effect.difference, pooled, all);
   return effect;
+}
+
+GroupEffect paired_effect(std::span<const double> first, std::span<const double> second, std::size_t intervals) {
+  if (first.size() != second.size())
+    throw Error("paired_effect", format("%zu values are paired with %zu", first.size(), second.size()),
+                "give two values of each person");
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < first.size(); ++i) differences.push_back(first[i] - second[i]);
+  const GroupSample sample = group_sample(differences), one = group_sample(first), other = group_sample(second);
+  GroupEffect effect = effect_without_spread(sample.mean);
+  if (sample.count < 2) return effect;
+  const auto n = static_cast<double>(sample.count);
+  if (sample.sd > 0.0) add_intervals(effect, sample.sd / std::sqrt(n), n - 1.0, intervals);
+  effect.hedges_g = hedges_g(sample.mean, std::sqrt(0.5 * (squared(one.sd) + squared(other.sd))), n - 1.0);
+  return effect;
+}
+
+GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters) {
+  const std::map<std::string, People> by_name = people_of(recordings, parameters);
+  GroupComparison comparison;
+  comparison.intervals = parameters * (by_name.size() * (by_name.size() - 1) / 2);
+  for (const auto& [name, people] : by_name) comparison.groups.push_back(summary_of(name, people, parameters));
+  for (auto first = by_name.begin(); first != by_name.end(); ++first)
+    for (auto second = std::next(first); second != by_name.end(); ++second) {
+      GroupPair pair = compare_pair(first->second, second->second, parameters, comparison.intervals);
+      pair.first = static_cast<std::size_t>(std::distance(by_name.begin(), first));
+      pair.second = static_cast<std::size_t>(std::distance(by_name.begin(), second));
+      comparison.pairs.push_back(std::move(pair));
+    }
+  return comparison;
 }
 
 }  // namespace decid

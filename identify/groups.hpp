@@ -1,30 +1,71 @@
-// Groups of recordings compared by a parameter: means, deviations, and how large the difference is for its spread.
-// Hedges' g with its 95 % interval: M. Borenstein, L. Hedges, J. Higgins, H. Rothstein, Introduction to Meta-Analysis,
-// Wiley 2009, equations 4.18 to 4.24, after L. Hedges, J. Educ. Stat. 6 (1981) 107-128:
-//   S^2 = ((n1 - 1) S1^2 + (n2 - 1) S2^2) / (n1 + n2 - 2)       d = (mean1 - mean2) / S
-//   J = 1 - 3 / (4 (n1 + n2 - 2) - 1)                           g = J d
-//   var g = J^2 ((n1 + n2) / (n1 n2) + d^2 / (2 (n1 + n2)))     g +- 1.96 sqrt(var g)
+// Compares groups of people by the parameters of their recordings. Recordings of one person are averaged first, because
+// they resemble each other more than recordings of two people: the person, not the recording, is the unit (J. Matthews,
+// D. Altman, M. Campbell, P. Royston, BMJ 300 (1990) 230-235). Per parameter, of the people's means:
+//   difference of two groups of different people: B. Welch, Biometrika 34 (1947) 28-35
+//     SE^2 = S1^2 / n1 + S2^2 / n2     df = SE^4 / (S1^4 / (n1^2 (n1 - 1)) + S2^4 / (n2^2 (n2 - 1)))
+//   difference of two groups of the same n people, from each person's own difference D (paired)
+//     SE^2 = SD^2 / n                  df = n - 1
+//   interval: difference +- t SE, t of Student's distribution with df
+//   adjusted interval: the same with 0.05 / k in place of 0.05 for k intervals, which hold together with 95%
+//     (Bonferroni; O. Dunn, J. Am. Stat. Assoc. 56 (1961) 52-64), however the parameters depend on each other
+//   Hedges' g: M. Borenstein, L. Hedges, J. Higgins, H. Rothstein, Introduction to Meta-Analysis, 2009, chapter 4
+//     g = J difference / S, J = 1 - 3 / (4 f - 1); different people: S^2 = ((n1 - 1) S1^2 + (n2 - 1) S2^2) / f,
+//     f = n1 + n2 - 2; paired: S^2 = (S1^2 + S2^2) / 2, f = n - 1
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace decid {
 
-/// What is known of a group's values.
+/// Summarises a group's values, one per person.
 struct GroupSample {
   std::size_t count = 0;
-  double mean = 0.0;
-  double deviation = 0.0;  ///< with n - 1; NaN of fewer than two
+  double mean = 0.0;  ///< NaN of none
+  double sd = 0.0;    ///< with n - 1; NaN of fewer than two
 };
 GroupSample group_sample(std::span<const double> values);
 
+/// NaN stands for what is not defined: a group has fewer than two people, or nothing varies.
 struct GroupEffect {
-  double difference = 0.0;       ///< of the means, first less second
-  double g = 0.0;                ///< over the pooled deviation, without the bias of small groups
-  double low = 0.0, high = 0.0;  ///< 95 % interval of g
+  double difference = 0.0;                                    ///< of the means, first less second
+  std::array<double, 2> interval95{}, adjusted_interval95{};  ///< of the difference
+  double hedges_g = 0.0;
 };
-/// g is NaN where a group has fewer than two values or neither varies.
-GroupEffect group_effect(const GroupSample& first, const GroupSample& second);
+/// Compares two groups of different people. intervals: how many intervals the comparison prints in all.
+GroupEffect independent_effect(const GroupSample& first, const GroupSample& second, std::size_t intervals);
+/// Compares two values of each person. Throws Error for lists of different lengths.
+GroupEffect paired_effect(std::span<const double> first, std::span<const double> second, std::size_t intervals);
+
+/// What a comparison needs of a recording.
+struct GroupedRecording {
+  std::string group, person;
+  std::vector<double> values;  ///< one per parameter; empty: the recording is left out
+};
+
+struct Group {
+  std::string name;
+  std::size_t people = 0, recordings = 0;  ///< without those that are left out
+  std::vector<GroupSample> parameters;     ///< of the people's means
+};
+
+struct GroupPair {
+  std::size_t first = 0, second = 0;  ///< places in the list of groups
+  bool paired = false;                ///< someone is in both groups: only people in both are compared
+  std::array<std::size_t, 2> people{};
+  std::size_t unpaired_people = 0;  ///< those that a paired comparison leaves out: they are in one of the groups only
+  std::vector<GroupEffect> parameters;
+};
+
+struct GroupComparison {
+  std::vector<Group> groups;     ///< in the order of their names
+  std::vector<GroupPair> pairs;  ///< every pair
+  std::size_t intervals = 0;     ///< parameters times pairs: what the adjusted intervals are adjusted for
+};
+/// Throws Error for a recording with another number of values than `parameters`.
+GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters);
 
 }  // namespace decid

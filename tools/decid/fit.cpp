@@ -315,11 +315,11 @@ Fits fit_alone(const FitOptions& options, const Model& model, const sim::Protoco
   return fits;
 }
 
-void write_results(const FitOptions& options, const MadeWith& with, const Fits& fits,
-                   const std::vector<std::string>& groups) {
+void write_results(const FitOptions& options, const MadeWith& with, const Fits& fits, const GroupTable& groups) {
   Json recordings = Json::array();
   std::vector<Json> pages;
-  std::vector<std::string> failed, groups_begun;
+  std::vector<std::string> failed;
+  GroupTable begun{groups.person_column, {}};
   std::string text;
   for (std::size_t i = 0; i < fits.results.size(); ++i) {
     const Json& result = fits.results[i];
@@ -328,10 +328,10 @@ void write_results(const FitOptions& options, const MadeWith& with, const Fits& 
     text += result.at("text").get<std::string>();
     if (result.contains("page")) pages.push_back(result.at("page"));
     if (recordings.back().contains("error")) failed.push_back(recordings.back().at("error"));
-    if (!groups.empty()) groups_begun.push_back(groups[i]);
+    if (!groups.members.empty()) begun.members.push_back(groups.members[i]);
   }
   const sim::ParameterTable table = posterior::ranges_of(options.request.priors, fits.common.protocol.ranges());
-  const Json compared = groups.empty() ? Json(nullptr) : groups_json(recordings, groups_begun, table);
+  const Json compared = options.group.empty() ? Json(nullptr) : groups_json(recordings, begun, table);
   const std::string json = recordings_json(with, fits.common, recordings, compared);
   if (!options.draws.empty()) write_draws(options.draws, fits.results);
   if (!options.report.empty())
@@ -353,8 +353,7 @@ void run_fit(FitOptions options, const Command& command) {
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
   check_outputs(options, inputs);
-  const std::vector<std::string> groups =
-      options.group.empty() ? std::vector<std::string>() : groups_of(options.group, recordings.files);
+  const GroupTable groups = options.group.empty() ? GroupTable() : read_group_table(options.group, recordings.files);
   const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
   options.request.priors.parameters = parameter_priors(options, protocol.ranges());

@@ -64,66 +64,126 @@ bool ends_with(const std::filesystem::path& path, const std::filesystem::path& e
 }
 
 struct Table {
-  std::size_t file, group;  ///< columns
-  std::vector<Cells> rows;  ///< the first has the names
+  std::size_t file, group;            ///< columns
+  std::optional<std::size_t> person;  ///< column
+  std::vector<Cells> rows;            ///< the first has the names
 };
+
+std::optional<std::size_t> find_column(const Cells& names, const std::string& wanted) {
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (lower_case(trimmed(names[i])) == wanted) return i;
+  return {};
+}
+
+std::size_t require_column(const std::string& file, const Cells& names, const std::string& wanted) {
+  if (const std::optional<std::size_t> found = find_column(names, wanted)) return *found;
+  throw Error(file + ", line 1", "has no column \"" + wanted + "\"",
+              "give a table with the columns file and group, and subject if some recordings are of one person");
+}
+
+std::optional<std::size_t> person_column(const std::string& file, const Cells& names) {
+  std::optional<std::size_t> column;
+  for (const char* wanted : {"subject", "participant", "participant_id"}) {
+    const std::optional<std::size_t> found = find_column(names, wanted);
+    if (found && column)
+      throw Error(file + ", line 1",
+                  "has two columns that may name the person, \"" + trimmed(names[*column]) + "\" and \"" +
+                      trimmed(names[*found]) + "\"",
+                  "rename one of them");
+    if (found) column = found;
+  }
+  return column;
+}
 
 Table read_table(const std::string& name) {
   std::string text = dataset::to_utf8(read_file(name, most_bytes), name);
   if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);  // Excel's own line
-  Table table{0, 0, rows_of(text, separator_of(text))};
+  Table table{0, 0, {}, rows_of(text, separator_of(text))};
   const Cells& names = table.rows.front();
-  const auto column = [&](const char* wanted) {
-    for (std::size_t i = 0; i < names.size(); ++i)
-      if (lower_case(trimmed(names[i])) == wanted) return i;
-    throw Error(name + ", line 1", std::string("has no column \"") + wanted + "\"",
-                "give a table with the columns file and group");
-  };
-  table.file = column("file");
-  table.group = column("group");
+  table.file = require_column(name, names, "file");
+  table.group = require_column(name, names, "group");
+  table.person = person_column(name, names);
   return table;
+}
+
+/// A line's cells.
+struct Row {
+  std::string file, group, person;
+};
+
+/// `where` names the line.
+Row read_row(const Table& table, const Cells& cells, const std::string& where) {
+  if (cells.size() <= std::max({table.file, table.group, table.person.value_or(0)}))
+    throw Error(
+        where, "is too short",
+        table.person ? "give file, group and " + trimmed(table.rows.front()[*table.person]) : "give file and group");
+  Row row{trimmed(cells[table.file]), trimmed(cells[table.group]), {}};
+  if (row.file.empty()) throw Error(where, "names no file", "give one, or take the line away");
+  if (table.person) row.person = trimmed(cells[*table.person]);
+  if (table.person && row.person.empty() && !row.group.empty())
+    throw Error(where, "has no " + trimmed(table.rows.front()[*table.person]),
+                "say whose recording it is, or leave its group empty too");
+  return row;
+}
+
+/// `kind` names the column.
+void refuse_contradiction(const std::string& where, const std::string& recording, const std::string& kind,
+                          const std::string& before, const std::string& now) {
+  if (before == now) return;
+  throw Error(where, recording + " has the " + kind + " \"" + before + "\" already, and now \"" + now + "\"",
+              "give each recording one " + kind + "; a folder before the file's name tells two of one name apart");
+}
+
+void refuse_missing(const std::string& table, const std::vector<std::string>& recordings,
+                    const std::vector<std::optional<GroupMember>>& found) {
+  const auto is_missing = [](const auto& member) { return !member.has_value(); };
+  const auto missing = std::ranges::find_if(found, is_missing);
+  if (missing == found.end()) return;
+  const std::string& recording = recordings[static_cast<std::size_t>(missing - found.begin())];
+  throw Error(table,
+              "has no line for " + recording + " (it lacks " +
+                  counted(std::ranges::count_if(found, is_missing), "recording") + ")",
+              "add a line for each; an empty group keeps a recording out of the comparison");
 }
 
 }  // namespace
 
-std::vector<std::string> groups_of(const std::string& table_name, const std::vector<std::string>& recordings) {
+GroupTable read_group_table(const std::string& table_name, const std::vector<std::string>& recordings) {
   const Table table = read_table(table_name);
-  std::vector<std::optional<std::string>> found(recordings.size());
-  for (std::size_t row = 1; row < table.rows.size(); ++row) {
-    const Cells& cells = table.rows[row];
+  const std::string person_column = table.person ? trimmed(table.rows.front()[*table.person]) : std::string();
+  std::vector<std::optional<GroupMember>> found(recordings.size());
+  for (std::size_t line = 1; line < table.rows.size(); ++line) {
+    const Cells& cells = table.rows[line];
     if (std::ranges::all_of(cells, [](const std::string& cell) { return trimmed(cell).empty(); })) continue;
-    const std::string where = format("%s, line %zu", table_name.c_str(), row + 1);
-    if (cells.size() <= std::max(table.file, table.group)) throw Error(where, "is too short", "give file and group");
-    const std::string file = trimmed(cells[table.file]), group = trimmed(cells[table.group]);
-    if (file.empty()) throw Error(where, "names no file", "give one, or take the line away");
-    const std::string last = std::filesystem::path(file).filename().string();
+    const std::string where = format("%s, line %zu", table_name.c_str(), line + 1);
+    const Row row = read_row(table, cells, where);
+    const std::string last = std::filesystem::path(row.file).filename().string();
     for (std::size_t i = 0; i < recordings.size(); ++i) {
-      if (!recordings[i].ends_with(last) || !ends_with(recordings[i], file)) continue;
-      if (found[i] && *found[i] != group)
-        throw Error(where, recordings[i] + " is in group \"" + *found[i] + "\" already, and now in \"" + group + "\"",
-                    "give each recording one group; a folder before the file's name tells two of one name apart");
-      found[i] = group;
+      if (!recordings[i].ends_with(last) || !ends_with(recordings[i], row.file)) continue;
+      const GroupMember member{row.group, table.person ? row.person : recordings[i]};
+      if (!found[i]) found[i] = member;
+      refuse_contradiction(where, recordings[i], "group", found[i]->group, member.group);
+      refuse_contradiction(where, recordings[i], person_column, found[i]->person, member.person);
     }
   }
-  std::vector<std::string> groups;
+  refuse_missing(table_name, recordings, found);
+  GroupTable result{person_column, {}};
   std::set<std::string> names;
-  const auto lacking = std::ranges::count_if(found, [](const auto& group) { return !group.has_value(); });
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    if (!found[i])
-      throw Error(table_name, "has no line for " + recordings[i] + " (it lacks " + counted(lacking, "recording") + ")",
-                  "add a line for each; an empty group keeps a recording out of the comparison");
-    groups.push_back(*found[i]);
-    if (!found[i]->empty()) names.insert(*found[i]);
+  for (const std::optional<GroupMember>& member : found) {
+    result.members.push_back(*member);
+    if (!member->group.empty()) names.insert(member->group);
   }
   if (names.size() < 2)
     throw Error(table_name, "puts the recordings in " + counted(static_cast<long long>(names.size()), "group"),
                 "give two groups or more");
-  return groups;
+  return result;
 }
 
 void add_group_option(const Command& command, std::string& table) {
-  command.add_option("--group", table,
-                     "CSV table with the columns file and group: means, deviations and Hedges' g of the groups");
+  command.add_option(
+      "--group", table,
+      "Compare groups of people: a CSV table with the columns file, group and, where people have several "
+      "recordings, subject");
 }
 
 }  // namespace decid::tools

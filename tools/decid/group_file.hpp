@@ -1,4 +1,4 @@
-// Which group each recording belongs to: a table that somebody keeps in a spreadsheet.
+// Reads which group and which person each recording belongs to, from a table made with a spreadsheet.
 #pragma once
 
 #include <string>
@@ -8,14 +8,25 @@
 
 namespace decid::tools {
 
-/// The group of each recording, by a CSV file (RFC 4180; comma, semicolon or tab) with the columns "file" and "group"
-/// and any others. A line is of the recordings whose path ends with its file: "trial.csv" is that of any folder,
-/// "patients/trial.csv" of one. An empty group keeps a recording out of the comparison. Throws Error, with the line,
-/// for a table without these columns, for two lines that give a recording different groups, for a recording without a
-/// line, and for fewer than two groups.
-std::vector<std::string> groups_of(const std::string& table, const std::vector<std::string>& recordings);
+/// What the table says of a recording.
+struct GroupMember {
+  std::string group;   ///< empty: the recording is not compared
+  std::string person;  ///< the recording itself where the table has no column of people
+};
+struct GroupTable {
+  std::string person_column;         ///< as the file spells it; empty if there is none
+  std::vector<GroupMember> members;  ///< one per recording
+};
 
-/// --group, of the commands that compare groups.
+/// Reads the group and the person of each recording from a CSV file (RFC 4180; comma, semicolon or tab) with the
+/// columns "file" and "group", if it has one "subject", "participant" or "participant_id", and any others. A line is of
+/// the recordings whose path ends with its file: "trial.csv" is that of any folder, "patients/trial.csv" of one. An
+/// empty group keeps a recording out of the comparison. Throws Error, with the line, for a table without these columns
+/// or with two columns of people, for two lines that contradict each other, for a line with a group and no person, for
+/// a recording without a line, and for fewer than two groups.
+GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings);
+
+/// Adds --group, of the commands that compare groups.
 void add_group_option(const Command& command, std::string& table);
 
 }  // namespace decid::tools

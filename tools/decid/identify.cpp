@@ -131,8 +131,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   // Reports unwritable places before the work, not after.
   for (const std::string& path : {options.output, options.report, options.table})
     if (!path.empty() && is_root()) PendingFile probe(path);
-  const std::vector<std::string> groups =
-      options.group.empty() ? std::vector<std::string>() : groups_of(options.group, recordings.files);
+  const GroupTable groups = options.group.empty() ? GroupTable() : read_group_table(options.group, recordings.files);
 
   const Model model = model_or_built_in(options.model);
   reading.truth = recordings.known(model.parameters());
@@ -143,7 +142,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   const Identifications& all = answers.common;
   refuse_alone(all.recordings);
   Json& list = answers.list;
-  const Json compared = groups.empty() ? Json(nullptr) : groups_json(list, groups, model.parameters());
+  const Json compared = options.group.empty() ? Json(nullptr) : groups_json(list, groups, model.parameters());
   const bool names_weights = options.wants_json() || !options.report.empty();
   const MadeWith with{model_name(options.model), names_weights ? nn::weights_sha256(model.network) : std::string(),
                       command.given(beside_answers)};

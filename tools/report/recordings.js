@@ -36,7 +36,11 @@ function failures(what) {
 
 const trustWords = { usable: "usable", caution: "with caution", "not usable": "not usable" };
 const groupColours = ["--draw", "--again", "--third", "--fourth"];
-const groupOf = index => report.groups ? report.groups.members[index] : "";
+const groupOf = index => report.groups ? report.groups.members[index].group : "";
+const reasons = { tilt_of_other_size: "platform tilted another angle", "not usable": "not usable", error: "could not be read" };
+// Why a comparison of groups leaves a recording out, or nothing.
+const leftOut = index => report.groups ? report.groups.members[index].left_out : "";
+const peopleText = count => count === 1 ? "1 person" : `${count} people`;
 
 // What can be used, so that figures of all are of them alone: [recording, its place].
 const sound = () => report.recordings.map((recording, index) => [recording, index]).filter(([{ trust }]) => trust !== "not usable");
@@ -65,7 +69,7 @@ function summaryTable() {
   const members = sound(), number = text => element("th", { scope: "col", class: "number" }, text);
   const names = report.groups ? report.groups.groups.map(({ name }) => name) : [""];
   const rows = report.recordings[0].parameters.map((parameter, p) => {
-    const of = name => members.filter(([, index]) => name === "" || groupOf(index) === name)
+    const of = name => members.filter(([, index]) => name === "" || (groupOf(index) === name && !leftOut(index)))
       .map(([recording]) => recording.parameters[p].value).filter(value => !absent(value));
     const values = of(""), sorted = [...values].sort((a, b) => a - b), decimals = decimalsOf(parameter);
     const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
@@ -83,30 +87,58 @@ function summaryTable() {
   })) : null;
   return element("div", {}, element("h3", {}, "The group"), legend, element("div", { class: "scroll" }, element("table", { class: "answer" },
     element("caption", {}, `Of the ${members.length} recordings that are usable, with caution or without: mean \u00b1 deviation between recordings. Drawn: a dot a ` +
-      "recording over the model\u2019s range, the middle half of them as a bar, the median upright. How sure each value is, is not in these figures."),
+      "recording over the model\u2019s range, the middle half of them as a bar, the median upright. How sure each value is, is not in these figures." +
+      (report.groups ? " Rows of a group hold the recordings that its comparison counts." : "")),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean \u00b1 deviation"), number("Median"), number("Middle half"),
       element("th", { scope: "col" }, "Over the range"))),
     element("tbody", {}, ...rows))));
 }
 
-function comparisonTable({ groups, parameters }) {
+// How the people of two groups are compared.
+function pairedText({ paired, people, unpaired_people: unpaired }, [a, b]) {
+  const summary = group => `${group.name}: ${peopleText(group.people)}, ${group.recordings} ${group.recordings === 1 ? "recording" : "recordings"}`;
+  const samples = `${summary(a)}; ${summary(b)}. `;
+  if (!paired) return samples + "Different people: Welch\u2019s interval of the difference.";
+  return samples + `Paired: the difference is within each of the ${peopleText(people[0])} in both groups` +
+    (unpaired > 0 ? `, without ${peopleText(unpaired)} in only one of them.` : ".");
+}
+
+function comparisonTable(comparison) {
+  const { groups, parameters } = comparison, { group_comparison: settings } = report.groups;
   const number = text => element("th", { scope: "col", class: "number" }, text);
-  const of = name => report.groups.groups.find(group => group.name === name);
-  const [a, b] = groups.map(of);
+  const [a, b] = groups.map(name => report.groups.groups.find(group => group.name === name));
   const rows = parameters.map((parameter, p) => {
     const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown);
-    const mean = group => cell(group.name, `${fixed(group.parameters[p].mean, decimals)} \u00b1 ${fixed(group.parameters[p].sd, decimals)}`);
-    const [low, high] = parameter.interval95, g = cell("g", fixed(parameter.hedges_g, 2));
-    if (low > 0 || high < 0) g.classList.add("strong");
-    return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", fixed(parameter.difference, decimals)), g,
-      cell("95 %", absent(low) ? "n/a" : between([low, high], 2)));
+    const mean = group => {
+      const made = cell(group.name, fixed(group.parameters[p].mean, decimals));
+      made.append(" ", element("small", {}, `\u00b1 ${fixed(group.parameters[p].sd, decimals)}`));
+      return made;
+    };
+    const interval = (heading, limits) => cell(heading, absent(limits[0]) ? "\u2013" : between(limits, decimals));
+    const adjusted = interval("Adjusted", parameter.adjusted_interval95), [low, high] = parameter.adjusted_interval95;
+    if (low > 0 || high < 0) adjusted.classList.add("strong");
+    return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", fixed(parameter.difference, decimals)),
+      interval("95%", parameter.interval95), adjusted, cell("g", fixed(parameter.hedges_g, 2)));
   });
-  return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}`), element("div", { class: "scroll" }, element("table", { class: "answer" },
-    element("caption", {}, `Mean \u00b1 deviation of ${a.recordings} and ${b.recordings} recordings; Hedges\u2019 g: the difference over the pooled deviation. 0.2 is called ` +
-      "small, 0.5 medium, 0.8 large; in bold where the interval leaves out 0. With seven parameters chance alone does that to one of them in up to three of ten comparisons."),
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(groups[0]), number(groups[1]), number("Difference"), number("Hedges\u2019 g"),
-      number("95 % interval"))),
-    element("tbody", {}, ...rows))));
+  const pairs = settings.pairs === 1 ? "" : ` in ${settings.pairs} pairs of groups`;
+  return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}`), element("p", { class: "about" }, pairedText(comparison, [a, b])),
+    element("div", { class: "scroll" }, element("table", { class: "answer compared" },
+      element("caption", {}, `Mean \u00b1 standard deviation of people. ${settings.parameters} parameters are compared${pairs}. Intervals are of the difference; the adjusted ones ` +
+        `(Bonferroni, for ${settings.intervals} intervals) hold all true differences at once with 95%, and are bold where they leave out 0. Hedges\u2019 g: the difference over the ` +
+        "standard deviation of people; 0.2 is called small, 0.5 medium, 0.8 large."),
+      element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(groups[0]), number(groups[1]), number("Difference"),
+        number("95% interval"), number("Adjusted interval"), number("Hedges\u2019 g"))),
+      element("tbody", {}, ...rows))));
+}
+
+// What counts as a person, and which recordings no comparison of groups counts.
+function groupNotes() {
+  const { person_column: column, left_out: out } = report.groups.group_comparison;
+  const people = absent(column) ? "The table of groups has no column \u201csubject\u201d: each recording counts as a person. Several recordings of one person would make the intervals too narrow."
+    : `Recordings with the same \u201c${column}\u201d are of one person and are averaged first; people are compared.`;
+  return element("div", {}, element("h3", {}, "Who is compared"), element("p", { class: "about" }, people),
+    out.length === 0 ? null : element("p", { class: "about" }, `Left out: ${out.length} ${out.length === 1 ? "recording" : "recordings"}: ` +
+      out.map(({ file, group, reason }) => `${file} (${group}; ${reasons[reason]})`).join(", ") + "."));
 }
 
 // valueCell: of a parameter; last: the last column's heading and, for a recording, what is in it.
@@ -117,7 +149,7 @@ function recordingTable(valueCell, [heading, last]) {
     link.addEventListener("click", () => show(index));
     return element("tr", {},
       element("th", { scope: "row", class: "file" }, link, recording.trust === "usable" ? null : element("span", { class: "description" }, trustWords[recording.trust])),
-      grouped ? element("td", {}, groupOf(index)) : null,
+      grouped ? element("td", {}, groupOf(index) + (leftOut(index) ? ", left out" : "")) : null,
       ...recording.parameters.map(parameter => element("td", { class: "number" }, valueCell(parameter))),
       element("td", { class: "number" }, last(recording)));
   });
@@ -140,7 +172,7 @@ function contents(valueCell, last) {
   const nav = document.getElementById("contents");
   nav.append(element("h2", {}, `${recordings.length} recordings`), element("p", { class: "about" }, counts.join(", ") + failed + "."));
   if (sound().length > 2) nav.append(summaryTable());
-  if (report.groups) nav.append(...report.groups.comparisons.map(comparisonTable));
+  if (report.groups) nav.append(groupNotes(), ...report.groups.comparisons.map(comparisonTable));
   nav.append(recordingTable(valueCell, last));
   nav.hidden = false;
 }

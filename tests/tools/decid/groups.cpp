@@ -1,7 +1,7 @@
 // Groups of recordings: the table that names them, and what is reported of them.
 #include <doctest/doctest.h>
 
-#include <cmath>
+#include <tuple>
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
@@ -15,20 +15,33 @@ using decid::Json;
 using decid::test::Folder;
 using decid::test::near;
 using decid::test::write_text;
-using decid::tools::groups_of;
+using decid::tools::GroupTable;
+using decid::tools::read_group_table;
 using Names = std::vector<std::string>;
 
 namespace {
 
-Names read(const std::string& table, const Names& recordings) {
+GroupTable read_table(const std::string& table, const Names& recordings) {
   const Folder folder;
   write_text(folder / "g.csv", table);
-  return groups_of(folder / "g.csv", recordings);
+  return read_group_table(folder / "g.csv", recordings);
+}
+
+Names read(const std::string& table, const Names& recordings) {
+  Names groups;
+  for (const auto& member : read_table(table, recordings).members) groups.push_back(member.group);
+  return groups;
+}
+
+Names people(const std::string& table, const Names& recordings) {
+  Names names;
+  for (const auto& member : read_table(table, recordings).members) names.push_back(member.person);
+  return names;
 }
 
 std::string refusal(const std::string& table, const Names& recordings) {
   try {
-    read(table, recordings);
+    read_table(table, recordings);
   } catch (const decid::Error& error) {
     return error.what();
   }
@@ -51,7 +64,7 @@ TEST_CASE("groups are read from what spreadsheets write") {
 TEST_CASE("a folder before its name tells two recordings of one name apart") {
   const Names recordings{"x/old/t.csv", "x/young/t.csv"};
   CHECK(read("file,group\nold/t.csv,a\nyoung/t.csv,b\n", recordings) == Names{"a", "b"});
-  CHECK(refusal("file,group\nt.csv,a\nyoung/t.csv,b\n", recordings).find("line 3: x/young/t.csv is in group \"a\"") !=
+  CHECK(refusal("file,group\nt.csv,a\nyoung/t.csv,b\n", recordings).find("line 3: x/young/t.csv has the group \"a\"") !=
         std::string::npos);
   // Names end where folders do.
   CHECK(refusal("file,group\nld/t.csv,a\ng/t.csv,b\n", recordings).find("no line for x/old/t.csv") !=
@@ -73,55 +86,147 @@ TEST_CASE("groups that cannot be read are refused") {
   CHECK(refusal("file,group\na.csv,\nb.csv,\n", recordings).find("in 0 groups;") != std::string::npos);
 }
 
-TEST_CASE("groups are compared by the recordings that can be used") {
-  const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
-  const auto recording = [&](double value, const char* trust) {
-    Json made{{"file", "f"}, {"parameters", Json::array()}, {"trust", trust}};
-    for (const std::string& name : table.names()) made["parameters"].push_back({{"name", name}, {"value", value}});
-    return made;
-  };
-  Json recordings = Json::array({recording(700, "usable"), recording(812, "usable"), recording(905, "caution"),
-                                 recording(655, "usable"), recording(777, "usable"), recording(1e6, "not usable"),
-                                 recording(860, "usable"), recording(742, "usable"), recording(930, "usable"),
-                                 recording(801, "usable"), recording(1e6, "usable"), Json{{"error", "none"}}});
-  const Json found =
-      decid::tools::groups_json(recordings, {"b", "a", "a", "b", "a", "a", "a", "b", "a", "b", "", "b"}, table);
+TEST_CASE("a column names the person of each recording") {
+  const Names recordings{"in/a.csv", "in/b.csv", "in/c.csv"};
+  CHECK(people("file,group,subject\na.csv,old, S1 \nb.csv,young,S2\nc.csv,,\n", recordings) == Names{"S1", "S2", ""});
+  CHECK(people("participant_id;group;file\nP1;old;a.csv\nP1;old;b.csv\nP2;young;c.csv\n", recordings) ==
+        Names{"P1", "P1", "P2"});
+  CHECK(read_table("file,group,Participant\na.csv,x,1\nb.csv,y,2\nc.csv,y,3\n", recordings).person_column ==
+        "Participant");
+  // Without one each recording is a person.
+  const GroupTable without = read_table("file,group\na.csv,x\nb.csv,y\nc.csv,y\n", recordings);
+  CHECK(without.person_column.empty());
+  CHECK(without.members[1].person == "in/b.csv");
+}
+
+TEST_CASE("columns of people that cannot be read are refused") {
+  const Names recordings{"a.csv", "b.csv"};
+  CHECK(refusal("file,group,subject\na.csv,x,1\nb.csv,y,\n", recordings).find("line 3: has no subject") !=
+        std::string::npos);
+  CHECK(refusal("file,group,subject\na.csv,x\n", recordings).find("line 2: is too short") != std::string::npos);
+  CHECK(refusal("file,subject,group,participant\na.csv,1,x,1\n", recordings).find("line 1: has two columns") !=
+        std::string::npos);
+  CHECK(refusal("file,group,subject\na.csv,x,1\nb.csv,y,2\na.csv,x,3\n", recordings)
+            .find("line 4: a.csv has the subject \"1\"") != std::string::npos);
+}
+
+namespace {
+
+const decid::sim::ParameterTable& parameters() {
+  return decid::sim::single_pendulum().parameters;
+}
+
+/// A recording all of whose parameters are `value`.
+Json recording(const std::string& file, double value, const char* trust = "usable", const char* warning = nullptr) {
+  Json made{{"file", file}, {"parameters", Json::array()}, {"trust", trust}, {"warnings", Json::array()}};
+  for (const std::string& name : parameters().names()) made["parameters"].push_back({{"name", name}, {"value", value}});
+  if (warning != nullptr) made["warnings"].push_back({{"code", warning}});
+  return made;
+}
+
+/// Adds a recording of `person` in `group`.
+void add(Json& recordings, GroupTable& table, const std::string& group, const std::string& person, Json made) {
+  recordings.push_back(std::move(made));
+  table.members.push_back({group, person});
+}
+
+}  // namespace
+
+TEST_CASE("people are compared by the recordings that can be used, the others are named") {
+  Json recordings = Json::array();
+  GroupTable table{"subject", {}};
+  // The means of people are 856.8 +- 63.4 of five in "a" and 724.5 +- 62.2 of four in "b".
+  const double a[]{812, 905, 777, 860, 930}, b[]{700, 655, 742, 801};
+  for (const double mean : a)
+    for (const double off : {-40.0, 0.0, 40.0})
+      add(recordings, table, "a", "a" + std::to_string(mean), recording("f", mean + off, "caution", "spikes"));
+  for (const double mean : b) add(recordings, table, "b", "b" + std::to_string(mean), recording("f", mean));
+  add(recordings, table, "b", "b1", recording("bad.csv", 1e6, "not usable"));
+  add(recordings, table, "a", "a1", recording("twice.csv", 1e6, "caution", "tilt_of_other_size"));
+  add(recordings, table, "b", "b2", Json{{"file", "broken.csv"}, {"error", "none"}});
+  add(recordings, table, "", "", recording("elsewhere.csv", 1e6));
+
+  const Json found = decid::tools::groups_json(recordings, table, parameters());
   REQUIRE(found["groups"].size() == 2);
   CHECK(found["groups"][0]["name"] == "a");
-  CHECK(found["groups"][0]["recordings"] == 5);
-  CHECK(found["groups"][1]["recordings"] == 4);
+  CHECK(found["groups"][0]["people"] == 5);
+  CHECK(found["groups"][0]["recordings"] == 15);
+  CHECK(found["groups"][1]["people"] == 4);
   CHECK(near(found["groups"][0]["parameters"][3]["sd"].get<double>(), 63.37744078140107, 1e-14));
   REQUIRE(found["comparisons"].size() == 1);
   CHECK(found["comparisons"][0]["groups"] == Json{"a", "b"});
+  CHECK(found["comparisons"][0]["paired"] == false);
+  CHECK(found["comparisons"][0]["people"] == Json{5, 4});
   const Json& last = found["comparisons"][0]["parameters"][6];
   CHECK(last["name"] == "delay");
   CHECK(near(last["difference"].get<double>(), 132.3, 1e-13));
   CHECK(near(last["hedges_g"].get<double>(), 1.870954512360277, 1e-13));
-  CHECK(near(last["interval95"][1].get<double>(), 3.324537266855372, 1e-13));
-  CHECK(recordings[0]["group"] == "b");
-  CHECK_FALSE(recordings[10].contains("group"));
+  CHECK(near(last["interval95"][1].get<double>(), 232.90206246259245, 1e-12));
+  CHECK(near(last["adjusted_interval95"][1].get<double>(), 293.49617439784564, 1e-12));
+  const Json& settings = found["group_comparison"];
+  CHECK(settings["person_column"] == "subject");
+  CHECK(settings["parameters"] == 7);
+  CHECK(settings["intervals"] == 7);
+  CHECK(settings["adjustment"] == "bonferroni");
+  CHECK(settings["left_out"] == Json{{{"file", "bad.csv"}, {"group", "b"}, {"reason", "not usable"}},
+                                     {{"file", "twice.csv"}, {"group", "a"}, {"reason", "tilt_of_other_size"}},
+                                     {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}}});
+  CHECK(recordings[0]["group"] == "a");
+  CHECK(recordings[20]["subject"] == "a1");
+  CHECK_FALSE(recordings[22].contains("group"));
+
   const std::string text = decid::tools::groups_text(found);
-  CHECK(text.find("a: 5 recordings\n    Kp              856.8 +- 63.4\n") != std::string::npos);
-  CHECK(text.find("a less b") != std::string::npos);
-  CHECK(text.find("    delay           132.3     1.87  0.42 to 3.32\n") != std::string::npos);
+  CAPTURE(text);
+  CHECK(text.find("a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4\n") != std::string::npos);
+  CHECK(text.find("a less b: 5 people and 4 people") != std::string::npos);
+  CHECK(text.find("7 parameters were compared") != std::string::npos);
+  CHECK(text.find("Left out: 3 recordings") != std::string::npos);
+  CHECK(text.find("twice.csv (a): tilt_of_other_size") != std::string::npos);
   CHECK(decid::tools::groups_text(nullptr).empty());
-  CHECK(decid::tools::page_groups(found, recordings)["members"].size() == 11);
+
+  const Json page = decid::tools::page_groups(found, recordings);
+  REQUIRE(page["members"].size() == 22);
+  CHECK(page["members"][20] == Json{{"group", "a"}, {"left_out", "tilt_of_other_size"}});
+  CHECK(page["members"][21] == Json{{"group", ""}, {"left_out", ""}});
   CHECK(decid::tools::page_groups(nullptr, recordings).is_null());
 }
 
-TEST_CASE("a group of one has no effect size, and three groups have three comparisons") {
-  const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
+TEST_CASE("people in two groups are compared in pairs, and the text says so") {
   Json recordings = Json::array();
-  for (int i = 0; i < 3; ++i) {
-    recordings.push_back({{"file", "f"}, {"parameters", Json::array()}, {"trust", "usable"}});
-    for (std::size_t p = 0; p < table.size(); ++p)
-      recordings[recordings.size() - 1]["parameters"].push_back({{"value", i}});
+  GroupTable table{"participant_id", {}};
+  for (const auto& [person, before, after] :
+       {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}, {"s3", 742.0, 777.0}}) {
+    add(recordings, table, "before", person, recording("f", before));
+    add(recordings, table, "after", person, recording("f", after));
   }
-  const Json found = decid::tools::groups_json(recordings, {"a", "b", "c"}, table);
+  add(recordings, table, "before", "s4", recording("f", 1e5));
+  const Json found = decid::tools::groups_json(recordings, table, parameters());
+  const Json& pair = found["comparisons"][0];
+  CHECK(pair["paired"] == true);
+  CHECK(pair["people"] == Json{3, 3});
+  CHECK(pair["unpaired_people"] == 1);
+  CHECK(near(pair["parameters"][0]["difference"].get<double>(), 397.0 / 3.0, 1e-14));
+  const std::string text = decid::tools::groups_text(found);
+  CHECK(text.find("paired: 3 people in both groups") != std::string::npos);
+  CHECK(text.find("without 1 person in only one") != std::string::npos);
+}
+
+TEST_CASE("a group of one has no interval, and three groups have three comparisons") {
+  Json recordings = Json::array();
+  GroupTable table;
+  for (const char* group : {"a", "b", "c"})
+    add(recordings, table, group, group, recording("f", static_cast<double>(recordings.size())));
+  const Json found = decid::tools::groups_json(recordings, table, parameters());
   REQUIRE(found["comparisons"].size() == 3);
+  CHECK(found["group_comparison"]["person_column"].is_null());
+  CHECK(found["group_comparison"]["intervals"] == 21);
   CHECK(found["comparisons"][2]["groups"] == Json{"b", "c"});
   CHECK(found["comparisons"][1]["parameters"][0]["difference"] == -2.0);
   CHECK(found["comparisons"][1]["parameters"][0]["hedges_g"].is_null());
+  CHECK(found["comparisons"][1]["parameters"][0]["interval95"][0].is_null());
   CHECK(found["groups"][0]["parameters"][0]["sd"].is_null());
-  CHECK(decid::tools::groups_text(found).find("    Kp                 -1        -  - to -\n") != std::string::npos);
+  CHECK_FALSE(recordings[0].contains("subject"));
+  const std::string text = decid::tools::groups_text(found);
+  CHECK(text.find("each recording counts as a person") != std::string::npos);
+  CHECK(text.find("in 3 pairs of groups") != std::string::npos);
 }

@@ -68,7 +68,8 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
     simulate(folder / "in/s" + std::to_string(i) + ".csv",
              "--seed " + std::to_string(i) + " --delay " + (i % 2 == 0 ? "0.1" : "0.2"));
   write_text(folder / "in/s5.csv", "time,sway\n0,1\n0.01,x\n");
-  write_text(folder / "in/groups.csv", "file,group\ns1.csv,slow\ns2.csv,fast\ns3.csv,slow\ns4.csv,fast\ns5.csv,fast\n");
+  write_text(folder / "in/groups.csv",
+             "file,group,subject\ns1.csv,slow,a\ns2.csv,fast,b\ns3.csv,slow,c\ns4.csv,fast,d\ns5.csv,fast,b\n");
   // Outputs in the folder, of a first call and of this one, are no recordings.
   const std::string command = "identify " + folder / "in" + " --json --table " + folder / "in/results.csv" +
                               " --group " + folder / "in/groups.csv" + " --report " + folder / "r.html";
@@ -84,10 +85,14 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
   check_table(read_text(folder / "in/results.csv"), json);
   CHECK(json["recordings"][1]["group"] == "fast");
   CHECK(json["groups"][0]["name"] == "fast");
+  CHECK(json["groups"][0]["people"] == 2);
   CHECK(json["groups"][0]["recordings"] == 2);
+  CHECK(json["recordings"][4]["subject"] == "b");
+  CHECK(json["group_comparison"]["left_out"][0]["reason"] == "error");
   const Json& delay = json["comparisons"][0]["parameters"][6];
   CHECK(delay["difference"].get<double>() < -0.05);
   CHECK(delay["hedges_g"].get<double>() < 0.0);
+  CHECK(delay["adjusted_interval95"][1].get<double>() > delay["interval95"][1].get<double>());
   CHECK(read_text(folder / "r.html").find("hedges_g") != std::string::npos);
 
   const Result some = run_decid("identify --json '" + folder / "in/s[23].csv" + "'");

@@ -112,28 +112,49 @@ std::string dataset_page() {
   return dataset_html(figures);
 }
 
+/// Two groups compared, as decid::tools::groups_json() writes it: every fifth recording is left out.
+decid::Json page_groups_of(const std::vector<std::string>& parameters, const std::vector<Identification>& recordings) {
+  using decid::Json;
+  Json means = Json::array(), effects = Json::array(), members = Json::array(), left_out = Json::array();
+  for (const std::string& name : parameters) {
+    means.push_back({{"name", name}, {"mean", 2.0}, {"sd", 0.5}});
+    effects.push_back({{"name", name},
+                       {"difference", 1.0},
+                       {"interval95", {0.1, 1.9}},
+                       {"adjusted_interval95", {-0.2, 2.2}},
+                       {"hedges_g", 0.7}});
+  }
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const std::string group = i % 2 == 0 ? "patients" : "controls", reason = i % 5 == 4 ? "not usable" : "";
+    members.push_back({{"group", group}, {"left_out", reason}});
+    if (!reason.empty()) left_out.push_back({{"file", recordings[i].file}, {"group", group}, {"reason", reason}});
+  }
+  Json groups{{"groups", Json::array()}, {"comparisons", Json::array()}, {"members", members}};
+  for (const char* name : {"controls", "patients"})
+    groups["groups"].push_back({{"name", name}, {"people", 12}, {"recordings", 24}, {"parameters", means}});
+  groups["comparisons"].push_back({{"groups", {"controls", "patients"}},
+                                   {"paired", true},
+                                   {"people", {10, 10}},
+                                   {"unpaired_people", 4},
+                                   {"parameters", effects}});
+  groups["group_comparison"] = {
+      {"person_column", "subject"},     {"parameters", parameters.size()}, {"pairs", 1},
+      {"intervals", parameters.size()}, {"adjustment", "bonferroni"},      {"left_out", left_out}};
+  return groups;
+}
+
 /// Sixty recordings, every fifth not usable, in two groups.
 std::string page_of_many(const decid::tools::ReportModel& model, Identifications all) {
   const Identification first = all.recordings.front();
   all.recordings.clear();
-  decid::Json members = decid::Json::array(), parameters = decid::Json::array(), effects = decid::Json::array();
   for (int i = 0; i < 60; ++i) {
     Identification& made = all.recordings.emplace_back(first);
     made.file = "recordings/subject-" + std::to_string(i + 1) + ".csv";
     made.truth.reset();
     for (double& value : made.estimate.parameters) value *= 0.8 + 0.006 * i;
     if (i % 5 == 4) made.estimate.warnings = {{decid::Severity::invalid, "unfamiliar", "it looks like no trial"}};
-    members.push_back(i % 2 == 0 ? "patients" : "controls");
   }
-  for (const std::string& name : all.protocol.parameters().names()) {
-    parameters.push_back({{"name", name}, {"mean", 2.0}, {"sd", 0.5}});
-    effects.push_back({{"name", name}, {"difference", 1.0}, {"hedges_g", 0.7}, {"interval95", {0.1, 1.3}}});
-  }
-  decid::Json groups{{"groups", decid::Json::array()}, {"comparisons", decid::Json::array()}, {"members", members}};
-  for (const char* name : {"controls", "patients"})
-    groups["groups"].push_back({{"name", name}, {"recordings", 24}, {"parameters", parameters}});
-  groups["comparisons"].push_back({{"groups", {"controls", "patients"}}, {"parameters", effects}});
-  return report_html(model, all, groups);
+  return report_html(model, all, page_groups_of(all.protocol.parameters().names(), all.recordings));
 }
 
 std::string page_of(const std::string& kind) {
