@@ -270,6 +270,7 @@ std::optional<StatedRate> stated_rate(const Table& table, const std::string& whe
 }
 
 int find_time(const Table& table) {
+  if (table.is_even()) return -1;
   if (table.has_header()) {
     const auto& names = table.names();
     auto found = std::find_if(names.begin(), names.end(), is_time_name);

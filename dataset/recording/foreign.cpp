@@ -66,19 +66,13 @@ bool has(std::string_view bytes, std::string_view part) {
   throw Error(where, "is a ZIP archive", std::string(unpack));
 }
 
-/// The first byte (1 to 127) says where the parameters are, the second one is 0x50. Text starts with a digit or a
-/// letter.
-bool is_c3d(std::string_view bytes, std::string_view end) {
-  return bytes.size() >= 512 && bytes[1] == '\x50' && (end == ".c3d" || (bytes[0] > 0 && bytes[0] < 9));
-}
-
 void refuse_markup(std::string_view text, const std::string& where) {
   const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
   if (first == text.npos) return;
   text.remove_prefix(first);
   if (text.front() == '{' || text.starts_with("[{") || text.starts_with("[["))
     throw Error(where, "is JSON, not a table of numbers",
-                "give the recording itself, a CSV or MAT-file; results of decid are none");
+                "give the recording itself, a CSV, MAT or C3D file; results of decid are none");
   if (text.front() != '<') return;
   if (has(text, "<mvnx")) throw Error(where, "is a recording of Xsens MVN (.mvnx)", std::string(as_csv));
   if (has(text, "<html") || has(text, "<HTML") || has(text, "<table"))
@@ -94,8 +88,6 @@ void refuse_foreign(std::string_view bytes, const std::string& where, std::strin
   if (bytes.starts_with("PK\x03\x04")) refuse_zip(bytes, where, end);
   if (bytes.starts_with("0       ") && bytes.size() > 256 && bytes[170] == '.' && bytes[173] == '.')  // its date
     throw Error(where, "is an EDF file", std::string(as_csv));
-  if (is_c3d(bytes, end))
-    throw Error(where, "is a C3D file, which decid does not read", "export the points or angles as text (.trc, .csv)");
   if (end == ".acq" && bytes.find('\0') != bytes.npos)
     throw Error(where, "is a file of AcqKnowledge (.acq)", "export it in AcqKnowledge as text or as a MAT-file");
   refuse_markup(bytes, where);

@@ -41,6 +41,17 @@ std::string time_hint(const std::string& name, double rate_hz) {
                                   : "if it is in seconds, call it time_s, or give --rate";
 }
 
+/// Warns of a given rate that is not the file's own.
+void compare_rates(const Table& table, double given_hz, Recording& recording) {
+  for (const StatedRate& stated : table.stated_rates())
+    if (std::abs(stated.hz - given_hz) > rate_tolerance * given_hz) {
+      add_caution(recording.warnings, "rate_differs",
+                  "'" + stated.phrase + "' of the file is " + six_digits(stated.hz) + " Hz, the rate given is " +
+                      six_digits(given_hz) + " Hz; the rate given is used");
+      return;
+    }
+}
+
 Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
@@ -48,11 +59,15 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   }
   Clock given{options.rate_hz.value_or(0.0), {}, {}, {}};
   if (time < 0) {
-    if (options.rate_hz) return given;
+    if (options.rate_hz) {
+      if (table.is_even()) compare_rates(table, *options.rate_hz, recording);
+      return given;
+    }
     const std::optional<StatedRate> stated = stated_rate(table, recording.file, "--rate");
     if (!stated) throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
-    add_info(recording.warnings, "rate_stated",
-             "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' of the file");
+    if (!table.is_even())
+      add_info(recording.warnings, "rate_stated",
+               "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' of the file");
     return {stated->hz, {}, {}, {}};
   }
   const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
@@ -117,6 +132,8 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   const double fill_gaps_s = options.fill_gaps_s;
   const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
   std::vector<double> raw = table.numbers(column, missing);
+  if (const std::string change = table.change_of(column); !change.empty())
+    add_info(recording.warnings, "resampled", change);
   mark_missing(raw, options.missing_value);
   std::vector<double> values = place_evenly(raw, clock);
   const std::string filled =

@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "dataset/recording/c3d.hpp"
 #include "dataset/recording/csv.hpp"
 #include "dataset/recording/foreign.hpp"
 #include "dataset/recording/mat.hpp"
@@ -45,6 +46,7 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
   // Reading it first gives the reason if a file cannot be read or is too large.
   std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
   refuse_foreign(text, where, end);
+  if (is_c3d(text, end)) return std::make_unique<C3dTable>(std::move(text), where);
   if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
     if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
     return std::make_unique<MatTable>(text, path);

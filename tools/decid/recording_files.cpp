@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 7> endings{".csv", ".tsv", ".txt", ".dat", ".mat", ".trc", ".mot"};
+constexpr std::array<std::string_view, 8> endings{".csv", ".tsv", ".txt", ".dat", ".mat", ".c3d", ".trc", ".mot"};
 
 bool looks_like_a_recording(const fs::path& path) {
   std::string ending = path.extension().string();
@@ -85,7 +85,7 @@ std::vector<std::string> recording_files(const std::vector<std::string>& argumen
     if (found.empty() && folder)
       throw Error(
           argument, "is a folder without a recording",
-          "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .trc or .mot, or the files themselves");
+          "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .c3d, .trc or .mot, or the files themselves");
     if (found.empty()) throw Error(argument, "matches no file", "check the folder and the pattern");
     files.insert(files.end(), found.begin(), found.end());
   }
