@@ -53,7 +53,7 @@ std::optional<double> frame_number(const C3dParameters& parameters, const std::s
   return words.empty() ? std::nullopt : std::optional(number);
 }
 
-std::string with_unit(const std::string& name, const std::string& unit) {
+std::string column_name(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : name + " (" + unit + ")";
 }
 
@@ -176,7 +176,7 @@ void C3dTable::name_points(const C3dParameters& parameters) {
   remove_subject(labels);
   for (std::size_t point = 0; point < points_; ++point) {
     const std::string label = labels[point].empty() ? "point " + std::to_string(point + 1) : labels[point];
-    for (const char* axis : {"_x", "_y", "_z"}) names_.push_back(with_unit(label + axis, units[point]));
+    for (const char* axis : {"_x", "_y", "_z"}) names_.push_back(column_name(label + axis, units[point]));
   }
 }
 
@@ -195,8 +195,8 @@ void C3dTable::name_channels(const C3dParameters& parameters) {
   for (std::size_t channel = 0; channel < channels_; ++channel) {
     gains_[channel] *= parameters.number("ANALOG:GEN_SCALE", 1.0);
     if (is_unsigned_ && offsets_[channel] < 0.0) offsets_[channel] += 65536.0;
-    names_.push_back(
-        with_unit(labels[channel].empty() ? "analog " + std::to_string(channel + 1) : labels[channel], units[channel]));
+    names_.push_back(column_name(labels[channel].empty() ? "analog " + std::to_string(channel + 1) : labels[channel],
+                                 units[channel]));
   }
 }
 

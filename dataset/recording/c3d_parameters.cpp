@@ -6,6 +6,7 @@
 #include <bit>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <utility>
 
@@ -44,7 +45,7 @@ std::string plain_text(std::string_view text, const std::string& where) {
 
 /// A parameter's values, from its type's byte on. `end`: the first byte behind them.
 C3dParameter read_parameter(const C3dBytes& bytes, std::size_t at, std::size_t& end) {
-  const int type = static_cast<std::int8_t>(bytes.byte(at));
+  const int type = bytes.signed_byte(at);
   const std::size_t dimensions = bytes.byte(at + 1), size = type < 0 ? 1 : static_cast<std::size_t>(type);
   at += 2;
   if (type != -1 && type != 1 && type != 2 && type != 4)
@@ -105,8 +106,8 @@ C3dParameters::C3dParameters(const C3dBytes& bytes, std::size_t begin) {
   std::vector<Found> found;  // A group may be named behind its parameters.
   // A record: the name's length, its group, the name, how far the next record is from here, and what it holds.
   for (std::size_t at = begin + section_header_bytes; at + 2 <= bytes.size();) {
-    const auto length = static_cast<std::size_t>(std::abs(static_cast<std::int8_t>(bytes.byte(at))));  // locked: < 0
-    const int group = static_cast<std::int8_t>(bytes.byte(at + 1));
+    const auto length = static_cast<std::size_t>(std::abs(bytes.signed_byte(at)));  // locked: < 0
+    const int group = bytes.signed_byte(at + 1);
     if (length == 0 || group == 0) break;
     const std::string name = capitals(bytes.text(at + 2, length));
     at += 2 + length;

@@ -28,6 +28,7 @@ class C3dBytes {
 
   std::string_view text(std::size_t at, std::size_t count) const;
   std::uint8_t byte(std::size_t at) const { return static_cast<std::uint8_t>(text(at, 1)[0]); }
+  int signed_byte(std::size_t at) const { return byte(at) < 128 ? byte(at) : byte(at) - 256; }
   std::uint16_t word(std::size_t at) const;
   /// A word as a signed number.
   std::int16_t integer(std::size_t at) const { return static_cast<std::int16_t>(word(at)); }

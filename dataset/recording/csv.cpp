@@ -71,9 +71,10 @@ std::string without_empty_end(std::string text) {
 
 }  // namespace
 
-CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines)
+CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, std::string part)
     : text_(with_short_lines(without_empty_end(with_plain_minus(to_utf8(std::move(text), where))), where)),
-      where_(std::move(where)) {
+      where_(std::move(where)),
+      part_(std::move(part)) {
   if (skip_lines) {
     preamble_ = preamble_behind(text_, static_cast<std::size_t>(*skip_lines));
   } else {

@@ -22,8 +22,9 @@ namespace decid::dataset {
 class CsvTable final : public Table {
  public:
   /// Throws Error if there are no lines of data, rows differ in length, or there are too many rows or columns.
-  /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found.
-  CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {});
+  /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found. `part`: see
+  /// part_read().
+  CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {}, std::string part = {});
 
   std::size_t rows(int) const override { return rows_.size(); }
   bool has_header() const override { return has_header_; }
@@ -36,6 +37,7 @@ class CsvTable final : public Table {
   std::string place_of(std::size_t row) const override;
   const std::vector<StatedRate>& stated_rates() const override { return preamble_.rates; }
   std::optional<Unit> unit() const override { return preamble_.unit; }
+  std::string part_read() const override { return part_; }
   std::size_t preamble_lines() const override { return preamble_.lines; }
 
  private:
@@ -51,7 +53,7 @@ class CsvTable final : public Table {
   bool has_points_beside(int column) const;
   double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
 
-  std::string text_, where_;
+  std::string text_, where_, part_;
   Preamble preamble_;
   char separator_;
   bool is_plain_ = false;  ///< the text, for its separator

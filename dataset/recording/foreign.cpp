@@ -60,7 +60,8 @@ bool has(std::string_view bytes, std::string_view part) {
 [[noreturn]] void refuse_zip(std::string_view bytes, const std::string& where, std::string_view end) {
   if (end == ".npz")
     throw Error(where, "is a data set, not a recording", "give a recording, or the data set to decid evaluate --data");
-  if (has(bytes, "xl/") || end == ".xlsx") throw Error(where, "is a spreadsheet of Excel (.xlsx)", std::string(sheet));
+  if (has(bytes, "xl/") || end == ".xlsx")
+    throw Error(where, "is a spreadsheet of Excel that decid does not read, or is damaged", std::string(sheet));
   if (has(bytes, "opendocument"))
     throw Error(where, "is a spreadsheet or document of OpenDocument", std::string(sheet));
   throw Error(where, "is a ZIP archive", std::string(unpack));

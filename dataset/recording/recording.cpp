@@ -223,6 +223,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   recording.file = path == standard_input ? "standard input" : path.string();
   const std::unique_ptr<Table> read = read_table(path, options.skip_lines);
   const Table& table = *read;
+  if (const std::string part = table.part_read(); !part.empty()) add_info(recording.warnings, "sheet_assumed", part);
   if (table.preamble_lines() > 0 && !options.skip_lines)
     add_info(recording.warnings, "preamble",
              "the first " + std::to_string(table.preamble_lines()) +

@@ -1,5 +1,5 @@
-// Recordings as people have them: sway in a CSV, MAT or C3D file, with or without a header, at any rate, from any
-// start, with or without the platform's tilt. trial.hpp brings them to a protocol's rate and length.
+// Recordings as people have them: sway in a CSV, MAT, C3D or .xlsx file, with or without a header, at any rate, from
+// any start, with or without the platform's tilt. trial.hpp brings them to a protocol's rate and length.
 #pragma once
 
 #include <filesystem>
@@ -51,8 +51,9 @@ struct Recording {
 };
 
 /// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables or fields of a struct; a matrix's columns by
-/// number), or a C3D file (columns "LASI_x (mm)" of its points, and its analog channels). CSV: separator (comma,
-/// semicolon, tab, blanks), decimal comma, header, a line of units and comment lines
+/// number), or a C3D file (columns "LASI_x (mm)" of its points, and its analog channels), or the first sheet of a
+/// workbook (.xlsx), as text. CSV: separator (comma, semicolon, tab, blanks), decimal comma, header, a line of units
+/// and comment lines
 /// (#, %) are recognised, and lines above the table; text may be UTF-8, UTF-16 or Windows-1252. "-" is standard input.
 /// The time is the first column called time, t, timestamp, Zeit or the like, in seconds unless its name ends in ms or
 /// us, or clock times; in a file without a header, the first of several columns if it increases evenly. The sway is the

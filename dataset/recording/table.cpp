@@ -11,6 +11,7 @@
 #include "dataset/recording/csv.hpp"
 #include "dataset/recording/foreign.hpp"
 #include "dataset/recording/mat.hpp"
+#include "dataset/recording/xlsx.hpp"
 
 namespace decid::dataset {
 
@@ -29,6 +30,15 @@ std::string read_standard_input() {
   return text;
 }
 
+/// The first sheet of a workbook, with the rules for text.
+std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& where, std::optional<int> skip_lines) {
+  Sheet first = read_xlsx(bytes, where);
+  const std::string part = first.sheets == 1 ? ""
+                                             : "the sheet '" + first.name + "' is read, the first of " +
+                                                   std::to_string(first.sheets) + " of the workbook";
+  return std::make_unique<CsvTable>(std::move(first.text), where, skip_lines, part);
+}
+
 }  // namespace
 
 const char* remedy_for(Missing missing) {
@@ -45,6 +55,7 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   // Reading it first gives the reason if a file cannot be read or is too large.
   std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
+  if (is_xlsx(text)) return read_sheet(text, where, skip_lines);
   refuse_foreign(text, where, end);
   if (is_c3d(text, end)) return std::make_unique<C3dTable>(std::move(text), where);
   if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {

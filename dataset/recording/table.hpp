@@ -52,6 +52,8 @@ class Table {
   virtual bool is_even() const { return false; }
   /// What was done to a column's samples, a sentence; empty: nothing.
   virtual std::string change_of(int) const { return {}; }
+  /// Which part of the file is read, a sentence; empty: all of it.
+  virtual std::string part_read() const { return {}; }
   /// Lines of the file above the table, which are not read.
   virtual std::size_t preamble_lines() const { return 0; }
 };
@@ -59,9 +61,9 @@ class Table {
 /// What stands for a file's name where text comes from standard input.
 inline constexpr const char* standard_input = "-";
 
-/// Reads a CSV file (csv.hpp), a MAT-file (mat.hpp) or a C3D file (c3d.hpp): by its name's end, .mat or .c3d, or its
-/// first bytes; "-" is standard input, text or C3D. `skip_lines`: how many lines of a text stand above its table;
-/// empty: they are found. Throws Error if it cannot be read or holds no numbers.
+/// Reads a CSV file (csv.hpp), a MAT-file (mat.hpp), a C3D file (c3d.hpp) or a workbook (xlsx.hpp): by its name's
+/// end, .mat or .c3d, or its first bytes; "-" is standard input, which is no MAT-file. `skip_lines`: how many lines of
+/// a text stand above its table; empty: they are found. Throws Error if it cannot be read or holds no numbers.
 std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines = {});
 
 }  // namespace decid::dataset

@@ -240,6 +240,31 @@ def c3ds():
     }
 
 
+# --- workbooks
+
+def xlsx(rows, shared=""):
+    return archive([("xl/workbook.xml", '<workbook><sheets><sheet name="a" r:id="r"/></sheets></workbook>'),
+                    ("xl/_rels/workbook.xml.rels", '<R><Relationship Id="r" Target="s.xml"/><Relationship Id="t" Type="/sharedStrings" Target="t.xml"/></R>'),
+                    ("xl/s.xml", rows), ("xl/t.xml", shared)])
+
+
+def xlsxs():
+    row = "<row><c><v>1</v></c><c><v>2</v></c></row>"
+    return {
+        "rows": lambda: xlsx(row * 1_000_000),
+        "too many rows": lambda: xlsx(row * 2_000_000),
+        "rows without cells": lambda: xlsx("<row/>" * 1_048_576),
+        "rows of one far cell": lambda: xlsx("<row><c r='ALL1'><v>1</v></c></row>" * 1_000_000),
+        "a shared text": lambda: xlsx("<row><c t='s'><v>0</v></c></row>" * 1_000_000, "<si><t>" + "a" * 1_000_000 + "</t></si>"),
+        "shared texts": lambda: xlsx(row, "<si/>" * 20_000_000),
+        "a bomb": lambda: xlsx(" " * 1_000_000_000),
+        "attributes": lambda: xlsx("<row " + "a='1' " * 10_000_000 + "/>"),
+        "a cell of attributes": lambda: xlsx("<row>" + ("<c " + "a='1' " * 100_000 + "/>") * 100 + "</row>"),
+        "entities": lambda: xlsx("<row><c><v>" + "&amp;" * 10_000_000 + "</v></c></row>"),
+        "comments": lambda: xlsx("<!---->" * 10_000_000),
+    }
+
+
 # --- archives
 
 def npy(kind, shape, data):
@@ -385,6 +410,7 @@ def cases():
     }, ".csv", ["fit", "--frf", "FILE", "--most-draws", "8"])
     yield from group("MAT", mats(), ".mat", ["identify", "FILE", *model])
     yield from group("C3D", c3ds(), ".c3d", ["identify", "FILE", *model, "--column", "1", "--com-height", "0.9", "--unit", "mm"])
+    yield from group("workbook", xlsxs(), ".xlsx", ["identify", "FILE", *model])
     yield from group("data set", archives(), ".npz", ["evaluate", "--data", "FILE", *model])
     yield from group("model", {
         "many tensors": lambda: safetensors(header_of_many()),

@@ -15,7 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 8> endings{".csv", ".tsv", ".txt", ".dat", ".mat", ".c3d", ".trc", ".mot"};
+constexpr std::array<std::string_view, 9> endings{".csv", ".tsv",  ".txt", ".dat", ".mat",
+                                                  ".c3d", ".xlsx", ".trc", ".mot"};
 
 bool looks_like_a_recording(const fs::path& path) {
   std::string ending = path.extension().string();
@@ -83,9 +84,9 @@ std::vector<std::string> recording_files(const std::vector<std::string>& argumen
     std::vector<std::string> found = folder ? files_in(argument) : files_like(argument);
     std::erase_if(found, is_left_out);
     if (found.empty() && folder)
-      throw Error(
-          argument, "is a folder without a recording",
-          "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .c3d, .trc or .mot, or the files themselves");
+      throw Error(argument, "is a folder without a recording",
+                  "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc or .mot, or the "
+                  "files themselves");
     if (found.empty()) throw Error(argument, "matches no file", "check the folder and the pattern");
     files.insert(files.end(), found.begin(), found.end());
   }

@@ -77,7 +77,7 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
 Option add_recording_flags(const Command& command, RecordingFlags& flags) {
   const Option recordings =
       command.add_option("recordings", flags.files,
-                         "CSV, MAT or C3D files (a column of sway, usually one of time), folders of "
+                         "CSV, MAT, C3D or .xlsx files (a column of sway, usually one of time), folders of "
                          "them, or quoted patterns; - is standard input");
   add_reading_options(command, flags);
   return recordings;

@@ -61,7 +61,7 @@ auto reading(const std::string& bytes, const RecordingOptions& options = markers
   return [bytes, options] { read(bytes, options); };
 }
 
-C3dTable table_of(C3dFile file) {
+C3dTable table_of(const C3dFile& file) {
   return {file.bytes(), "r.c3d"};
 }
 
@@ -152,7 +152,11 @@ TEST_CASE("C3D: positions are lengths: as an angle they are refused, with a heig
   file.parameters.erase("POINT:UNITS");
   CHECK(table_of(file).names()[0] == "COM_x");
   check_error(reading(file.bytes(), {.com_height_m = 0.9}), {"unit of COM_x", "--unit mm, cm or m"});
-  check_error(reading(trial(intel, true).bytes(), {}), {"several columns", "'HIP_x (mm)', 'HIP_y (mm)'", "--hip"});
+  check_error(reading(trial(intel, true).bytes(), {}), {"none of sway"});
+  file.point("C7", still(), still(), still());
+  file.texts("POINT:LABELS", {"HIP", "C7"});
+  file.texts("POINT:UNITS", {"mm"});
+  check_error(reading(file.bytes(), {}), {"several columns", "'HIP_x (mm)', 'HIP_y (mm)'", "--hip"});
 }
 
 TEST_CASE("C3D: names of points and channels, and their units") {
@@ -351,10 +355,11 @@ TEST_CASE("C3D: what a file may claim") {
   std::string nothing = empty.bytes();
   put(nothing, 4, empty.word(0));
   check_error([&] { C3dTable(nothing, "r.c3d"); }, {"without points and analog channels"});
-  C3dFile wide;
-  for (int point = 0; point < 3400; ++point) wide.point("", {0.0}, {0.0}, {0.0});
-  wide.texts("POINT:LABELS", {""});
-  check_error([&] { table_of(wide); }, {"10200 columns", "10,000"});
+  C3dFile wide = trial(intel, true);
+  wide.integers("POINT:USED", {3400});
+  std::string points = wide.bytes();
+  put(points, 2, wide.word(3400));
+  check_error(reading(points), {"10201 columns", "10,000"});
 }
 
 TEST_CASE("C3D: with any byte changed, a file is read or refused") {

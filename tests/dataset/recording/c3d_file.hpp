@@ -70,8 +70,8 @@ class C3dFile {
     return processor_ == mips ? std::string{high, low} : std::string{low, high};
   }
   std::string number(double value) const {
-    // DEC's reals have their exponent two higher, and the word with it first.
-    const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(processor_ == dec ? 4.0 * value : value));
+    // DEC's reals have their exponent two higher, and the word with it first; -0 is none of them.
+    const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(processor_ == dec ? 4.0 * value + 0.0 : value));
     const std::string high = word(static_cast<int>(bits >> 16U)), low = word(static_cast<int>(bits & 0xFFFFU));
     return processor_ == intel ? low + high : high + low;
   }
@@ -80,7 +80,15 @@ class C3dFile {
     return points_.empty() ? channels_.front().size() / samples_ : points_.front()[0].size();
   }
 
-  std::string bytes() {
+  std::string bytes() const { return C3dFile(*this).write(); }
+
+  static constexpr std::size_t block = 512;
+  std::map<std::string, std::string> parameters;  ///< their types, dimensions and values
+  double scale = 1.0 / 64.0;                      ///< of integer coordinates
+  int first_frame = 1;
+
+ private:
+  std::string write() {
     const std::string section = parameter_section();
     const int data_block = 2 + static_cast<int>(section.size() / block);
     std::string file{2, 0x50};
@@ -99,12 +107,6 @@ class C3dFile {
     return file;
   }
 
-  static constexpr std::size_t block = 512;
-  std::map<std::string, std::string> parameters;  ///< their types, dimensions and values
-  double scale = 1.0 / 64.0;                      ///< of integer coordinates
-  int first_frame = 1;
-
- private:
   std::string value(double of, double unit) const {
     return real_ ? number(of) : word(static_cast<int>(std::lround(of / unit)));
   }
