@@ -18,7 +18,7 @@ namespace {
 
 using Tag = XmlScanner::Tag;
 
-constexpr std::size_t most_sheet_rows = 1'048'576, most_text = std::size_t{1} << 28;
+constexpr std::size_t most_sheet_rows = 1'048'576, most_text = std::size_t{1} << 26;
 constexpr const char* workbook_part = "xl/workbook.xml";
 
 [[noreturn]] void refuse_workbook(const std::string& where, const std::string& what) {
@@ -77,7 +77,8 @@ std::vector<std::string> read_shared_strings(ZipMembers& members, const std::str
   XmlScanner xml(text, where);
   for (Tag tag = xml.next(); tag != Tag::end; tag = xml.next())
     if (tag == Tag::open && xml.name() == "si") {
-      if (strings.size() == most_rows) throw Error(where, "has more than 10 million texts", "save the sheet as CSV");
+      if (strings.size() == most_sheet_rows)
+        throw Error(where, "has more than a million texts", "save the sheet as CSV");
       strings.push_back(read_text(xml, "si"));
     }
   return strings;
@@ -185,7 +186,8 @@ class SheetReader {
 
   void count(std::size_t bytes) {
     bytes_ += bytes;
-    if (bytes_ > most_text) throw Error(where_, "is larger than 256 MiB", "save the trial to be identified alone");
+    if (bytes_ > most_text)
+      throw Error(where_, "is larger than 64 MiB as text", "save the trial to be identified alone");
   }
 
   XmlScanner xml_;

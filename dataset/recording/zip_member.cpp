@@ -84,7 +84,7 @@ std::string ZipMembers::read(const std::string& name) {
   const std::size_t begin = entry.local + local_bytes + number(entry.local + 26, 2) + number(entry.local + 28, 2);
   if (begin > bytes_.size() || entry.packed > bytes_.size() - begin) refuse_archive(where_, name + " is cut short");
   if (entry.size > left_)
-    throw Error(where_, "is larger than 512 MiB, inflated", "save the trial to be identified alone");
+    throw Error(where_, "is larger than 128 MiB, inflated", "save the trial to be identified alone");
   const std::string_view packed = bytes_.substr(begin, entry.packed);
   std::string content = entry.method == stored ? std::string(packed) : inflate_raw(packed, entry.size, where_);
   if (content.size() != entry.size ||

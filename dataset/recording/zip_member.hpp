@@ -17,7 +17,7 @@ class ZipMembers {
 
   bool has(const std::string& name) const { return entries_.contains(name); }
   /// A member's content. Throws Error if there is none of that name, it is damaged, encrypted or compressed in a way
-  /// other than deflate, or if all that was read of this archive is more than 512 MiB.
+  /// other than deflate, or if all that was read of this archive is more than 128 MiB.
   std::string read(const std::string& name);
 
  private:
@@ -29,7 +29,7 @@ class ZipMembers {
   std::string_view bytes_;
   const std::string& where_;
   std::map<std::string, Entry> entries_;
-  std::size_t left_ = std::size_t{1} << 29;
+  std::size_t left_ = std::size_t{1} << 27;
 };
 
 }  // namespace decid::dataset
