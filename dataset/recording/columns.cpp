@@ -304,6 +304,7 @@ std::optional<StatedRate> stated_rate(const Table& table, const std::string& whe
 }
 
 int find_time(const Table& table) {
+  if (table.is_even()) return -1;
   if (table.has_header()) {
     std::vector<std::string> names;
     for (int i = 0; i < table.columns(); ++i) names.push_back(table.own_name(i));

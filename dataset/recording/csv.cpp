@@ -73,8 +73,9 @@ std::string without_empty_end(std::string text) {
 
 }  // namespace
 
-CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, const std::string& section)
-    : where_(std::move(where)) {
+CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, const std::string& section,
+                   std::string part)
+    : where_(std::move(where)), part_(std::move(part)) {
   text = with_plain_minus(to_utf8(std::move(text), where_));
   if (!section.empty()) text = only_section(text, section, where_);
   const std::size_t bytes = text.size();

@@ -60,16 +60,11 @@ bool has(std::string_view bytes, std::string_view part) {
 [[noreturn]] void refuse_zip(std::string_view bytes, const std::string& where, std::string_view end) {
   if (end == ".npz")
     throw Error(where, "is a data set, not a recording", "give a recording, or the data set to decid evaluate --data");
-  if (has(bytes, "xl/") || end == ".xlsx") throw Error(where, "is a spreadsheet of Excel (.xlsx)", std::string(sheet));
+  if (has(bytes, "xl/") || end == ".xlsx")
+    throw Error(where, "is a spreadsheet of Excel that decid does not read, or is damaged", std::string(sheet));
   if (has(bytes, "opendocument"))
     throw Error(where, "is a spreadsheet or document of OpenDocument", std::string(sheet));
   throw Error(where, "is a ZIP archive", std::string(unpack));
-}
-
-/// The first byte (1 to 127) says where the parameters are, the second one is 0x50. Text starts with a digit or a
-/// letter.
-bool is_c3d(std::string_view bytes, std::string_view end) {
-  return bytes.size() >= 512 && bytes[1] == '\x50' && (end == ".c3d" || (bytes[0] > 0 && bytes[0] < 9));
 }
 
 void refuse_markup(std::string_view text, const std::string& where) {
@@ -78,7 +73,7 @@ void refuse_markup(std::string_view text, const std::string& where) {
   text.remove_prefix(first);
   if (text.front() == '{' || text.starts_with("[{") || text.starts_with("[["))
     throw Error(where, "is JSON, not a table of numbers",
-                "give the recording itself, a CSV or MAT-file; results of decid are none");
+                "give the recording itself, a CSV, MAT or C3D file; results of decid are none");
   if (text.front() != '<') return;
   if (has(text, "<mvnx")) throw Error(where, "is a recording of Xsens MVN (.mvnx)", std::string(as_csv));
   if (has(text, "<html") || has(text, "<HTML") || has(text, "<table"))
@@ -94,8 +89,6 @@ void refuse_foreign(std::string_view bytes, const std::string& where, std::strin
   if (bytes.starts_with("PK\x03\x04")) refuse_zip(bytes, where, end);
   if (bytes.starts_with("0       ") && bytes.size() > 256 && bytes[170] == '.' && bytes[173] == '.')  // its date
     throw Error(where, "is an EDF file", std::string(as_csv));
-  if (is_c3d(bytes, end))
-    throw Error(where, "is a C3D file, which decid does not read", "export the points or angles as text (.trc, .csv)");
   if (end == ".acq" && bytes.find('\0') != bytes.npos)
     throw Error(where, "is a file of AcqKnowledge (.acq)", "export it in AcqKnowledge as text or as a MAT-file");
   refuse_markup(bytes, where);

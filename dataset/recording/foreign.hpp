@@ -1,4 +1,4 @@
-// Files of programs that are neither text nor MAT-files, known by their first bytes. Not installed.
+// Files of programs that are neither text nor MAT or C3D files, known by their first bytes. Not installed.
 #pragma once
 
 #include <string>

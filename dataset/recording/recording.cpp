@@ -56,6 +56,17 @@ bool goes_far_back(const Table& table, int column) {
   return false;
 }
 
+/// Warns of a given rate that is not the file's own.
+void compare_rates(const Table& table, double given_hz, Recording& recording) {
+  for (const StatedRate& stated : table.stated_rates())
+    if (std::abs(stated.hz - given_hz) > rate_tolerance * given_hz) {
+      add_caution(recording.warnings, "rate_differs",
+                  "'" + stated.phrase + "' of the file is " + six_digits(stated.hz) + " Hz, the rate given is " +
+                      six_digits(given_hz) + " Hz; the rate given is used");
+      return;
+    }
+}
+
 Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
@@ -64,11 +75,15 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   Clock given;
   given.rate_hz = options.rate_hz.value_or(0.0);
   if (time < 0) {
-    if (options.rate_hz) return given;
+    if (options.rate_hz) {
+      if (table.is_even()) compare_rates(table, *options.rate_hz, recording);
+      return given;
+    }
     const std::optional<StatedRate> stated = stated_rate(table, recording.file, "--rate");
     if (!stated) throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
-    add_info(recording.warnings, "rate_stated",
-             "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' of the file");
+    if (!table.is_even())
+      add_info(recording.warnings, "rate_stated",
+               "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' of the file");
     given.rate_hz = stated->hz;
     return given;
   }
@@ -136,6 +151,8 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   const double fill_gaps_s = options.fill_gaps_s;
   const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
   std::vector<double> raw = table.numbers(column, missing);
+  if (const std::string change = table.change_of(column); !change.empty())
+    add_info(recording.warnings, "resampled", change);
   mark_missing(raw, options.missing_value);
   std::vector<double> values = place_evenly(raw, clock);
   const std::string filled =
@@ -237,6 +254,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   }
   const Table& table = *read;
   recording.warnings = table.warnings();
+  if (const std::string part = table.part_read(); !part.empty()) add_info(recording.warnings, "sheet_assumed", part);
   if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
     add_info(recording.warnings, "preamble",
              "the first " + std::to_string(table.preamble_lines()) +

@@ -1,5 +1,5 @@
-// Recordings as people have them: sway in a CSV file or a MAT-file, with or without a header, at any rate, from any
-// start, with or without the platform's tilt. trial.hpp brings them to a protocol's rate and length.
+// Recordings as people have them: sway in a CSV, MAT, C3D or .xlsx file, with or without a header, at any rate, from
+// any start, with or without the platform's tilt. trial.hpp brings them to a protocol's rate and length.
 #pragma once
 
 #include <filesystem>
@@ -57,16 +57,17 @@ struct Recording {
 };
 
 /// Reads a CSV file, or a MAT-file of version 4, 5, 7 or 7.3 (variables, fields, elements of arrays; matrix columns by
-/// number). CSV: separator (comma, semicolon, tab, blanks), decimal comma, header, a line of units and comment lines
-/// (#, %) are recognised, and lines above the table, and a last line that is cut short; text may be UTF-8, UTF-16 or
-/// Windows-1252. "-" is standard input. The time is the first column called time, t, timestamp, Zeit or the like, in
-/// seconds unless its name ends in ms or us, or clock times; in a file without a header, the first of several columns
-/// if it increases evenly. The sway is the column named in the options, else the first called com_sway, COM_x, sway or
-/// the like (_deg, _rad and _mrad may follow), else the only column beside the time. The rate is that of the time's
-/// mean step, or, without a time, a MAT-file's scalar fs or the like. Uneven times (clock.hpp) are interpolated to an
-/// even grid, with a warning; lost samples and missing cells (empty, nan) are gaps, filled by
-/// straight lines up to fill_gaps_s, with a warning. A column called tilt, platform, Plattform or the like is read as
-/// the platform's, said in a warning.
+/// number), or a C3D file (columns "LASI_x (mm)" of its points, and its analog channels), or the first sheet of a
+/// workbook (.xlsx), as text. CSV: separator (comma, semicolon, tab, blanks), decimal comma, header, a line of units
+/// and comment lines (#, %) are recognised, and lines above the table, and a last line that is cut short; text may be
+/// UTF-8, UTF-16 or Windows-1252. "-" is standard input. The time is the first column called time, t, timestamp, Zeit
+/// or the like, in seconds unless its name ends in ms or us, or clock times; in a file without a header, the first of
+/// several columns if it increases evenly. The sway is the column named in the options, else the first called com_sway,
+/// COM_x, sway or the like (_deg, _rad and _mrad may follow), else the only column beside the time. The rate is that of
+/// the time's mean step, or, without a time, a MAT-file's scalar fs or the like, or a C3D file's own. Uneven times
+/// (clock.hpp) are interpolated to an even grid, with a warning; lost samples and missing cells (empty, nan) are gaps,
+/// filled by straight lines up to fill_gaps_s, with a warning. A column called tilt, platform, Plattform or the like is
+/// read as the platform's, said in a warning.
 ///
 /// Throws Error for: no file, empty, no or ambiguous sway column (two of one name are), one that is no angle by its
 /// name (a length, a velocity, an ankle's), a cell of time, sway or tilt that is not a finite number (with its line;

@@ -10,9 +10,11 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/text.hpp"
+#include "dataset/recording/c3d.hpp"
 #include "dataset/recording/csv.hpp"
 #include "dataset/recording/foreign.hpp"
 #include "dataset/recording/mat.hpp"
+#include "dataset/recording/xlsx.hpp"
 
 namespace decid::dataset {
 
@@ -29,6 +31,16 @@ std::string read_standard_input() {
       throw Error("standard input", "is larger than 1 GiB", "give the trial to be identified alone");
   }
   return text;
+}
+
+/// The first sheet of a workbook, with the rules for text.
+std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& where, std::optional<int> skip_lines,
+                                  const std::string& section) {
+  Sheet first = read_xlsx(bytes, where);
+  const std::string part = first.sheets == 1 ? ""
+                                             : "the sheet '" + first.name + "' is read, the first of " +
+                                                   std::to_string(first.sheets) + " of the workbook";
+  return std::make_unique<CsvTable>(std::move(first.text), where, skip_lines, section, part);
 }
 
 }  // namespace
@@ -72,7 +84,12 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   // Reading it first gives the reason if a file cannot be read or is too large.
   std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
+  if (is_xlsx(text)) return read_sheet(text, where, skip_lines, section);
   refuse_foreign(text, where, end);
+  if (is_c3d(text, end)) {
+    if (!section.empty()) throw Error(where, "is a C3D file, which has no sections", "leave out --section");
+    return std::make_unique<C3dTable>(std::move(text), where);
+  }
   if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
     if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
     if (!section.empty()) throw Error(where, "is a MAT-file, which has no sections", "leave out --section");

@@ -62,10 +62,17 @@ class Table {
   virtual std::vector<double> times(int column) const { return numbers(column); }
   /// Where a row stands in the file, for people: "line 12", "row 11".
   virtual std::string place_of(std::size_t row) const = 0;
-  /// The sample rates that the file states beside its columns (a MAT-file's variable fs, lines above a text's table).
+  /// The sample rates that the file states beside its columns (a MAT-file's variable fs, lines above a text's table,
+  /// parameters of a C3D file).
   virtual const std::vector<StatedRate>& stated_rates() const = 0;
   /// The unit of angles that the file states for all its columns whose names have none (inDegrees of OpenSim).
   virtual std::optional<Unit> unit() const { return {}; }
+  /// The format itself samples all columns evenly, at a rate that the file states: no column is the time.
+  virtual bool is_even() const { return false; }
+  /// What was done to a column's samples, a sentence; empty: nothing.
+  virtual std::string change_of(int) const { return {}; }
+  /// Which part of the file is read, a sentence; empty: all of it.
+  virtual std::string part_read() const { return {}; }
   /// Lines of the file above the table, which are not read.
   virtual std::size_t preamble_lines() const { return 0; }
   /// What was left out of the file, for people.
@@ -95,10 +102,10 @@ class Table {
 /// What stands for a file's name where text comes from standard input.
 inline constexpr const char* standard_input = "-";
 
-/// Reads a CSV file (csv.hpp) or a MAT-file (mat.hpp): by its name's end, .mat, or its first bytes; "-" is standard
-/// input, which is text. `skip_lines`: how many lines of a text stand above its table; empty: they are found.
-/// `section`: which of a text's tables, by name or number from 1 (sections.hpp); empty: the only one. Throws Error if
-/// it cannot be read or holds no numbers.
+/// Reads a CSV file (csv.hpp), a MAT-file (mat.hpp), a C3D file (c3d.hpp) or a workbook (xlsx.hpp): by its name's
+/// end, .mat or .c3d, or its first bytes; "-" is standard input, which is no MAT-file. `skip_lines`: how many lines of
+/// a text stand above its table; empty: they are found. `section`: which of a text's tables, by name or number from 1
+/// (sections.hpp); empty: the only one. Throws Error if it cannot be read or holds no numbers.
 std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines = {},
                                   const std::string& section = {});
 

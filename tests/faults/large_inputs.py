@@ -208,6 +208,64 @@ def mats():
     }
 
 
+# --- C3D files
+
+def c3d(points, channels=0, samples=1, parameters=b"", blocks=2):
+    """Integers, all 1, in a file of SIZE bytes whose parameters fill `blocks` blocks."""
+    row = 2 * (4 * points + channels * samples)
+    frames = min((SIZE - 512 * (1 + blocks)) // row, 65535)
+    header = struct.pack("<BBHHHHHfHHf", 2, 0x50, points, channels * samples, 1, frames, 0, 0.1, 2 + blocks, samples, 100.0)
+    section = b"\0\0" + struct.pack("BB", blocks % 256, 84) + parameters
+    return header.ljust(512, b"\0") + section.ljust(512 * blocks, b"\0") + b"\1\0" * (frames * row // 2)
+
+
+def c3d_parameters(blocks, name, body):
+    """As many parameters of that type, dimensions and values as fill the blocks, and their group."""
+    one = struct.pack("BB", len(name), 1) + name + struct.pack("<H", 3 + len(body)) + body + b"\0"
+    group = struct.pack("bb", 5, -1) + b"POINT" + struct.pack("<HB", 3, 0)
+    return group + one * ((512 * blocks - 20) // len(one))
+
+
+def c3ds():
+    text = b"\xff\2\x10\xff" + b"label           " * 255
+    return {
+        "frames of a point": lambda: c3d(1),
+        "frames of many points": lambda: c3d(3333),
+        "too many points": lambda: c3d(65535),
+        "one fast channel": lambda: c3d(1, 1, 60),
+        "many channels": lambda: c3d(1, 9000),
+        "parameters": lambda: c3d(1, parameters=c3d_parameters(18000, b"A", b"\1\0\1"), blocks=18000),
+        "parameters of labels": lambda: c3d(1, parameters=c3d_parameters(18000, b"LABELS", text), blocks=18000),
+        "labels": lambda: c3d(3333, parameters=c3d_parameters(9, b"LABELS", text), blocks=9),
+    }
+
+
+# --- workbooks
+
+def xlsx(rows, shared=""):
+    return archive([("xl/workbook.xml", '<workbook><sheets><sheet name="a" r:id="r"/></sheets></workbook>'),
+                    ("xl/_rels/workbook.xml.rels", '<R><Relationship Id="r" Target="s.xml"/><Relationship Id="t" Type="/sharedStrings" Target="t.xml"/></R>'),
+                    ("xl/s.xml", rows), ("xl/t.xml", shared)])
+
+
+def xlsxs():
+    row = "<row><c><v>1</v></c><c><v>2</v></c></row>"
+    return {
+        "rows": lambda: xlsx(row * 1_000_000),
+        "too many rows": lambda: xlsx(row * 2_000_000),
+        "rows without cells": lambda: xlsx("<row/>" * 1_048_576),
+        "rows of one far cell": lambda: xlsx("<row><c r='ALL1'><v>1</v></c></row>" * 1_000_000),
+        "a shared text": lambda: xlsx("<row><c t='s'><v>0</v></c></row>" * 1_000_000, "<si><t>" + "a" * 1_000_000 + "</t></si>"),
+        "shared texts": lambda: xlsx(row, "<si/>" * 20_000_000),
+        "a bomb": lambda: xlsx(" " * 200_000_000),
+        "a bomb that fits": lambda: xlsx(" " * 130_000_000),
+        "attributes": lambda: xlsx("<row " + "a='1' " * 10_000_000 + "/>"),
+        "a cell of attributes": lambda: xlsx("<row>" + ("<c " + "a='1' " * 100_000 + "/>") * 100 + "</row>"),
+        "entities": lambda: xlsx("<row><c><v>" + "&amp;" * 10_000_000 + "</v></c></row>"),
+        "comments": lambda: xlsx("<!---->" * 10_000_000),
+    }
+
+
 # --- archives
 
 def npy(kind, shape, data):
@@ -352,6 +410,8 @@ def cases():
         "columns": lambda: wide("1", 1000, ",".join(["frequency_hz"] * 1000) + "\n"),
     }, ".csv", ["fit", "--frf", "FILE", "--most-draws", "8"])
     yield from group("MAT", mats(), ".mat", ["identify", "FILE", *model])
+    yield from group("C3D", c3ds(), ".c3d", ["identify", "FILE", *model, "--column", "1", "--com-height", "0.9", "--unit", "mm"])
+    yield from group("workbook", xlsxs(), ".xlsx", ["identify", "FILE", *model])
     yield from group("data set", archives(), ".npz", ["evaluate", "--data", "FILE", *model])
     yield from group("model", {
         "many tensors": lambda: safetensors(header_of_many()),

@@ -48,7 +48,7 @@ Format format_of(Written written) {
 /// Endings that programs and people know; any other one may be given to any format.
 constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz", ".npy", ".mat",  ".html",
                                          ".htm",  ".svg",         ".png",  ".pdf", ".xls", ".xlsx", ".bin",
-                                         ".hdf5", ".safetensors", ".onnx", ".c",   ".h"};
+                                         ".hdf5", ".safetensors", ".onnx", ".c",   ".h",   ".c3d"};
 
 /// Of the name of what is written; empty: nothing.
 std::string what_is_wrong(const std::string& name, Written written) {

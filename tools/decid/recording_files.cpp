@@ -19,7 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 7> endings{".csv", ".tsv", ".txt", ".dat", ".mat", ".trc", ".mot"};
+constexpr std::array<std::string_view, 9> endings{".csv", ".tsv",  ".txt", ".dat", ".mat",
+                                                  ".c3d", ".xlsx", ".trc", ".mot"};
 constexpr std::string_view wildcards = "*?[", any_folders = "**";
 
 std::string lower(std::string text) {
@@ -206,9 +207,9 @@ RecordingFiles recording_files(const std::vector<std::string>& arguments, const 
     const std::string left_out = search.left_out().text();
     const std::string more = left_out.empty() ? "" : " (" + left_out + ")";
     if (found.empty() && folder)
-      throw Error(
-          argument, "is a folder without a recording" + more,
-          "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .trc or .mot, or the files themselves");
+      throw Error(argument, "is a folder without a recording" + more,
+                  "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc or .mot, or the "
+                  "files themselves");
     if (found.empty()) throw Error(argument, "matches no file" + more, "check the folder and the pattern");
     files.insert(files.end(), found.begin(), found.end());
   }

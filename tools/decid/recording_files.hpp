@@ -25,10 +25,10 @@ struct RecordingFiles {
 };
 
 /// Returns the files that the arguments stand for.
-/// - A folder: every file in it whose name ends like a recording's (.csv, .tsv, .txt, .dat, .mat, .trc, .mot, in
-///   capitals too), in the order of their names; with `recursive` also the files in the folders within, except hidden
-///   ones. Files that describe recordings are left out: participants.tsv, README.txt, *_channels.tsv and others of
-///   BIDS.
+/// - A folder: every file in it whose name ends like a recording's (.csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc,
+///   .mot, in capitals too), in the order of their names; with `recursive` also the files in the folders within, except
+///   hidden ones. Files that describe recordings are left out: participants.tsv, README.txt, *_channels.tsv and others
+///   of BIDS.
 /// - A pattern of *, ? and [] that is no file itself: what it matches, in order, folders likewise. "**" stands for any
 ///   number of folders; what it matches must end like a recording's if it is the last part.
 /// - Anything else: itself, whether it is there or not.

@@ -101,9 +101,10 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
 }
 
 Option add_recording_flags(const Command& command, RecordingFlags& flags) {
-  const Option recordings = command.add_option("recordings", flags.files,
-                                               "CSV or MAT-files (a column of sway, usually one of time), folders of "
-                                               "them, or quoted patterns; - is standard input");
+  const Option recordings =
+      command.add_option("recordings", flags.files,
+                         "CSV, MAT, C3D or .xlsx files (a column of sway, usually one of time), folders of "
+                         "them, or quoted patterns; - is standard input");
   command.add_flag("--recursive", flags.recursive, "Read the folders within folders too");
   command.add_option(
       "--trial", flags.trial,

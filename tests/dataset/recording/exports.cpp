@@ -40,7 +40,7 @@ TEST_CASE("files of other programs are called what they are") {
                           {"ADInstr\0"s, "LabChart"},
                           {"ARROW1\0\0"s, "Arrow"},
                           {"\xD0\xCF\x11\xE0"s, ".xls"},
-                          {"PK\x03\x04....xl/worksheets/sheet1.xml"s, ".xlsx"},
+                          {"PK\x03\x04....xl/worksheets/sheet1.bin"s, "Excel"},
                           {"PK\x03\x04mimetypeapplication/vnd.oasis.opendocument"s, "OpenDocument"},
                           {"PK\x03\x04...."s, "ZIP"},
                           {"<?xml?>\n<mvnx version=\"4\">"s, "MVN"},

@@ -35,14 +35,14 @@ std::string refusal(const std::string& argument, const Names& others = {}) {
 
 TEST_CASE("a folder stands for the recordings in it, in the order of their names") {
   const Folder folder;
-  for (const char* name : {"b.csv", "a.MAT", "c.txt", "notes.docx", ".hidden.csv", "README", "d.tsv", "e.dat"})
+  for (const char* name : {"b.csv", "a.MAT", "b.C3D", "c.txt", "notes.docx", ".hidden.csv", "README", "d.tsv", "e.dat"})
     write_text(folder / name, "");
   std::filesystem::create_directory(folder / "within.csv");
   const std::string path = folder / "";
-  CHECK(recording_files({path}) ==
-        Names{folder / "a.MAT", folder / "b.csv", folder / "c.txt", folder / "d.tsv", folder / "e.dat"});
+  CHECK(recording_files({path}) == Names{folder / "a.MAT", folder / "b.C3D", folder / "b.csv", folder / "c.txt",
+                                         folder / "d.tsv", folder / "e.dat"});
   CHECK(recording_files({"first.csv", path, folder / "b.csv"}, {folder / "c.txt", "", folder / "./e.dat"}) ==
-        Names{"first.csv", folder / "a.MAT", folder / "b.csv", folder / "d.tsv", folder / "b.csv"});
+        Names{"first.csv", folder / "a.MAT", folder / "b.C3D", folder / "b.csv", folder / "d.tsv", folder / "b.csv"});
   CHECK(refusal(folder / "within.csv").find("within.csv: is a folder without a recording") != std::string::npos);
 }
 

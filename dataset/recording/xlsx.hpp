@@ -1,0 +1,24 @@
+// Workbooks of Excel and LibreOffice (.xlsx) as text. Not installed.
+// Format: ECMA-376 part 1, section 18: a zip archive of XML.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace decid::dataset {
+
+/// Returns true for an archive that holds a workbook.
+bool is_xlsx(std::string_view bytes);
+
+struct Sheet {
+  std::string text;  ///< its table as a spreadsheet saves it as text: cells between tabs, a line for each row
+  std::string name;
+  int sheets = 1;  ///< of the workbook that are not hidden
+};
+
+/// Reads the first sheet that is not hidden. Numbers stand as the workbook stores them, so dates and times are days;
+/// true is 1, false is 0; errors (#N/A) and missing cells are empty. Line k is row k. Throws Error for a workbook that
+/// is damaged or protected, a sheet without cells, and one of more than 1000 columns or 64 MiB.
+Sheet read_xlsx(std::string_view bytes, const std::string& where);
+
+}  // namespace decid::dataset
