@@ -15,9 +15,9 @@ namespace decid {
 
 /// A fault of the recording, or of what was recorded.
 struct Fault {
-  std::string name;   ///< a condition's key (sim/conditions.hpp), or one of the names below
-  double size = 0.0;  ///< in the unit of the name's end, or 0 where there is nothing to measure
-  std::string what;   ///< in words
+  std::string name;       ///< a condition's key (sim/conditions.hpp), or one of the names below
+  double size = 0.0;      ///< in the unit of the name's end, or 0 where there is nothing to measure
+  std::string what = {};  ///< in words
 };
 
 /// None; each condition at several sizes, with either sign and both kinds of filter in half of the trials each; sway

@@ -281,7 +281,9 @@ void run_conditions(const CalibrateOptions& options) {
   const FitRequest request{{}, options.settings};
   if (protocol.standing_s == 0.0) protocol.standing_s = request.priors.standing_s;
   const Model model = model_or_built_in(options.model);
-  Json settings = settings_json(options, protocol);
+  CalibrateOptions used = options;
+  used.priors = request.priors;
+  Json settings = settings_json(used, protocol);
   settings["trials"] = options.trials;
   settings["faults"] = options.faults;
   Json rows = Json::array();

@@ -330,6 +330,46 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   check_refused("calibrate --trials 0", {"--trials"});
 }
 
+TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * doctest::test_suite("slow")) {
+  const Folder folder;
+  write_text(folder / "p.json",
+             R"({"sensor_noise_deg": 0.02, "recording": {"offset_deg": {"share": 0.3, "size": [0, 1]}},
+      "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.05, "amplitude_deg": 8,
+      "offset_s": 0, "cycles": 1}})");
+  const std::string options = " --trials 1 --most-draws 8 --json -o " + folder / "f.json";
+  const std::string faults = "calibrate --faults --quiet --protocol " + folder / "p.json" + options;
+  const auto first = run_decid(faults);
+  CAPTURE(first.err);
+  REQUIRE(first.code == 0);
+  CHECK(first.out == read_text(folder / "f.json"));
+  const nlohmann::ordered_json made = nlohmann::ordered_json::parse(first.out);
+  REQUIRE(made["conditions"].size() == 18);
+  for (const auto& row : made["conditions"]) {
+    CHECK(row["trials"] == 1);
+    CHECK(row["usable"].get<int>() + row["caution"].get<int>() + row["not_usable"].get<int>() == 1);
+    CHECK(row["figures"].is_null() == (row["condition"] == "double_pendulum"));
+  }
+  // Rows that stand are not fitted again.
+  nlohmann::ordered_json cut = made;
+  cut["conditions"].erase(cut["conditions"].begin() + 1, cut["conditions"].end());
+  cut["conditions"][0]["usable"] = 77;
+  write_text(folder / "f.json", cut.dump());
+  const auto resumed = run_decid(faults + " --resume");
+  CAPTURE(resumed.err);
+  REQUIRE(resumed.code == 0);
+  const auto again = nlohmann::ordered_json::parse(resumed.out);
+  REQUIRE(again["conditions"].size() == 18);
+  CHECK(again["conditions"][0]["usable"] == 77);
+  CHECK(again["conditions"][5]["figures"] == made["conditions"][5]["figures"]);
+  check_refused(faults + " --resume --seed 9", {"f.json", "other settings"});
+  check_refused("calibrate --faults --resume", {"--resume", "--output"});
+  check_refused("calibrate --faults --conditions " + folder / "p.json", {"--faults", "--conditions"});
+  const auto table = run_decid("calibrate --conditions " + folder / "p.json" + " --trials 1 --most-draws 8 --quiet");
+  CHECK(table.code == 0);
+  CHECK(std::count(table.out.begin(), table.out.end(), '\n') == 4);  // two lines of the header, none, offset_deg
+  CHECK(table.out.find("| offset_deg |") != std::string::npos);
+}
+
 TEST_CASE("calibrate: another network's answers take the place of the first one's" * doctest::test_suite("slow")) {
   const Folder folder;
   const std::string command =
