@@ -34,12 +34,12 @@ std::string quantity_name(const Density& density, int quantity) {
                                            : "the gain";
 }
 
-void warn_of_edges(const Density& density, const Posterior& found, Warnings& warnings) {
+void warn_of_edges(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
   const std::vector<int> edges = at_edge(density, found, outer);
   if (edges.empty()) return;
   std::string names;
   for (const int quantity : edges) names += (names.empty() ? "" : ", ") + quantity_name(density, quantity);
-  const bool leans = at_edge(density, found, outermost).size() >= outermost_of_caution;
+  const bool leans = !from_network && at_edge(density, found, outermost).size() >= outermost_of_caution;
   const Severity severity = edges.size() >= edges_of_invalid ? Severity::invalid
                             : leans                          ? Severity::caution
                                                              : Severity::info;
@@ -54,11 +54,13 @@ void warn_of_chains(const Density& density, const Posterior& found, bool from_ne
   const int quantity = static_cast<int>(worst - found.rhat().begin());
   const double fewest = *std::ranges::min_element(found.effective_draws());
   if (found.apart()) {
-    add_caution(warnings, "chains_disagree",
-                format("the chains do not agree (R-hat %.2f for %s): the recording may fit more than one controller; "
-                       "these are %s",
-                       *worst, quantity_name(density, quantity).c_str(),
-                       from_network ? "the network's values" : "means over all of them"));
+    // The network's answer is as good as that of `identify`, whose own warnings stand beside it.
+    warnings.push_back(
+        {from_network ? Severity::info : Severity::caution, "chains_disagree",
+         format("the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
+                "controller; these are %s",
+                *worst, quantity_name(density, quantity).c_str(),
+                from_network ? "the network's values, as decid identify has them" : "means over all of them")});
   } else if (!found.agreed()) {
     add_info(
         warnings, "few_draws",
@@ -66,7 +68,7 @@ void warn_of_chains(const Density& density, const Posterior& found, bool from_ne
                "known to a tenth of a standard deviation or so",
                *worst, quantity_name(density, quantity).c_str(), fewest));
   }
-  if (found.divergences() > divergent_fraction * found.draws())
+  if (!from_network && found.divergences() > divergent_fraction * found.draws())
     add_caution(warnings, "divergences",
                 format("%d of %d transitions diverged: chains may have missed a part of the posterior",
                        found.divergences(), found.draws()));
@@ -111,7 +113,7 @@ std::vector<int> at_edge(const Density& density, const Posterior& found, double 
 
 void warn_of_posterior(const Density& density, const posterior::Observation& observation, const Posterior& found,
                        bool from_network, Warnings& warnings) {
-  warn_of_edges(density, found, warnings);
+  warn_of_edges(density, found, from_network, warnings);
   warn_of_chains(density, found, from_network, warnings);
   warn_of_noise(observation, found, warnings);
 }
