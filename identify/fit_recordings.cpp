@@ -62,7 +62,7 @@ class Fitter {
     FitFigures figures;
     const auto begin = std::chrono::steady_clock::now();
     const dataset::Trial& trial = id.estimate.trial;
-    const Density& density = trial.tilt ? with_known_start(trial.tilt->moved_before) : density_;
+    const Density& density = trial.tilt ? with_known_start(moved_before(id.estimate)) : density_;
     const posterior::Observation observation = density.observe(trial.sway_rad());
     figures.posterior = posterior::sample(density, observation, request_.settings, {}, progress);
     const Posterior& found = figures.posterior;
@@ -88,7 +88,7 @@ class Fitter {
       }
     }
     id.explanation = explainer_.explain({id.estimate.parameters, trial});
-    explain_by_noise(id.explanation);
+    if (figures.answer == FitFigures::Answer::posterior) explain_by_noise(id.explanation);
     figures.check = checker_.check(found.states(), trial, request_.settings.seed);
     const std::string odd = figures.check.warning();
     if (!odd.empty())
@@ -108,6 +108,17 @@ class Fitter {
   }
 
  private:
+  /// By the measured tilt, else as the request has it; warns of a request that the tilt contradicts.
+  bool moved_before(Estimate& estimate) const {
+    const bool asked = request_.priors.moved_before;
+    const bool moved = estimate.trial.tilt->moved_before.value_or(asked);
+    if (asked && !moved)
+      add_caution(
+          estimate.warnings, "moved_before",
+          "the platform is said to have moved before the protocol's start, but its tilt rested: the tilt counts");
+    return moved;
+  }
+
   /// For recordings whose tilt says where the protocol starts, and whether the platform moved before.
   const Density& with_known_start(bool moved_before) {
     const std::lock_guard lock(one_at_a_time_);
@@ -115,7 +126,7 @@ class Fitter {
     if (!known) {
       posterior::Priors priors = request_.priors;
       priors.start_s = 0.0;
-      priors.moved_before = priors.moved_before || moved_before;
+      priors.moved_before = moved_before;
       known.emplace(density_.protocol(), priors);
     }
     return *known;

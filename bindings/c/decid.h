@@ -215,7 +215,7 @@ DECID_API decid_status decid_identify(const decid_model* model, const decid_reco
 typedef struct decid_parameter_prior {
   const char* name; /* as decid_parameter has it */
   double low, high; /* where it may lie; both NaN: the model's range */
-  double mean, sd;  /* normal within that; sd 0: uniform */
+  double mean, sd;  /* normal within that; both NaN: uniform */
 } decid_parameter_prior;
 
 typedef struct decid_fit_options {

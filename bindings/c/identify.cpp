@@ -201,7 +201,7 @@ std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_o
     decid::posterior::ParameterPrior& prior = priors.emplace_back();
     prior.name = &given(of.name, where, "parameter_priors.name");
     if (!std::isnan(of.low) || !std::isnan(of.high)) prior.range = {of.low, of.high};
-    if (of.sd != 0.0) prior.normal = {of.mean, of.sd};
+    if (!std::isnan(of.mean) || !std::isnan(of.sd)) prior.normal = {of.mean, of.sd};
   }
   return priors;
 }

@@ -104,7 +104,7 @@ static int choice(const mxArray* options, const char* name, const char* const* n
   return 0;
 }
 
-enum { most_priors = 64 };
+enum { max_priors = 64 };
 static const char* const units[] = {"", "deg", "rad", "mrad", NULL};
 static const char* const detrends[] = {"none", "offset", "linear", NULL};
 
@@ -284,7 +284,7 @@ static size_t take_priors(const mxArray* options, decid_parameter_prior* priors)
     const mxArray* given = mxGetField(options, 0, kinds[kind]);
     if (given == NULL) continue;
     if (!mxIsStruct(given) || mxGetNumberOfElements(given) != 1)
-      fail(kinds[kind], "is no struct", "give one such as struct ('delay', [0.05 0.2])");
+      fail(kinds[kind], "is not a struct", "give one such as struct ('delay', [0.05 0.2])");
     for (i = 0; i < (size_t)mxGetNumberOfFields(given); ++i) {
       const char* name = mxGetFieldNameByNumber(given, (int)i);
       const mxArray* pair = mxGetFieldByNumber(given, 0, (int)i);
@@ -292,9 +292,9 @@ static size_t take_priors(const mxArray* options, decid_parameter_prior* priors)
       if (!mxIsDouble(pair) || mxIsComplex(pair) || mxGetNumberOfElements(pair) != 2)
         fail(name, "has no pair of numbers", "give two, such as [0.05 0.2]");
       while (place < count && strcmp(priors[place].name, name) != 0) ++place;
-      if (place == most_priors) fail(kinds[kind], "has too many fields", "give one a parameter");
+      if (place == max_priors) fail(kinds[kind], "has too many fields", "give one a parameter");
       if (place == count) {
-        const decid_parameter_prior none = {name, mxGetNaN(), mxGetNaN(), 0.0, 0.0};
+        const decid_parameter_prior none = {name, mxGetNaN(), mxGetNaN(), mxGetNaN(), mxGetNaN()};
         priors[count++] = none;
       }
       if (kind == 0) {
@@ -310,7 +310,7 @@ static size_t take_priors(const mxArray* options, decid_parameter_prior* priors)
 }
 
 static mxArray* fit(const mxArray* source, const mxArray* options) {
-  static decid_parameter_prior priors[most_priors];
+  static decid_parameter_prior priors[max_priors];
   decid_fit_options how;
   const char* played;
   refuse_unknown(options, fit_options);

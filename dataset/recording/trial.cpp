@@ -205,7 +205,8 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   }
   const std::vector<double> expected = prescribed_tilt(protocol);
   const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
-  result.moved_before = before == TiltBefore::cycle_end;
+  if (before == TiltBefore::at_rest || before == TiltBefore::cycle_end)
+    result.moved_before = before == TiltBefore::cycle_end;
   if (before == TiltBefore::another_tilt)
     add_caution(recording.warnings, "moved_before",
                 "the platform moved before the protocol's start, otherwise than its cycle ends: the first seconds hold "

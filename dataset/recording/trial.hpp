@@ -25,10 +25,12 @@ struct TrialOptions {
 
 /// How the measured tilt lies over the tilt that the protocol prescribes.
 struct TiltMatch {
-  double delay_s = 0.0;       ///< the protocol starts so long after the recording's first sample
-  double correlation = 0.0;   ///< over the trial, at that delay
-  double gain = 0.0;          ///< measured over prescribed tilt, by least squares
-  bool moved_before = false;  ///< the platform played the end of the protocol's last cycle before the start
+  double delay_s = 0.0;      ///< the protocol starts so long after the recording's first sample
+  double correlation = 0.0;  ///< over the trial, at that delay
+  double gain = 0.0;         ///< measured over prescribed tilt, by least squares
+  /// Whether the platform played the end of the protocol's last cycle before the start, or rested; empty: unknown, or
+  /// it moved otherwise.
+  std::optional<bool> moved_before = {};
 };
 
 /// A recording brought to a protocol.

@@ -258,11 +258,22 @@ std::string conditions_text(const Json& rows) {
   return text;
 }
 
+bool begin_with(const Json& rows, const std::vector<FitCondition>& conditions) {
+  if (!rows.is_array() || rows.size() > conditions.size()) return false;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Fault& fault = conditions[i].fault;
+    if (!rows[i].is_object() || rows[i].value("condition", Json()) != fault.name ||
+        rows[i].value("size", Json()) != fault.size)
+      return false;
+  }
+  return true;
+}
+
 /// The rows that an earlier call wrote; throws Error for those of another call.
-Json earlier_rows(const std::string& path, const Json& settings) {
+Json earlier_rows(const std::string& path, const Json& settings, const std::vector<FitCondition>& conditions) {
   const Json earlier = parse_json(read_file(path), path);
   if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions") ||
-      earlier["settings"] != settings)
+      earlier["settings"] != settings || !begin_with(earlier["conditions"], conditions))
     throw Error(path, "was written with other settings", "give the same options, or another --output");
   return earlier["conditions"];
 }
@@ -286,11 +297,13 @@ void run_conditions(const CalibrateOptions& options) {
   Json settings = settings_json(used, protocol);
   settings["trials"] = options.trials;
   settings["faults"] = options.faults;
-  Json rows = Json::array();
-  if (options.resume && std::filesystem::exists(options.output)) rows = earlier_rows(options.output, settings);
-  catch_interrupt();
+  settings["network"] = nn::weights_sha256(model.network);
   const std::vector<FitCondition> conditions =
       options.faults ? fit_faults(protocol, request.priors) : fit_conditions(protocol);
+  Json rows = Json::array();
+  if (options.resume && std::filesystem::exists(options.output))
+    rows = earlier_rows(options.output, settings, conditions);
+  catch_interrupt();
   for (std::size_t i = rows.size(); i < conditions.size() && !interrupted(); ++i) {
     const Fault& fault = conditions[i].fault;
     if (!options.common.quiet)

@@ -179,8 +179,8 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
 
 def _priors_of(ranges: Mapping[str, Tuple[float, float]],
                priors: Mapping[str, Tuple[float, float]]) -> List[Tuple[str, float, float, float, float]]:
-    """Name, low, high, mean and sd of each parameter of either; NaN and NaN: the model's range, 0 and 0: uniform."""
-    return [(name, *map(float, ranges.get(name, (math.nan, math.nan))), *map(float, priors.get(name, (0.0, 0.0))))
+    """Name, low, high, mean and sd of each parameter of either; NaN: none."""
+    return [(name, *map(float, ranges.get(name, (math.nan, math.nan))), *map(float, priors.get(name, (math.nan, math.nan))))
             for name in dict.fromkeys([*ranges, *priors])]
 
 

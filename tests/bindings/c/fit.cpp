@@ -25,7 +25,8 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   const OwnedRecording recording = recording_of(sway_rad);
   decid_fit_options options = brief();
   const double unknown = std::numeric_limits<double>::quiet_NaN();
-  const decid_parameter_prior priors[] = {{"Kp", 300.0, 2000.0, 0.0, 0.0}, {"delay", unknown, unknown, 0.12, 0.02}};
+  const decid_parameter_prior priors[] = {{"Kp", 300.0, 2000.0, unknown, unknown},
+                                          {"delay", unknown, unknown, 0.12, 0.02}};
   options.parameter_priors = priors;
   options.parameter_prior_count = 2;
   options.moved_before = 1;
@@ -105,14 +106,15 @@ TEST_CASE("a fit refuses priors out of their bounds") {
   options = brief();
   options.parameter_prior_count = 1;
   refused(decid_fit(built_in(), recording.get(), &options, &result), {"parameter_priors"});
-  decid_parameter_prior prior{"Kq", 1.0, 2.0, 0.0, 0.0};
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  decid_parameter_prior prior{"Kq", 1.0, 2.0, unknown, unknown};
   options.parameter_priors = &prior;
   refused(decid_fit(built_in(), recording.get(), &options, &result), {"Kq"});
-  prior = {"Kp", 2.0, 1.0, 0.0, 0.0};
+  prior = {"Kp", 2.0, 1.0, unknown, unknown};
   refused(decid_fit(built_in(), recording.get(), &options, &result), {"Kp"});
-  prior = {nullptr, 1.0, 2.0, 0.0, 0.0};
+  prior = {nullptr, 1.0, 2.0, unknown, unknown};
   refused(decid_fit(built_in(), recording.get(), &options, &result), {"name"});
-  prior = {"Kp", 300.0, 2000.0, 1000.0, -1.0};
+  prior = {"Kp", 300.0, 2000.0, 1000.0, 0.0};
   refused(decid_fit(built_in(), recording.get(), &options, &result), {"Kp"});
   options = brief();
   options.most_draws = 0;

@@ -206,8 +206,8 @@ TEST_CASE("a recording that starts a little after the stimulus is continued befo
 TEST_CASE("what the platform did before the protocol's start is read from its tilt") {
   const sim::Protocol protocol = two_cycles();
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
-  const auto with_before = [&](double delay_s, const auto& before) {
-    Recording recording = with_tilt(protocol, delay_s, 14.0, 100.0, 1.2, 0.001);
+  const auto with_before = [&](double delay_s, const auto& before, double noise_rad = 0.001) {
+    Recording recording = with_tilt(protocol, delay_s, 14.0, 100.0, 1.2, noise_rad);
     std::vector<double>& tilt = recording.signals.at(platform_tilt).rad;
     for (std::size_t k = 0; k < static_cast<std::size_t>(delay_s * 100.0); ++k)
       tilt[k] += 1.2 * before(static_cast<double>(k) / 100.0 - delay_s);
@@ -219,18 +219,28 @@ TEST_CASE("what the platform did before the protocol's start is read from its ti
   const double trial_s = protocol.duration_s();
   const auto end_of_trial = [&](double t) { return tilt_at(stimulus, protocol, trial_s + t); };
   Recording at_rest = with_before(3.0, [](double) { return 0.0; });
-  CHECK_FALSE(bring_to_protocol(at_rest, protocol).tilt->moved_before);
+  CHECK(bring_to_protocol(at_rest, protocol).tilt->moved_before == false);
   CHECK_FALSE(cautioned(at_rest));
   Recording cut = with_before(3.0, end_of_trial);
   const Trial trial = bring_to_protocol(cut, protocol);
-  CHECK(trial.tilt->moved_before);
+  CHECK(trial.tilt->moved_before == true);
   CHECK(within(trial.tilt->delay_s, 3.0, 0.02));
   CHECK_FALSE(cautioned(cut));
   Recording other = with_before(3.0, [](double t) { return 0.07 * t * (t + 3.0); });
-  CHECK_FALSE(bring_to_protocol(other, protocol).tilt->moved_before);
+  CHECK_FALSE(bring_to_protocol(other, protocol).tilt->moved_before.has_value());
   CHECK(cautioned(other));
+  // Noise that leaves a correlation of 0.97 is no movement, and hides none.
+  Recording noisy_rest = with_before(
+      3.0, [](double) { return 0.0; }, 0.012);
+  const Trial of_noise = bring_to_protocol(noisy_rest, protocol);
+  CHECK(of_noise.tilt->correlation < 0.98);
+  CHECK(of_noise.tilt->moved_before == false);
+  CHECK_FALSE(cautioned(noisy_rest));
+  Recording noisy_cut = with_before(3.0, end_of_trial, 0.012);
+  CHECK(bring_to_protocol(noisy_cut, protocol).tilt->moved_before == true);
+  CHECK_FALSE(cautioned(noisy_cut));
   Recording brief = with_before(0.9, end_of_trial);  // too short to tell
-  CHECK_FALSE(bring_to_protocol(brief, protocol).tilt->moved_before);
+  CHECK_FALSE(bring_to_protocol(brief, protocol).tilt->moved_before.has_value());
   CHECK_FALSE(cautioned(brief));
 }
 

@@ -362,6 +362,10 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   CHECK(again["conditions"][0]["usable"] == 77);
   CHECK(again["conditions"][5]["figures"] == made["conditions"][5]["figures"]);
   check_refused(faults + " --resume --seed 9", {"f.json", "other settings"});
+  check_refused(faults + " --resume --model " DECID_SOURCE_DIR "/models/ideal.safetensors", {"f.json"});
+  cut["conditions"] = nlohmann::ordered_json::object();
+  write_text(folder / "f.json", cut.dump());
+  check_refused(faults + " --resume", {"f.json", "other settings"});
   check_refused("calibrate --faults --resume", {"--resume", "--output"});
   check_refused("calibrate --faults --conditions " + folder / "p.json", {"--faults", "--conditions"});
   const auto table = run_decid("calibrate --conditions " + folder / "p.json" + " --trials 1 --most-draws 8 --quiet");
