@@ -79,11 +79,12 @@ class Fitter {
       const std::lock_guard lock(one_at_a_time_);
       Estimate answer = std::move(network_->estimate({trial}).front());
       networks = std::move(network_->explain(std::span(&answer, 1)).front());
-      if (found.apart()) {
+      const bool same_priors = request_.priors.parameters.empty();  // as the network was trained with
+      if (same_priors && found.apart()) {
         figures.answer = FitFigures::Answer::network;
         id.estimate.parameters = answer.parameters;
         id.estimate.distribution = std::move(answer.distribution);
-      } else if (answer.distribution) {
+      } else if (same_priors && answer.distribution) {
         warn_of_contradiction(table, found, *answer.distribution, contradictions);
       }
     }

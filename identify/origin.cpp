@@ -167,7 +167,8 @@ void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& 
   for (const dataset::TrialIdentity& trained : start_from(origin, {}).trials) {
     if (trained.seed && data.seed && *trained.seed == *data.seed)
       throw Error(name, "seed " + std::to_string(*data.seed) + " is that of the training's trials",
-                  "take trials of another seed (--seed)");
+                  data.kind == Kind::stream ? "give another --seed"
+                                            : "make the data set with another seed (decid dataset --seed)");
     if (trained.kind == Kind::stored && data.kind == Kind::stored && trained.sha256 == data.sha256)
       throw Error(name, "is the data set that the model before the fine tuning was trained on",
                   "take a data set of another seed");

@@ -255,8 +255,8 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
 std::string PredictiveCheck::warning() const {
   if (figures.empty())
     return format(
-        "of %d trials simulated from the draws the body falls in all but %d: whether they look like the "
-        "recording cannot be said",
+        "of %d trials simulated from the draws the body stands in %d: whether they look like the recording "
+        "cannot be said",
         trials, standing);
   std::string list;
   for (const CheckedFigure& one : figures) {

@@ -15,6 +15,7 @@ namespace {
 constexpr double latest_start_s = 1.0, largest_gain = 0.9;  // so that the loop's turns are small
 constexpr double longest_standing_s = 60.0;
 constexpr double edge = 0.01, tiny_probability = 1e-6;
+constexpr double max_range_factor = 100.0;  // of a high end, over that of the table
 
 }  // namespace
 
@@ -77,6 +78,10 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
       if (!(low >= 0.0 && high > low && std::isfinite(high)))
         throw Error("range of " + prior.name, format("is %g to %g", low, high),
                     "give a low end of 0 or more and a high end above it");
+      if (high > max_range_factor * info->high)
+        throw Error("range of " + prior.name, format("ends at %g", high),
+                    format("give a high end of %g or less, %g times the model's", max_range_factor * info->high,
+                           max_range_factor));
       info->low = low;
       info->high = high;
     }

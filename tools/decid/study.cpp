@@ -75,6 +75,7 @@ void run_study(const StudyOptions& options) {
     if (comparison.at("weights_sha256") != study.sha256)
       throw Error(file, "compares another model than " + study.model, "run decid compare with this --model");
   }
+  if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before a folder is made
   const std::filesystem::path folder = options.output;
   make_output_folder(folder);
   { PendingFile probe(folder / "report.html"); }  // reports an unwritable place before the work
@@ -82,7 +83,6 @@ void run_study(const StudyOptions& options) {
   const Announce announce = [&](const std::string& text) {
     if (!options.common.quiet) std::cerr << "study: " << text << '\n';
   };
-  if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before the work
   if (!options.data.empty()) study_dataset(model, options.data, study, announce);
   study_fresh(model, options.trials, options.levels_deg, study, announce);
   study_double(model, options.realisations, study, announce);

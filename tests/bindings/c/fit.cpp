@@ -24,11 +24,6 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   const std::vector<double> sway_rad = simulated(7);
   const OwnedRecording recording = recording_of(sway_rad);
   decid_fit_options options = brief();
-  const double unknown = std::numeric_limits<double>::quiet_NaN();
-  const decid_parameter_prior priors[] = {{"Kp", 300.0, 2000.0, unknown, unknown},
-                                          {"delay", unknown, unknown, 0.12, 0.02}};
-  options.parameter_priors = priors;
-  options.parameter_prior_count = 2;
   options.moved_before = 1;
   std::vector<double> told;
   options.user = &told;
@@ -49,7 +44,6 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   read.front().estimate.trial = dataset::bring_to_protocol(own, model.protocol);
   FitRequest request;
   request.settings.most_draws = request.settings.least_draws = 8;
-  request.priors.parameters = {{.name = "Kp", .range = {{300.0, 2000.0}}}, {.name = "delay", .normal = {{0.12, 0.02}}}};
   request.priors.moved_before = true;
   const FittedRecordings expected = fit_recordings(&model, model.protocol, std::move(read), {}, request);
   const posterior::Posterior& found = expected.fits.front().posterior;

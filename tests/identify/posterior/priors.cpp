@@ -146,7 +146,7 @@ TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refuse
   check_error([] { ranges({{.name = "kp"}}); }, {"kp", "Kp"});
   check_error([] { ranges({{.name = "Kp"}, {.name = "Kd"}, {.name = "Kp"}}); }, {"Kp", "twice"});
   for (const Range wrong : {Range{-1.0, 2.0}, Range{2.0, 2.0}, Range{3.0, 2.0}, Range{0.0, infinity},
-                            Range{not_a_number, 1.0}, Range{0.0, not_a_number}})
+                            Range{not_a_number, 1.0}, Range{0.0, not_a_number}, Range{0.0, 1e6}})
     check_error([&] { ranges({{.name = "Kd", .range = wrong}}); }, {"range of Kd"});
   for (const Normal wrong : {Normal{not_a_number, 1.0}, Normal{infinity, 1.0}, Normal{200.0, 0.0}, Normal{200.0, -1.0},
                              Normal{200.0, not_a_number}, Normal{200.0, infinity}})
