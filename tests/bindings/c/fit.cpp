@@ -20,6 +20,7 @@ decid_fit_options brief() {
 
 }  // namespace
 
+// Over 20 s beside other tests: guards the bits of C's fit beside the library's: two fits of the model's protocol.
 TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) {
   const std::vector<double> sway_rad = simulated(7);
   const OwnedRecording recording = recording_of(sway_rad);

@@ -199,6 +199,7 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(json["recordings"][2]["diagnostics"]["draws"] == 64);
 }
 
+// Over 20 s: guards that nothing drawn is lost. Draws begin after some seconds of warming up, in each of its fits.
 TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
   const Folder folder;
   REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
@@ -245,6 +246,7 @@ TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_s
   CHECK(near(mgh, 838.98, 1e-3));
 }
 
+// Over 20 s: guards what stands in for chains that disagree, on trials of the network's own protocol: four fits.
 TEST_CASE("fit: where chains disagree, the network's values have its intervals; sway of the other sign is not usable" *
           doctest::test_suite("slow")) {
   const Folder folder;
@@ -270,6 +272,7 @@ TEST_CASE("fit: where chains disagree, the network's values have its intervals; 
   CHECK(turned["unfamiliarity"].get<double>() > 1.0);
 }
 
+// Over 20 s: guards that resumed trials are the bits of one call: eight fits of the short protocol.
 TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest::test_suite("slow")) {
   const Folder folder;
   const std::string command =
@@ -392,6 +395,7 @@ TEST_CASE("calibrate: another network's answers take the place of the first one'
   check_refused(command + "2 --protocol short" + model, {"protocol short", "another experiment"});
 }
 
+// Over 20 s: guards three forms of one result. It takes a fit and four iterative fits of one trial.
 TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::test_suite("slow")) {
   const Folder folder;
   const auto result = run_decid("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" +

@@ -179,6 +179,7 @@ TEST_CASE("many recordings: what cannot be is refused before the work") {
   check_refused("fit --frf " + folder / "t.csv" + " --table " + folder / "o.csv", {"--table", "is not for --frf"});
 }
 
+// Over 20 s: guards the journal of several recordings. The calls before and after each stop make fits of their own.
 TEST_CASE("fit: going on after a stop makes the bytes of a call that was never stopped" * doctest::test_suite("slow")) {
   const Folder folder;
   std::filesystem::create_directory(folder / "in");

@@ -151,6 +151,7 @@ TEST_CASE("the firmware model on the host: the bits of identify in every compile
   check_bits(load_model(test::firmware_model), 4, "--incremental --int8", 99);
 }
 
+// Over 20 s: guards the exported C of every layer and image. Each of them is compiled and run; gcc takes the time.
 TEST_CASE("exported networks have the bits of identify for every kind of layer and image" *
           doctest::test_suite("slow")) {
   SUBCASE("all channels, padding, overlapping pools, layers in odd places") {
