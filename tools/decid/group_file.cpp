@@ -2,9 +2,11 @@
 #include "tools/decid/group_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -81,16 +83,25 @@ std::size_t require_column(const std::string& file, const Cells& names, const st
               "give a table with the columns file and group, and subject if some recordings are of one person");
 }
 
+/// A column's name without what writers vary: "Participant ID", "participant-id" and "participant_id" are one.
+std::string plain_name(const std::string& name) {
+  std::string plain = lower_case(trimmed(name));
+  std::erase_if(plain, [](char c) { return c == ' ' || c == '_' || c == '-' || c == '.'; });
+  return plain;
+}
+
 std::optional<std::size_t> person_column(const std::string& file, const Cells& names) {
+  constexpr std::array<std::string_view, 10> wanted{"subject", "subjectid", "subid",   "participant", "participantid",
+                                                    "person",  "personid",  "patient", "patientid",   "probandid"};
   std::optional<std::size_t> column;
-  for (const char* wanted : {"subject", "participant", "participant_id"}) {
-    const std::optional<std::size_t> found = find_column(names, wanted);
-    if (found && column)
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::ranges::find(wanted, plain_name(names[i])) == wanted.end()) continue;
+    if (column)
       throw Error(file + ", line 1",
                   "has two columns that may name the person, \"" + trimmed(names[*column]) + "\" and \"" +
-                      trimmed(names[*found]) + "\"",
+                      trimmed(names[i]) + "\"",
                   "rename one of them");
-    if (found) column = found;
+    column = i;
   }
   return column;
 }

@@ -89,6 +89,9 @@ TEST_CASE("groups that cannot be read are refused") {
 TEST_CASE("a column names the person of each recording") {
   const Names recordings{"in/a.csv", "in/b.csv", "in/c.csv"};
   CHECK(people("file,group,subject\na.csv,old, S1 \nb.csv,young,S2\nc.csv,,\n", recordings) == Names{"S1", "S2", ""});
+  for (const char* name : {"Participant ID", "participant-id", "Person", "patient_id", "SUBJECT"})
+    CHECK(people(std::string("file,group,") + name + "\na.csv,old,P1\nb.csv,old,P1\nc.csv,young,P2\n", recordings) ==
+          people("file,group,subject\na.csv,old,P1\nb.csv,old,P1\nc.csv,young,P2\n", recordings));
   CHECK(people("participant_id;group;file\nP1;old;a.csv\nP1;old;b.csv\nP2;young;c.csv\n", recordings) ==
         Names{"P1", "P1", "P2"});
   CHECK(read_table("file,group,Participant\na.csv,x,1\nb.csv,y,2\nc.csv,y,3\n", recordings).person_column ==
