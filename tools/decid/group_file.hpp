@@ -21,9 +21,9 @@ struct GroupTable {
 /// Reads the group and the person of each recording from a CSV file (RFC 4180; comma, semicolon or tab) with the
 /// columns "file" and "group", if it has one "subject", "participant", "person" or "patient", with or without "id", and
 /// any others. A line is of the recordings whose path ends with its file: "trial.csv" is that of any folder,
-/// "patients/trial.csv" of one. An empty group keeps a recording out of the comparison. Throws Error, with the line,
-/// for a table without these columns or with two columns of people, for two lines that contradict each other, for a
-/// line with a group and no person, for a recording without a line, and for fewer than two groups.
+/// "patients/trial.csv" of one. An empty group keeps a recording out of the comparison. Throws Error, with the line, for
+/// a table without these columns or with two columns of people, for two lines that contradict each other, for a line
+/// with a group and no person, for a recording without a line, and for fewer than two groups.
 GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings);
 
 /// Adds --group, of the commands that compare groups.
