@@ -206,14 +206,13 @@ TEST_CASE("LabChart's channels lie within its data, once each") {
   CHECK(names(labchart(1, 20, 21)) == Strings{"channel 1", "channel 2"});
   CHECK(labchart(1, 20, 21).columns[1].values.front() == 20.0);
   CHECK(names(labchart(-1, -1, 21)) == Strings{"channel 2"});
-  for (const auto& [first, last, next] : {std::tuple{1.0, 41.0, 21.0},
-                                          {1.0, 21.0, 21.0},
-                                          {1.5, 20.0, 21.0},
-                                          {20.0, 1.0, 21.0},
-                                          {1.0, 1e300, 21.0},
-                                          {0.0, 20.0, 21.0}})
-    check_error([&, first = first, last = last, next = next] { labchart(first, last, next); },
-                {"lab.mat", "datastart", "LabChart"});
+  for (const auto& at : {std::tuple{1.0, 41.0, 21.0},
+                         {1.0, 21.0, 21.0},
+                         {1.5, 20.0, 21.0},
+                         {20.0, 1.0, 21.0},
+                         {1.0, 1e300, 21.0},
+                         {0.0, 20.0, 21.0}})
+    check_error([&] { std::apply(labchart, at); }, {"lab.mat", "datastart", "LabChart"});
   MatVariable scale = numbers("scaleunits", 1, 1), offset = numbers("scaleoffset", 1, 1);
   MatVariable begin = numbers("datastart", 1, 1), end = numbers("dataend", 1, 1);
   scale.values = {0.5}, offset.values = {2.0}, begin.values = {1.0}, end.values = {40.0};
