@@ -139,7 +139,7 @@ TEST_CASE("XLSX: sheets that are out of order, too large or no XML") {
                                    {"<row><c><v>&amp</v></c></row>", "entity does not end"},
                                    {"<!DOCTYPE a>", "type of document"}}) {
     CAPTURE(std::string(rows));
-    check_error([rows = std::string(rows)] { text_of(rows); }, {"r.xlsx", part});
+    check_error([sheet = std::string(rows)] { text_of(sheet); }, {"r.xlsx", part});
   }
   // A text that many cells share.
   std::string many;
