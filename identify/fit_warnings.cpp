@@ -54,13 +54,15 @@ void warn_of_chains(const Density& density, const Posterior& found, bool from_ne
   const int quantity = static_cast<int>(worst - found.rhat().begin());
   const double fewest = *std::ranges::min_element(found.effective_draws());
   if (found.apart()) {
+    const std::string apart = format(
+        "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
+        "controller; these are ",
+        *worst, quantity_name(density, quantity).c_str());
     // The network's answer is as good as that of `identify`, whose own warnings stand beside it.
-    warnings.push_back(
-        {from_network ? Severity::info : Severity::caution, "chains_disagree",
-         format("the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
-                "controller; these are %s",
-                *worst, quantity_name(density, quantity).c_str(),
-                from_network ? "the network's values, as decid identify has them" : "means over all of them")});
+    if (from_network)
+      add_info(warnings, "chains_disagree", apart + "the network's values, as decid identify has them");
+    else
+      add_caution(warnings, "chains_disagree", apart + "means over all of them");
   } else if (!found.agreed()) {
     add_info(
         warnings, "few_draws",

@@ -20,17 +20,18 @@ double squared(double value) {
 }
 
 /// difference +- t standard_error, both for this interval alone and for `intervals` together.
-void add_intervals(GroupEffect& effect, double standard_error, double freedom, std::size_t intervals) {
+void add_intervals(GroupEffect& effect, double standard_error, double degrees_of_freedom, std::size_t intervals) {
   const auto limits = [&](double probability) {
-    const double half_width = student_t_critical(probability, freedom) * standard_error;
+    const double half_width = student_t_critical(probability, degrees_of_freedom) * standard_error;
     return std::array{effect.difference - half_width, effect.difference + half_width};
   };
   effect.interval95 = limits(0.05);
   effect.adjusted_interval95 = limits(0.05 / static_cast<double>(std::max<std::size_t>(intervals, 1)));
 }
 
-double hedges_g(double difference, double sd, double freedom) {
-  return sd == 0.0 ? unknown : (1.0 - 3.0 / (4.0 * freedom - 1.0)) * difference / sd;
+double hedges_g(double difference, double sd, double degrees_of_freedom) {
+  return sd == 0.0 || degrees_of_freedom < 2.0 ? unknown
+                                               : (1.0 - 3.0 / (4.0 * degrees_of_freedom - 1.0)) * difference / sd;
 }
 
 GroupEffect effect_without_spread(double difference) {
@@ -120,8 +121,9 @@ GroupEffect independent_effect(const GroupSample& first, const GroupSample& seco
   const double variance1 = squared(first.sd) / n1, variance2 = squared(second.sd) / n2;  // of the means
   const double variance = variance1 + variance2;
   if (variance == 0.0) return effect;
-  const double freedom = squared(variance) / (squared(variance1) / (n1 - 1.0) + squared(variance2) / (n2 - 1.0));
-  add_intervals(effect, std::sqrt(variance), freedom, intervals);
+  const double degrees_of_freedom =
+      squared(variance) / (squared(variance1) / (n1 - 1.0) + squared(variance2) / (n2 - 1.0));
+  add_intervals(effect, std::sqrt(variance), degrees_of_freedom, intervals);
   const double all = n1 + n2 - 2.0;
   const double pooled = std::sqrt(((n1 - 1.0) * squared(first.sd) + (n2 - 1.0) * squared(second.sd)) / all);
   effect.hedges_g = hedges_g(effect.difference, pooled, all);

@@ -6,11 +6,13 @@
 //   difference of two groups of the same n people, from each person's own difference D (paired)
 //     SE^2 = SD^2 / n                  df = n - 1
 //   interval: difference +- t SE, t of Student's distribution with df
-//   adjusted interval: the same with 0.05 / k in place of 0.05 for k intervals, which hold together with 95%
+//   adjusted interval: the same with 0.05 / k in place of 0.05 for k intervals; their joint coverage is at least 95%
 //     (Bonferroni; O. Dunn, J. Am. Stat. Assoc. 56 (1961) 52-64), however the parameters depend on each other
-//   Hedges' g: M. Borenstein, L. Hedges, J. Higgins, H. Rothstein, Introduction to Meta-Analysis, 2009, chapter 4
-//     g = J difference / S, J = 1 - 3 / (4 f - 1); different people: S^2 = ((n1 - 1) S1^2 + (n2 - 1) S2^2) / f,
-//     f = n1 + n2 - 2; paired: S^2 = (S1^2 + S2^2) / 2, f = n - 1
+//   Hedges' g = J difference / S, J = 1 - 3 / (4 f - 1) for f >= 2
+//     different people: S^2 = ((n1 - 1) S1^2 + (n2 - 1) S2^2) / f, f = n1 + n2 - 2 (M. Borenstein, L. Hedges,
+//     J. Higgins, H. Rothstein, Introduction to Meta-Analysis, 2009, chapter 4)
+//     paired: S^2 = (S1^2 + S2^2) / 2, f = n - 1 (d_av of G. Cumming, Understanding The New Statistics, 2012,
+//     chapter 11)
 #pragma once
 
 #include <array>
@@ -29,7 +31,8 @@ struct GroupSample {
 };
 GroupSample group_sample(std::span<const double> values);
 
-/// NaN stands for what is not defined: a group has fewer than two people, or nothing varies.
+/// NaN stands for what is not defined: a group has fewer than two people, or nothing varies;
+/// hedges_g of two paired people too, where J would be 0.
 struct GroupEffect {
   double difference = 0.0;                                    ///< of the means, first less second
   std::array<double, 2> interval95{}, adjusted_interval95{};  ///< of the difference
@@ -54,7 +57,7 @@ struct Group {
 
 struct GroupPair {
   std::size_t first = 0, second = 0;  ///< places in the list of groups
-  bool paired = false;                ///< someone is in both groups: only people in both are compared
+  bool paired = false;                ///< someone is in both groups, so only people in both are compared, however few
   std::array<std::size_t, 2> people{};
   std::size_t unpaired_people = 0;  ///< those that a paired comparison leaves out: they are in one of the groups only
   std::vector<GroupEffect> parameters;

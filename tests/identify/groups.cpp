@@ -123,6 +123,10 @@ TEST_CASE("groups: what is not defined is not a number") {
   const std::vector<double> rising{1, 2, 3}, later{2, 3, 4};
   CHECK(std::isnan(paired_effect(rising, later, 7).interval95[0]));  // everyone's difference is the same
   CHECK(paired_effect(rising, later, 7).hedges_g < 0.0);
+  const GroupEffect two_pairs = paired_effect(std::vector<double>{1, 3}, std::vector<double>{2, 7}, 7);
+  CHECK(std::isnan(two_pairs.hedges_g));
+  CHECK(two_pairs.difference == -2.5);
+  CHECK(two_pairs.interval95[0] < two_pairs.interval95[1]);
   CHECK(std::isnan(paired_effect(std::vector<double>{1.0}, std::vector<double>{2.0}, 7).interval95[0]));
 }
 

@@ -19,8 +19,9 @@ TEST_CASE("student_t: critical values, by mpmath") {
 
 TEST_CASE("student_t: the critical value is where the tails have the probability") {
   for (const double probability : {0.9, 0.5, 0.05, 0.05 / 7.0, 1e-5})
-    for (const double freedom : {1.0, 1.5, 2.0, 8.0, 57.3, 1000.0, 10'000.0})
-      CHECK(near(student_t_tails(student_t_critical(probability, freedom), freedom), probability, 1e-11));
+    for (const double degrees_of_freedom : {1.0, 1.5, 2.0, 8.0, 57.3, 1000.0, 10'000.0})
+      CHECK(near(student_t_tails(student_t_critical(probability, degrees_of_freedom), degrees_of_freedom), probability,
+                 1e-11));
 }
 
 TEST_CASE("student_t: the Cauchy distribution has one degree of freedom, two have a closed form") {

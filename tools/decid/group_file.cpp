@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -157,6 +158,19 @@ void refuse_missing(const std::string& table, const std::vector<std::string>& re
               "add a line for each; an empty group keeps a recording out of the comparison");
 }
 
+/// Throws if a few people are in both groups: a comparison in pairs leaves out everyone else.
+void refuse_few_pairs(const std::string& table, const std::string& one, const std::set<std::string>& people_of_one,
+                      const std::string& other, const std::set<std::string>& people_of_other) {
+  std::vector<std::string> both;
+  std::ranges::set_intersection(people_of_one, people_of_other, std::back_inserter(both));
+  if (both.empty() || 2 * both.size() >= std::min(people_of_one.size(), people_of_other.size())) return;
+  const std::size_t all = people_of_one.size() + people_of_other.size() - both.size();
+  throw Error(table,
+              "has " + both.front() + " in both \"" + one + "\" and \"" + other + "\", but " +
+                  format("%zu of %zu people in only one of them", all - both.size(), all),
+              "give different people different names, or all people recordings in both groups");
+}
+
 }  // namespace
 
 GroupTable read_group_table(const std::string& table_name, const std::vector<std::string>& recordings) {
@@ -179,14 +193,17 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
   }
   refuse_missing(table_name, recordings, found);
   GroupTable result{person_column, {}};
-  std::set<std::string> names;
+  std::map<std::string, std::set<std::string>> groups;  // their people
   for (const std::optional<GroupMember>& member : found) {
     result.members.push_back(*member);
-    if (!member->group.empty()) names.insert(member->group);
+    if (!member->group.empty()) groups[member->group].insert(member->person);
   }
-  if (names.size() < 2)
-    throw Error(table_name, "puts the recordings in " + counted(static_cast<long long>(names.size()), "group"),
+  if (groups.size() < 2)
+    throw Error(table_name, "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
                 "give two groups or more");
+  for (auto one = groups.begin(); one != groups.end(); ++one)
+    for (auto other = std::next(one); other != groups.end(); ++other)
+      refuse_few_pairs(table_name, one->first, one->second, other->first, other->second);
   return result;
 }
 

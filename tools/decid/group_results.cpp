@@ -149,8 +149,9 @@ std::string groups_text(const Json& groups) {
   for (const Json& pair : groups.at("comparisons")) text += pair_text(pair);
   const std::string pairs =
       settings.at("pairs") == 1 ? "" : format(" in %d pairs of groups", settings.at("pairs").get<int>());
-  text += format("  %d parameters were compared%s: all %d adjusted intervals (Bonferroni) hold at once with 95%%.\n",
-                 settings.at("parameters").get<int>(), pairs.c_str(), settings.at("intervals").get<int>());
+  text += format(
+      "  %d parameters were compared%s: %d adjusted intervals (Bonferroni), with a joint coverage of at least 95%%.\n",
+      settings.at("parameters").get<int>(), pairs.c_str(), settings.at("intervals").get<int>());
   return text + left_out_text(settings.at("left_out"));
 }
 

@@ -118,13 +118,13 @@ function comparisonTable(comparison) {
     const adjusted = interval("Adjusted", parameter.adjusted_interval95), [low, high] = parameter.adjusted_interval95;
     if (low > 0 || high < 0) adjusted.classList.add("strong");
     return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", fixed(parameter.difference, decimals)),
-      interval("95%", parameter.interval95), adjusted, cell("g", fixed(parameter.hedges_g, 2)));
+      interval("95%", parameter.interval95), adjusted, cell("g", absent(parameter.hedges_g) ? "\u2013" : fixed(parameter.hedges_g, 2)));
   });
   const pairs = settings.pairs === 1 ? "" : ` in ${settings.pairs} pairs of groups`;
   return element("div", {}, element("h3", {}, `${groups[0]} and ${groups[1]}`), element("p", { class: "about" }, pairedText(comparison, [a, b])),
     element("div", { class: "scroll" }, element("table", { class: "answer compared" },
       element("caption", {}, `Mean \u00b1 standard deviation of people. ${settings.parameters} parameters are compared${pairs}. Intervals are of the difference; the adjusted ones ` +
-        `(Bonferroni, for ${settings.intervals} intervals) hold all true differences at once with 95%, and are bold where they leave out 0. Hedges\u2019 g: the difference over the ` +
+        `(Bonferroni, for ${settings.intervals} intervals) have a joint coverage of at least 95%, and are bold where they leave out 0. Hedges\u2019 g: the difference over the ` +
         "standard deviation of people; 0.2 is called small, 0.5 medium, 0.8 large."),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(groups[0]), number(groups[1]), number("Difference"),
         number("95% interval"), number("Adjusted interval"), number("Hedges\u2019 g"))),

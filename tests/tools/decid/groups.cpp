@@ -115,6 +115,36 @@ TEST_CASE("columns of people that cannot be read are refused") {
 
 namespace {
 
+/// The refusal of a table of two groups, of `people` each, that share the first `both`.
+std::string refusal_of_shared(int people, int both) {
+  std::string table = "file,group,subject\n";
+  Names recordings;
+  for (const char* group : {"controls", "patients"})
+    for (int i = 0; i < people; ++i) {
+      recordings.push_back(group + std::to_string(i) + ".csv");
+      table += recordings.back() + "," + group + "," + (i < both ? "s" : group) + std::to_string(i) + "\n";
+    }
+  return refusal(table, recordings);
+}
+
+}  // namespace
+
+TEST_CASE("two groups that share fewer than half of their people are refused") {
+  CHECK(refusal_of_shared(20, 0).empty());
+  const std::string one = refusal_of_shared(20, 1);
+  CAPTURE(one);
+  CHECK(one.find("g.csv: has s0 in both \"controls\" and \"patients\", but 38 of 39 people") != std::string::npos);
+  CHECK(refusal_of_shared(20, 9).find("but 22 of 31 people") != std::string::npos);
+  CHECK(refusal_of_shared(20, 10).empty());
+  CHECK(refusal_of_shared(3, 1).find("but 4 of 5 people") != std::string::npos);
+  CHECK(refusal_of_shared(1, 1).empty());
+  // The smaller group counts: a follow-up of two people out of four.
+  CHECK(refusal("file,group,subject\na,x,1\nb,x,2\nc,x,3\nd,x,4\ne,y,1\nf,y,2\n", {"a", "b", "c", "d", "e", "f"})
+            .empty());
+}
+
+namespace {
+
 const decid::sim::ParameterTable& parameters() {
   return decid::sim::single_pendulum().parameters;
 }
@@ -212,6 +242,21 @@ TEST_CASE("people in two groups are compared in pairs, and the text says so") {
   const std::string text = decid::tools::groups_text(found);
   CHECK(text.find("paired: 3 people in both groups") != std::string::npos);
   CHECK(text.find("without 1 person in only one") != std::string::npos);
+}
+
+TEST_CASE("two people in two groups have an interval and no Hedges' g") {
+  Json recordings = Json::array();
+  GroupTable table{"subject", {}};
+  for (const auto& [person, before, after] : {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}}) {
+    add(recordings, table, "before", person, recording("f", before));
+    add(recordings, table, "after", person, recording("f", after));
+  }
+  const Json found = decid::tools::groups_json(recordings, table, parameters());
+  const Json& effect = found["comparisons"][0]["parameters"][0];
+  CHECK(effect["hedges_g"].is_null());
+  CHECK(effect["difference"] == 181.0);
+  CHECK(effect["interval95"][0].is_number());
+  CHECK(decid::tools::groups_text(found).find("         -\n") != std::string::npos);
 }
 
 TEST_CASE("a group of one has no interval, and three groups have three comparisons") {
