@@ -177,7 +177,7 @@ typedef struct decid_read_options {
 } decid_read_options;
 DECID_API void decid_read_defaults(decid_read_options* options, size_t size);
 
-/* A CSV, MAT or C3D file (docs/recordings.md). */
+/* A CSV, MAT, C3D or .xlsx file (docs/recordings.md). */
 DECID_API decid_status decid_recording_read(const char* path, const decid_read_options* options,
                                             decid_recording** recording);
 /* Samples in memory, which are copied: sway of the body's centre of mass, 0 upright, positive in the platform's

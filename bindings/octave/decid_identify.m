@@ -6,7 +6,7 @@
 %   result = decid_identify (sway, "rate", 100, "unit", "deg");
 %   [{result.parameters.name}; {result.parameters.value}]
 %
-% recording: the name of a CSV, MAT or C3D file, or a vector of samples of the body's sway, 0 upright, positive in the
+% recording: the name of a CSV, MAT, C3D or .xlsx file, or a vector of samples of the body's sway, 0 upright, positive in the
 % platform's direction of tilt, with "rate" in Hz and "unit" "deg", "rad" or "mrad".
 %
 %   "mass", "height"        the subject's, kg and m: both or none

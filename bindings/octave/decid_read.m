@@ -1,6 +1,6 @@
 % recording = decid_read (file, name, value, ...)
 %
-% Reads a recording, a CSV, MAT or C3D file.
+% Reads a recording, a CSV, MAT, C3D or .xlsx file.
 %
 %   "column", "tilt_column"   by name, or a number in quotes from 1; both are found by name; tilt "none": not read
 %   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <optional>
@@ -19,12 +20,13 @@ constexpr char format_key = '\x50';
 /// Where the header has what: 16-bit words, counted in bytes.
 constexpr std::size_t points_at = 2, analog_at = 4, first_frame_at = 6, last_frame_at = 8, scale_at = 12, data_at = 16,
                       samples_at = 18, rate_at = 20;
-constexpr std::size_t most_c3d_columns = 10'000;
+constexpr std::size_t max_c3d_columns = 10'000;
+constexpr std::uint16_t max_short_frames = 65535;  ///< what 16 bits count
 
 /// The byte behind the section's second one: how many blocks it has, then the processor.
 C3dBytes open_file(std::string_view bytes, const std::string& where) {
   if (bytes.size() < c3d_block_bytes || bytes[1] != format_key || bytes[0] == 0)
-    throw Error(where, "is no C3D file, or is damaged", "export it again from the motion capture program");
+    throw Error(where, "is not a C3D file, or is damaged", "export it again from the motion capture program");
   const C3dBytes raw(bytes, C3dBytes::Processor::intel, where);
   const unsigned processor = raw.byte((raw.byte(0) - 1U) * c3d_block_bytes + 3);
   if (processor < 84 || processor > 86)
@@ -57,19 +59,6 @@ std::string column_name(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : name + " (" + unit + ")";
 }
 
-/// Units of the points that are no positions: angles, forces, ... by their labels.
-std::map<std::string, std::string> units_of_kinds(const C3dParameters& parameters) {
-  std::map<std::string, std::string> units;
-  for (const auto& [kind, unit] : {std::pair{"ANGLES", "ANGLE_UNITS"},
-                                   {"FORCES", "FORCE_UNITS"},
-                                   {"MOMENTS", "MOMENT_UNITS"},
-                                   {"POWERS", "POWER_UNITS"},
-                                   {"SCALARS", "SCALAR_UNITS"}})
-    for (const std::string& label : parameters.texts(std::string("POINT:") + kind))
-      units.emplace(label, parameters.text(std::string("POINT:") + unit));
-  return units;
-}
-
 /// Takes the subject's name off labels, if they name one subject at most.
 void remove_subject(std::vector<std::string>& labels) {
   std::optional<std::string> subject;
@@ -82,6 +71,23 @@ void remove_subject(std::vector<std::string>& labels) {
   if (!subject) return;
   for (std::string& label : labels)
     if (label.starts_with(*subject + ":")) label.erase(0, subject->size() + 1);
+}
+
+/// Units of the points that are no positions: angles, forces, ... by their labels, with and without the subject's name.
+std::map<std::string, std::string> units_of_kinds(const C3dParameters& parameters) {
+  std::map<std::string, std::string> units;
+  for (const auto& [kind, unit] : {std::pair{"ANGLES", "ANGLE_UNITS"},
+                                   {"FORCES", "FORCE_UNITS"},
+                                   {"MOMENTS", "MOMENT_UNITS"},
+                                   {"POWERS", "POWER_UNITS"},
+                                   {"SCALARS", "SCALAR_UNITS"}}) {
+    const std::string text = parameters.text(std::string("POINT:") + unit);
+    std::vector<std::string> labels = parameters.texts(std::string("POINT:") + kind);
+    for (const std::string& label : labels) units.emplace(label, text);
+    remove_subject(labels);
+    for (const std::string& label : labels) units.emplace(label, text);
+  }
+  return units;
 }
 
 }  // namespace
@@ -117,7 +123,7 @@ void C3dTable::read_layout(const C3dParameters& parameters) {
   }
   if (points_ + channels_ == 0)
     throw Error(where_, "is a C3D file without points and analog channels", "name a file that holds the trial");
-  if (3 * points_ + channels_ > most_c3d_columns)
+  if (3 * points_ + channels_ > max_c3d_columns)
     throw Error(where_, "has " + std::to_string(3 * points_ + channels_) + " columns", "at most 10,000 can be read");
   scale_ = parameters.number("POINT:SCALE", file_.real(scale_at));
   is_real_ = scale_ < 0.0;
@@ -126,17 +132,18 @@ void C3dTable::read_layout(const C3dParameters& parameters) {
   if (is_real_ != (file_.real(scale_at) < 0.0))
     refuse_damaged_c3d(where_, "its data are reals by POINT:SCALE or by its header, and integers by the other");
   is_unsigned_ = parameters.text("ANALOG:FORMAT") == "UNSIGNED";
-  const std::size_t there = file_.size() - std::min(data_, file_.size());
+  const std::size_t section = (file_.byte(0) - 1U) * c3d_block_bytes, end = section > data_ ? section : file_.size();
+  const std::size_t there = end - std::min(data_, end);
   frames_ = count_frames(parameters, there);
   if (frames_ > there / frame_bytes())
     refuse_damaged_c3d(where_, "of its " + std::to_string(frames_) + " frames " +
                                    std::to_string(there / frame_bytes()) + " are there");
+  look_for_more_frames(there);
   rows_ = points_ > 0 ? frames_ : frames_ * samples_;
   if (rows_ > most_rows) throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
 }
 
 std::size_t C3dTable::count_frames(const C3dParameters& parameters, std::size_t data_bytes) const {
-  constexpr double longest_short = 65535.0;
   const double first = file_.word(first_frame_at), last = file_.word(last_frame_at);
   const double stated = parameters.count("POINT:FRAMES", last - first + 1.0);
   std::vector<double> counts;
@@ -147,7 +154,7 @@ std::size_t C3dTable::count_frames(const C3dParameters& parameters, std::size_t 
              end = frame_number(parameters, "TRIAL:ACTUAL_END_FIELD");
   if (begin && end) add(*end - *begin + 1.0);
   if (parameters.find("POINT:LONG_FRAMES") != nullptr) add(parameters.number("POINT:LONG_FRAMES", 0.0));
-  if (stated != longest_short || counts.empty()) add(stated);
+  if (stated != double{max_short_frames} || counts.empty()) add(stated);
   // Of several counts the one that ends in the file's last block is right.
   if (counts.size() > 1)
     std::erase_if(counts, [&](double count) {
@@ -162,21 +169,38 @@ std::size_t C3dTable::count_frames(const C3dParameters& parameters, std::size_t 
   return static_cast<std::size_t>(counts[0]);
 }
 
+void C3dTable::look_for_more_frames(std::size_t data_bytes) {
+  if (data_bytes - frames_ * frame_bytes() <= c3d_block_bytes) return;
+  std::size_t stored = data_bytes / frame_bytes();
+  const auto is_padding = [&](std::size_t frame) {
+    const std::string_view bytes = file_.text(data_ + frame * frame_bytes(), frame_bytes());
+    return data_bytes - frame * frame_bytes() < c3d_block_bytes && bytes.find_first_not_of('\0') == bytes.npos;
+  };
+  while (stored > frames_ && is_padding(stored - 1)) --stored;
+  if (stored == frames_) return;
+  if (frames_ == max_short_frames)
+    frames_ = stored;
+  else
+    add_caution(
+        warnings_, "frames_left_out",
+        "by its counts " + std::to_string(frames_) + " frames are read; " + std::to_string(stored) + " are stored");
+}
+
 void C3dTable::name_points(const C3dParameters& parameters) {
   first_frame_ = static_cast<std::size_t>(
       frame_number(parameters, "TRIAL:ACTUAL_START_FIELD").value_or(file_.word(first_frame_at)));
   const std::map<std::string, std::string> others = units_of_kinds(parameters);
   const std::string length = parameters.text("POINT:UNITS");
-  std::vector<std::string> labels = parameters.texts("POINT:LABELS"), units;
-  labels.resize(points_);
-  for (const std::string& label : labels) {
-    const auto other = others.find(label);
-    units.push_back(other == others.end() || label.empty() ? length : other->second);
-  }
+  std::vector<std::string> full = parameters.texts("POINT:LABELS");
+  full.resize(points_);
+  std::vector<std::string> labels = full;
   remove_subject(labels);
   for (std::size_t point = 0; point < points_; ++point) {
+    auto other = others.find(full[point]);
+    if (other == others.end()) other = others.find(labels[point]);
+    const std::string& unit = other == others.end() || labels[point].empty() ? length : other->second;
     const std::string label = labels[point].empty() ? "point " + std::to_string(point + 1) : labels[point];
-    for (const char* axis : {"_x", "_y", "_z"}) names_.push_back(column_name(label + axis, units[point]));
+    for (const char* axis : {"_x", "_y", "_z"}) names_.push_back(column_name(label + axis, unit));
   }
 }
 

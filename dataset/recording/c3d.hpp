@@ -21,10 +21,12 @@ bool is_c3d(std::string_view bytes, std::string_view end);
 /// the same. What has no label is called by its number: "point 3_x", "analog 2". A row is a frame: analog channels that
 /// are sampled faster are brought to the points' rate by a low-pass without delay (resample.hpp). In a file without
 /// points a row is an analog sample. A negative residual is a missing value (NaN). No column is taken for the time.
+/// Counts of 65,535 frames, as far as 16 bits go, stand for all that are stored; where other counts leave out frames, a
+/// caution says so.
 class C3dTable final : public Table {
  public:
-  /// bytes: the whole file. Throws Error for bytes that are no C3D file or end too early, counts that contradict each
-  /// other, more than 10 million rows or 10,000 columns, and a file without points and analog channels.
+  /// bytes: the whole file. Throws Error for bytes that are not of a C3D file or end too early, counts that contradict
+  /// each other, more than 10 million rows or 10,000 columns, and a file without points and analog channels.
   C3dTable(std::string bytes, std::string where);
 
   std::size_t rows(int) const override { return rows_; }
@@ -35,10 +37,14 @@ class C3dTable final : public Table {
   const std::vector<StatedRate>& stated_rates() const override { return rates_; }
   bool is_even() const override { return true; }
   std::string change_of(int column) const override;
+  const Warnings& warnings() const override { return warnings_; }
+  std::string format_of_one() const override { return "C3D file"; }
 
  private:
   void read_layout(const C3dParameters& parameters);
   std::size_t count_frames(const C3dParameters& parameters, std::size_t data_bytes) const;
+  /// Frames behind the last one that is counted, but for the padding of a block.
+  void look_for_more_frames(std::size_t data_bytes);
   void name_points(const C3dParameters& parameters);
   void name_channels(const C3dParameters& parameters);
   void read_rates(const C3dParameters& parameters);
@@ -59,6 +65,7 @@ class C3dTable final : public Table {
   std::vector<double> gains_, offsets_;  ///< of the channels
   std::vector<std::string> names_;
   std::vector<StatedRate> rates_;
+  Warnings warnings_;
 };
 
 }  // namespace decid::dataset

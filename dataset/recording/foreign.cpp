@@ -73,7 +73,7 @@ void refuse_markup(std::string_view text, const std::string& where) {
   text.remove_prefix(first);
   if (text.front() == '{' || text.starts_with("[{") || text.starts_with("[["))
     throw Error(where, "is JSON, not a table of numbers",
-                "give the recording itself, a CSV, MAT or C3D file; results of decid are none");
+                "give the recording itself, a CSV, MAT, C3D or .xlsx file; results of decid are none");
   if (text.front() != '<') return;
   if (has(text, "<mvnx")) throw Error(where, "is a recording of Xsens MVN (.mvnx)", std::string(as_csv));
   if (has(text, "<html") || has(text, "<HTML") || has(text, "<table"))

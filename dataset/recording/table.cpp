@@ -37,9 +37,13 @@ std::string read_standard_input() {
 std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& where, std::optional<int> skip_lines,
                                   const std::string& section) {
   Sheet first = read_xlsx(bytes, where);
-  const std::string part = first.sheets == 1 ? ""
-                                             : "the sheet '" + first.name + "' is read, the first of " +
-                                                   std::to_string(first.sheets) + " of the workbook";
+  const std::vector<std::string>& names = first.sheets;
+  if (!section.empty() && std::find(names.begin(), names.end(), section) != names.end())
+    throw Error(where, "is a workbook, of which only the first sheet that is not hidden is read: '" + names[0] + "'",
+                "leave out --section, or save the sheet '" + section + "' as CSV");
+  const std::string part = names.size() == 1 ? ""
+                                             : "the sheet '" + names[0] + "' is read, the first of " +
+                                                   std::to_string(names.size()) + " of the workbook";
   return std::make_unique<CsvTable>(std::move(first.text), where, skip_lines, section, part);
 }
 
@@ -70,10 +74,7 @@ RowLabels Table::labels(int column) const {
   return labels;
 }
 
-void Table::keep_rows(int column, const std::vector<std::size_t>&) {
-  throw Error("--trial", "'" + names()[static_cast<std::size_t>(column)] + "' is of a file that is one recording",
-              "leave out --trial, or save the file as CSV");
-}
+void Table::keep_rows(int, const std::vector<std::size_t>&) {}
 
 std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines,
                                   const std::string& section) {

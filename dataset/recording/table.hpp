@@ -92,7 +92,9 @@ class Table {
   virtual void keep_element(const std::string& array, std::size_t element);
   /// What each row has in a column; by default of numbers. Throws Error as numbers().
   virtual RowLabels labels(int column) const;
-  /// Keeps these rows, in increasing order, of all columns that are as long as this one. By default throws Error.
+  /// What the file is, for people, if files of its format hold one recording alone: "C3D file". Otherwise empty.
+  virtual std::string format_of_one() const { return {}; }
+  /// Keeps these rows, in increasing order, of all columns that are as long as this one.
   virtual void keep_rows(int column, const std::vector<std::size_t>& rows);
 
  private:

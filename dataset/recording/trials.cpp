@@ -68,6 +68,8 @@ std::optional<std::size_t> element_of(const TableArray& array, const std::string
 }  // namespace
 
 std::vector<int> trial_columns(const Table& table, const std::string& by, const std::string& where) {
+  if (const std::string format = table.format_of_one(); !format.empty())
+    throw Error(where, "is a " + format + ", which holds one recording", "leave out --trial");
   if (array_called(table, by) != nullptr) return {};
   const bool is_one = std::ranges::find(table.names(), by) != table.names().end();
   std::vector<int> columns;
@@ -109,7 +111,7 @@ void keep_trial(Table& table, const std::string& by, const std::string& trial, c
 }
 
 void refuse_several_trials(const Table& table, int sway, const std::string& where) {
-  if (!table.has_header()) return;
+  if (!table.has_header() || !table.format_of_one().empty()) return;
   for (int column = 0; column < table.columns(); ++column) {
     std::string plain;
     for (const std::string& word : words(table.own_name(column))) plain += word;

@@ -15,7 +15,8 @@ namespace decid::dataset {
 /// apart; `where` names the file.
 std::vector<std::string> trials_in(const Table& table, const std::string& by, const std::string& where);
 
-/// The columns that `by` names; none if it is an array. Throws Error for one that there is not.
+/// The columns that `by` names; none if it is an array. Throws Error for one that there is not, and for a file of a
+/// format that holds one recording.
 std::vector<int> trial_columns(const Table& table, const std::string& by, const std::string& where);
 
 /// Drops what is not of this recording. Throws Error as trials_in, and if there is none of this name.

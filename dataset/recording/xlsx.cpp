@@ -18,7 +18,7 @@ namespace {
 
 using Tag = XmlScanner::Tag;
 
-constexpr std::size_t most_sheet_rows = 1'048'576, most_text = std::size_t{1} << 26;
+constexpr std::size_t max_sheet_rows = 1'048'576, max_text = std::size_t{1} << 26;
 constexpr const char* workbook_part = "xl/workbook.xml";
 
 [[noreturn]] void refuse_workbook(const std::string& where, const std::string& what) {
@@ -77,7 +77,7 @@ std::vector<std::string> read_shared_strings(ZipMembers& members, const std::str
   XmlScanner xml(text, where);
   for (Tag tag = xml.next(); tag != Tag::end; tag = xml.next())
     if (tag == Tag::open && xml.name() == "si") {
-      if (strings.size() == most_sheet_rows)
+      if (strings.size() == max_sheet_rows)
         throw Error(where, "has more than a million texts", "save the sheet as CSV");
       strings.push_back(read_text(xml, "si"));
     }
@@ -135,7 +135,7 @@ class SheetReader {
 
   void begin_row() {
     const std::size_t row = number_in(xml_.attribute("r"), rows_.size() + 1);
-    if (row <= rows_.size() || row > most_sheet_rows) refuse_workbook(where_, "its rows are in no order");
+    if (row <= rows_.size() || row > max_sheet_rows) refuse_workbook(where_, "its rows are in no order");
     rows_.resize(row);
     next_column_ = 0;
   }
@@ -145,9 +145,10 @@ class SheetReader {
     const std::size_t column = column_in(xml_.attribute("r"), next_column_);
     next_column_ = column + 1;
     if (column < rows_.back().cells) refuse_workbook(where_, "its cells are in no order");
-    if (column >= most_columns) throw Error(where_, "has more than 1000 columns", "at most 1000 can be read");
     const std::string value = read_value(xml_.attribute("t"));
-    if (!value.empty()) append(rows_.back(), column, plain(value));
+    if (value.empty()) return;  // a cell may have a format alone
+    if (column >= most_columns) throw Error(where_, "has more than 1000 columns", "at most 1000 can be read");
+    append(rows_.back(), column, plain(value));
   }
 
   std::string read_value(const std::string& kind) {
@@ -186,7 +187,7 @@ class SheetReader {
 
   void count(std::size_t bytes) {
     bytes_ += bytes;
-    if (bytes_ > most_text)
+    if (bytes_ > max_text)
       throw Error(where_, "is larger than 64 MiB as text", "save the trial to be identified alone");
   }
 
@@ -212,7 +213,9 @@ Sheet read_xlsx(std::string_view bytes, const std::string& where) {
   if (part == parts.by_id.end()) refuse_workbook(where, "its first sheet is missing");
   const std::vector<std::string> shared = read_shared_strings(members, parts.shared_strings, where);
   const std::string xml = members.read(part->second);
-  return {SheetReader(xml, shared, where).read(), sheets.front().first, static_cast<int>(sheets.size())};
+  Sheet sheet{SheetReader(xml, shared, where).read(), {}};
+  for (const auto& [name, id] : sheets) sheet.sheets.push_back(name);
+  return sheet;
 }
 
 }  // namespace decid::dataset

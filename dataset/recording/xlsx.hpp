@@ -4,6 +4,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace decid::dataset {
 
@@ -12,8 +13,7 @@ bool is_xlsx(std::string_view bytes);
 
 struct Sheet {
   std::string text;  ///< its table as a spreadsheet saves it as text: cells between tabs, a line for each row
-  std::string name;
-  int sheets = 1;  ///< of the workbook that are not hidden
+  std::vector<std::string> sheets;  ///< names of those that are not hidden; the first one is read
 };
 
 /// Reads the first sheet that is not hidden. Numbers stand as the workbook stores them, so dates and times are days;

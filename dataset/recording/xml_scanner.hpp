@@ -25,7 +25,6 @@ class XmlScanner {
   const std::string& text() const { return text_; }
 
  private:
-  void take_text(std::string_view raw);
   std::string decoded(std::string_view raw) const;
   std::string_view until(std::string_view mark);
   [[noreturn]] void refuse(const char* what) const;

@@ -15,7 +15,6 @@ class ZipMembers {
   /// that is damaged.
   ZipMembers(std::string_view bytes, const std::string& where);
 
-  bool has(const std::string& name) const { return entries_.contains(name); }
   /// A member's content. Throws Error if there is none of that name, it is damaged, encrypted or compressed in a way
   /// other than deflate, or if all that was read of this archive is more than 128 MiB.
   std::string read(const std::string& name);

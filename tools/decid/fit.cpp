@@ -55,7 +55,7 @@ void check_kind(const FitOptions& options, const Command& command) {
   const bool is_table = !options.frf.empty();
   if (!is_table && options.recordings.files.empty())
     throw Error("fit", "neither a recording nor a frequency response is named",
-                "name CSV, MAT or C3D files, or a table with --frf");
+                "name CSV, MAT, C3D or .xlsx files, or a table with --frf");
   const auto refuse = [&](const char* option) {
     if (command.count(option) == 0) return;
     if (is_table && std::string(option) == "recordings")

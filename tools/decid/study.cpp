@@ -122,7 +122,8 @@ void add_study(const Command& program) {
   command.add_option("--model", options->model, "Model file; default: the built-in model");
   command.add_option("--data", options->data, "Data set that it was trained on: both halves' errors, and its figures");
   command.add_option("--log", options->log, "The training's log; default: MODEL.log.csv, if it is there");
-  command.add_option("--recording", options->recording, "CSV, MAT or C3D file to treat like the paper's human trial");
+  command.add_option("--recording", options->recording,
+                     "CSV, MAT, C3D or .xlsx file to treat like the paper's human trial");
   add_reading_options(command, options->reading);
   command.add_option("--trials", options->trials, "Fresh trials to evaluate on").show_default().range(1, 1'000'000);
   add_seed_option(command, options->seed, "Seed of the fresh trials, another one than the training's");

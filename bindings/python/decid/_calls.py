@@ -88,7 +88,7 @@ def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, r
          com_height: Optional[float] = None, leg: Optional[str] = None, trunk: Optional[str] = None,
          hip: Optional[str] = None, shoulder: Optional[str] = None, ankle: Optional[str] = None,
          height: Optional[float] = None) -> Recording:
-    """Reads a CSV, MAT or C3D file.
+    """Reads a CSV, MAT, C3D or .xlsx file.
 
     column, tilt_column: by name, or number from 1; both are found by name unless they are given; tilt_column "none": not
     read. unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.

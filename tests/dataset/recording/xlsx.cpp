@@ -63,6 +63,7 @@ TEST_CASE("XLSX: cells of every kind, where they say that they are") {
         "\xC2\xB0\xE2\x82\xAC\xF0\x9F\x98\x80" + std::string(27, '\t') + "2\n");
   CHECK(text_of("<row><c t='inlineStr'><is><t>a\tb\n\"c\"</t></is></c></row>") == "a b 'c'\n");
   CHECK(text_of("<!-- a > b --><row><c><v><![CDATA[7]]></v></c></row><?x y?>") == "7\n");
+  CHECK(text_of(R"(<row><c r="A1"><v>1</v></c><c r="ALM1" s="3"/><c r="ALN1" s="3"/></row>)") == "1\n");
   CHECK(text_of("<row><c><v>1</v></c></row><row><c/><c><v>2</v></c></row>") == "1\t\n\t2\n");
 }
 
@@ -80,9 +81,17 @@ TEST_CASE("XLSX: the first sheet that is not hidden, and the rules for text") {
   parts["xl/workbook.xml"] =
       R"(<x:workbook><x:sheets><x:sheet name="a" state="hidden" r:id="none"/><x:sheet name="b &amp; c" r:id="r1"/></x:sheets></x:workbook>)";
   const Sheet sheet = read_xlsx(zip(parts), where);
-  CHECK(sheet.name == "b & c");
-  CHECK(sheet.sheets == 1);
+  CHECK(sheet.sheets == std::vector<std::string>{"b & c"});
   CHECK(sheet.text == "1\n");
+}
+
+TEST_CASE("XLSX: --section names tables of the first sheet, and no sheet") {
+  std::map<std::string, std::string> parts = workbook_parts("<row><c><v>1</v></c></row>");
+  parts["xl/workbook.xml"] =
+      R"(<workbook><sheets><sheet name="one" r:id="r1"/><sheet name="Sheet2" r:id="r9"/></sheets></workbook>)";
+  for (const char* name : {"Sheet2", "one"})
+    check_error([&] { read(zip(parts), {.section = name}); },
+                {"r.xlsx", "only the first sheet", "'one'", "leave out --section", name, "as CSV"});
 }
 
 TEST_CASE("XLSX: archives that are stored or deflated, and what they may claim") {
@@ -99,7 +108,8 @@ TEST_CASE("XLSX: archives that are stored or deflated, and what they may claim")
       std::string changed = whole;
       changed[at] = static_cast<char>(changed[at] ^ 0x15);
       try {
-        read_xlsx(changed, where);
+        const std::string text = read_xlsx(changed, where).text;
+        CHECK(text == "1\t2\n");
       } catch (const Error&) {
         ++refused;
       }
