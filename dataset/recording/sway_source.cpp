@@ -186,6 +186,52 @@ std::vector<double> read_angles(const Table& table, int column, const RecordingO
   return values;
 }
 
+/// Mean square about the mean.
+double mean_square(const std::vector<double>& values) {
+  double sum = 0.0, squares = 0.0;
+  for (const double value : values) sum += value;
+  const double mean = sum / static_cast<double>(values.size());
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return squares / static_cast<double>(values.size());
+}
+
+/// Returns the axis that a name ends in, units apart: 'x' of "HIP_X (mm)", "hip.x" and "Hip X"; 0: none.
+char axis_of(const std::string& name) {
+  std::vector<std::string> words(1);
+  for (const char c : name) {
+    if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'))
+      words.back() += c;
+    else if (c >= 'A' && c <= 'Z')
+      words.back() += static_cast<char>(c - 'A' + 'a');
+    else if (!words.back().empty())
+      words.emplace_back();
+  }
+  while (!words.empty() &&
+         (words.back().empty() || words.back() == "mm" || words.back() == "cm" || words.back() == "m"))
+    words.pop_back();
+  const bool is_axis = words.size() > 1 && (words.back() == "x" || words.back() == "y" || words.back() == "z");
+  return is_axis ? words.back().front() : '\0';
+}
+
+void refuse_same_column(const Table& table, const std::vector<int>& columns, const std::string& where) {
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (std::find(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(i), columns[i]) !=
+        columns.begin() + static_cast<std::ptrdiff_t>(i))
+      throw Error(where, "'" + name_of(table, columns[i]) + "' is named for two signals", "name a column for each");
+}
+
+void warn_of_axes(const Table& table, const std::vector<int>& columns, Recording& recording) {
+  const std::string& first = name_of(table, columns.front());
+  for (const int column : columns) {
+    const std::string& name = name_of(table, column);
+    const char axis = axis_of(first), other = axis_of(name);
+    if (axis == '\0' || other == '\0' || axis == other) continue;
+    add_caution(recording.warnings, "axes_differ",
+                first + " and " + name + " are of two axes: name those of the direction of the tilt");
+    return;
+  }
+}
+
 }  // namespace
 
 SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
@@ -234,6 +280,8 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     warn_of_part(name, recording);
   }
   if (!options.ankle_column.empty()) add(options.ankle_column, "--ankle");
+  refuse_same_column(table, source.columns, where);
+  warn_of_axes(table, source.columns, recording);
   const int first = source.columns.front();
   for (const int column : source.columns) {
     if (table.rows(column) == table.rows(first)) continue;
@@ -283,6 +331,10 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
     sway.rad = angles(positions[0], *options.com_height_m, sway.column, where);
     return sway;
   }
+  if (mean_square(positions[1]) < mean_square(positions[0]))
+    add_caution(recording.warnings, "shoulder_moves_less",
+                "the shoulder " + name_of(table, columns[1]) + " moves less than the hip " +
+                    name_of(table, columns[0]) + ": are the two exchanged?");
   const sim::Segments segments = sim::segments_of({.height_m = *options.body_height_m});
   std::vector<double> between(positions[0].size());
   for (std::size_t k = 0; k < between.size(); ++k) between[k] = positions[1][k] - positions[0][k];

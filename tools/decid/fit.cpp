@@ -392,6 +392,7 @@ void add_fit(const Command& program) {
   const Command command = program.add_subcommand(
       "fit", "Sample what recordings say: the posterior of the parameters, slower than identify");
   add_recording_flags(command, options->recordings);
+  add_trial_option(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.add_option("--frf", options->frf,
                      "In place of recordings, a frequency response: a table of frequency_hz, gain, phase_deg and, if "

@@ -166,6 +166,7 @@ void add_identify(const Command& program) {
   auto options = std::make_shared<IdentifyOptions>();
   const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
   add_recording_flags(command, options->recordings).required();
+  add_trial_option(command, options->recordings);
   add_body_options(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.add_option("--model", options->model, "Model file; default: the built-in model");

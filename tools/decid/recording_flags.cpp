@@ -100,16 +100,19 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
   return table.from_text(truth, "--truth");
 }
 
+void add_trial_option(const Command& command, RecordingFlags& flags) {
+  command.add_option(
+      "--trial", flags.trial,
+      "Read each value of this column, or of several (subject,trial), or each element of this array of a "
+      "MAT-file, as a recording; none: a file is one; default: refuse files of several");
+}
+
 Option add_recording_flags(const Command& command, RecordingFlags& flags) {
   const Option recordings =
       command.add_option("recordings", flags.files,
                          "CSV, MAT, C3D or .xlsx files (a column of sway, usually one of time), folders of "
                          "them, or quoted patterns; - is standard input");
   command.add_flag("--recursive", flags.recursive, "Read the folders within folders too");
-  command.add_option(
-      "--trial", flags.trial,
-      "Read each value of this column, or of several (subject,trial), or each element of this array of a "
-      "MAT-file, as a recording; none: a file is one; default: refuse files of several");
   add_reading_options(command, flags);
   return recordings;
 }

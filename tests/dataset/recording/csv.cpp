@@ -198,8 +198,8 @@ TEST_CASE("csv: a last line that is cut short is left out, and said") {
     CHECK(table.numbers(2) == std::vector<double>{0.1, 0.2, 0.3});
   }
   // Whole lines without a line end, and numbers of any length.
-  for (const std::string& whole :
-       {three + "7,8,0.40", three + "7,8,0.45", three + "7,8,12.00", std::string("a,b\n1,0.1\n2,0.25\n3,0.3\n4,0")}) {
+  for (const std::string& whole : {three + "7,8,NaN", three + "7,8,0.40", three + "7,8,0.45", three + "7,8,12.00",
+                                   std::string("a,b\n1,0.1\n2,0.25\n3,0.3\n4,0")}) {
     CAPTURE(whole);
     const CsvTable table(whole, "t.csv");
     CHECK(table.rows(0) == 4);

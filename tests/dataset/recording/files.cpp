@@ -1,5 +1,6 @@
 // Files as laboratories have them: encodings, lines above the table, clock times, and columns found or made into sway.
 #include <cmath>
+#include <set>
 #include <string>
 
 #include "dataset/recording/cells.hpp"
@@ -289,6 +290,26 @@ TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of ma
   check_error(reading(text, {.hip_column = "hip_m"}), {"one stands alone"});
   check_error(reading(text, {.leg_column = "hip_m"}), {"--leg, --trunk", "one stands alone"});
   check_error(reading(text, {.column = "2", .leg_column = "2", .trunk_column = "3"}), {"several ways"});
+  check_error(reading(text, {.leg_column = "2", .trunk_column = "2"}), {"hip_m", "two signals"});
+  RecordingOptions same = markers;
+  same.shoulder_column = "hip_m";
+  check_error(reading(text, same), {"hip_m", "two signals"});
+  const auto codes = [&](const RecordingOptions& options, const std::string& names) {
+    std::set<std::string> found;
+    const std::string table = names + text.substr(text.find('\n')) + "0.02,0.11,0.13,0.1\n";
+    for (const Warning& warning : read(table, options).warnings) found.insert(warning.code);
+    return found;
+  };
+  CHECK_FALSE(codes(markers, "time,hip_m,shoulder_m,ankle_m").contains("shoulder_moves_less"));
+  CHECK_FALSE(codes(markers, "time,hip_m,shoulder_m,ankle_m").contains("axes_differ"));
+  CHECK(codes({.hip_column = "3", .shoulder_column = "2", .ankle_column = "4", .body_height_m = 1.7},
+              "time,hip_m,shoulder_m,ankle_m")
+            .contains("shoulder_moves_less"));
+  const RecordingOptions by_number{
+      .hip_column = "2", .shoulder_column = "3", .ankle_column = "4", .body_height_m = 1.7};
+  CHECK(codes(by_number, "time,HIP_x (m),C7 Z (m),ANK.x (m)").contains("axes_differ"));
+  CHECK(codes(by_number, "time,HIP_x (m),C7 X (m),ANK_y_m").contains("axes_differ"));
+  CHECK_FALSE(codes(by_number, "time,HIP_x (m),C7 X (m),ANK.x_m").contains("axes_differ"));
   check_error(reading(text, {.leg_column = "2", .trunk_column = "no"}), {"has no column 'no'", "--trunk"});
 }
 
