@@ -186,8 +186,8 @@ bool CsvTable::is_cut(std::string_view line) const {
     if (!parse_number(cell).is_number || (usual != 0 && decimals(cell) != usual)) return false;
     usual = decimals(cell);
   }
-  const Parsed parsed = parse_number(last);
-  return parsed.is_number ? decimals(last) < usual : last.empty() || last == "-" || !is_missing(last);
+  if (is_missing(last) && !last.empty() && last != "-") return false;  // a whole word
+  return decimals(last) < usual || !parse_number(last).is_number;
 }
 
 /// Throws Error unless the row has as many cells as the table, or one more, an empty one.
