@@ -55,7 +55,8 @@ struct Quantile {
 /// Throws Error for priors out of their bounds.
 const Priors& checked(const Priors& priors);
 /// The table with the priors' ranges. Throws Error for a name that it does not have or that stands twice, a range that
-/// is empty, negative, not finite or ends above 100 times the table's end, or a normal prior that has less than a millionth of its probability in the range.
+/// is empty, negative, not finite or ends above 100 times the table's end, or a normal prior that has less than a
+/// millionth of its probability in the range.
 sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& table);
 /// Returns the quantile function of parameter `name`, which lies in [low, low + range].
 Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range);
