@@ -77,7 +77,7 @@ dataset::Trial read(const Fault& fault, const sim::Protocol& protocol, std::vect
   if (fault.name == "coloured_noise_deg") add_coloured_noise(sway, fault.size * sim::rad_per_deg, rate_hz, random);
   if (fault.name == "gap_s") bridge_gap(sway, static_cast<std::size_t>(fault.size * rate_hz), random);
   if (fault.name == "rate_hz") {
-    const auto every = static_cast<std::size_t>(rate_hz / fault.size + 0.5);
+    const auto every = static_cast<std::size_t>(std::floor(rate_hz / fault.size + 0.5));
     for (std::size_t i = 0; i * every < sway.size(); ++i) sway[i] = sway[i * every];
     sway.resize((sway.size() + every - 1) / every);
     rate_hz /= static_cast<double>(every);
