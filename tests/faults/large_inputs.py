@@ -228,14 +228,15 @@ def c3d_parameters(blocks, name, body):
 
 def c3ds():
     text = b"\xff\2\x10\xff" + b"label           " * 255
+    blocks = min(18000, SIZE // 512 - 100)  # of parameters, nearly the whole file
     return {
         "frames of a point": lambda: c3d(1),
         "frames of many points": lambda: c3d(3333),
         "too many points": lambda: c3d(65535),
         "one fast channel": lambda: c3d(1, 1, 60),
         "many channels": lambda: c3d(1, 9000),
-        "parameters": lambda: c3d(1, parameters=c3d_parameters(18000, b"A", b"\1\0\1"), blocks=18000),
-        "parameters of labels": lambda: c3d(1, parameters=c3d_parameters(18000, b"LABELS", text), blocks=18000),
+        "parameters": lambda: c3d(1, parameters=c3d_parameters(blocks, b"A", b"\1\0\1"), blocks=blocks),
+        "parameters of labels": lambda: c3d(1, parameters=c3d_parameters(blocks, b"LABELS", text), blocks=blocks),
         "labels": lambda: c3d(3333, parameters=c3d_parameters(9, b"LABELS", text), blocks=9),
     }
 
