@@ -104,6 +104,9 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
             (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
             trial_advice(table));
   }
+  if (candidates.empty() && tilt < 0)
+    throw Error(recording.file, "has no column of sway besides '" + options.trial_column + "' of --trial" + unread,
+                add);
   if (candidates.empty())
     throw Error(recording.file,
                 "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but none of sway" + unread, add);

@@ -64,6 +64,9 @@ TEST_CASE("a column of trials makes each of its values a recording") {
   CHECK(trials(mixed, "run") == Strings{"x", "y"});
   check_trial(mixed, "run", "x", 1.0);
   check_trial(mixed, "run", "y", 2.0);
+  check_error(
+      [] { read("trial,time\n3,0\n3,0.01\n3,0.02\n4,0\n4,0.01\n4,0.02\n", {.trial_column = "trial", .trial = "3"}); },
+      {"no column of sway", "'trial'", "--column"});
   // A wrong cell is an error of its own recording, at its line in the file.
   const std::string wrong = "time,angle_deg,run\n0,1,x\n0.01,2,x\n0.02,3,x\n0,2,y\n0.01,oops,y\n0.02,6,y\n";
   check_trial(wrong, "run", "x", 1.0);
