@@ -37,7 +37,7 @@ std::string capitals(std::string_view text) {
 /// A text without what fills it up: nulls and blanks.
 std::string plain_text(std::string_view text, const std::string& where) {
   text = text.substr(0, text.find('\0'));
-  const auto is_blank = [](char c) { return c >= 0 && c <= ' '; };
+  const auto is_blank = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
   return to_utf8(std::string(text), where);
