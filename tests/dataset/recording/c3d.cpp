@@ -397,7 +397,7 @@ TEST_CASE("C3D: what a file may claim") {
   check_error(reading(zero.bytes()), {"POINT:SCALE"});
   // Records of the parameters.
   for (const auto& [body, part] : {std::pair{std::string{3, 0}, "of type 3"},
-                                   {std::string{2, 7, -1, -1, -1, -1, -1, -1, -1}, "longer than the file"},
+                                   {std::string{2, 7} + std::string(7, '\xff'), "longer than the file"},
                                    {std::string{2, 1, 20}, "reaches into the next one"},
                                    {std::string{2}, "damaged"}}) {
     C3dFile other = trial(intel, true);

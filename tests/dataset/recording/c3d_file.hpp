@@ -58,7 +58,7 @@ class C3dFile {
   }
   void texts(const std::string& name, const std::vector<std::string>& values) {
     constexpr char width = 16;
-    std::string& body = parameters[name] = std::string{-1, 2, width, static_cast<char>(values.size())};
+    std::string& body = parameters[name] = std::string{'\xff', 2, width, static_cast<char>(values.size())};
     for (std::string value : values) {
       value.resize(width, ' ');
       body += value;
