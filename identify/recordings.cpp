@@ -87,6 +87,8 @@ std::vector<Identification> read_recordings(const sim::Protocol& protocol, const
     try {
       dataset::RecordingOptions its_own = reading;
       its_own.trial = sources[i].trial;
+      // Throws what sources_of() met.
+      if (!its_own.trial_column.empty() && its_own.trial.empty()) dataset::trials_of(sources[i].file, its_own);
       dataset::Recording recording = dataset::read_recording(sources[i].file, its_own);
       id.estimate.trial = dataset::bring_to_protocol(recording, plan, options.trial);
       id.column = recording.signals.at(dataset::com_sway).column;

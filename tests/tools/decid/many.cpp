@@ -150,6 +150,8 @@ TEST_CASE("identify: --trial makes the recordings of a file those of files of th
   check_refused("identify --trial none " + folder / "long.csv", {"several recordings"});  // its times start again
   check_refused("identify --trial nothing " + folder / "long.csv", {"long.csv", "no column 'nothing'", "--trial"});
   check_refused("identify --trial trial -", {"--trial", "standard input"});
+  write_text(folder / "unnamed.csv", "trial,time,sway_deg\n,0,1\n,0.01,2\n,0.02,1\n,0.03,2\n");
+  check_refused("identify --trial trial " + folder / "unnamed.csv", {"unnamed.csv", "'trial' is empty in all rows"});
   check_refused("fit --frf " + folder / "long.csv" + " --trial trial", {"--trial", "is not for --frf"});
   // One that cannot be used does not stop the other.
   write_text(folder / "long.csv", long_table(first, second, "x"));
