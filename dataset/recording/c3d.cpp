@@ -155,7 +155,7 @@ std::size_t C3dTable::count_frames(const C3dParameters& parameters, std::size_t 
   if (begin && end) add(*end - *begin + 1.0);
   if (parameters.find("POINT:LONG_FRAMES") != nullptr) add(parameters.number("POINT:LONG_FRAMES", 0.0));
   if (stated != double{max_short_frames} || counts.empty()) add(stated);
-  // Of several counts the one that ends in the file's last block is right.
+  // If the counts differ, keep the one whose frames end in the last block of the file.
   if (counts.size() > 1)
     std::erase_if(counts, [&](double count) {
       const double used = count * static_cast<double>(frame_bytes());

@@ -10,7 +10,7 @@
 
 namespace decid::dataset {
 
-/// A C3D file counts in blocks of so many bytes.
+/// The size of a block, the unit in which a C3D file states where its parameters and data begin.
 inline constexpr std::size_t c3d_block_bytes = 512;
 
 /// Bytes of a C3D file with its processor's order and reals. Every read throws Error beyond the last byte.

@@ -74,8 +74,8 @@ std::string without_empty_end(std::string text) {
 }  // namespace
 
 CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, const std::string& section,
-                   std::string part)
-    : where_(std::move(where)), part_(std::move(part)) {
+                   Warnings warnings)
+    : where_(std::move(where)), warnings_(std::move(warnings)) {
   text = with_plain_minus(to_utf8(std::move(text), where_));
   if (!section.empty()) text = only_section(text, section, where_);
   const std::size_t bytes = text.size();

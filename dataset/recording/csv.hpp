@@ -24,9 +24,9 @@ class CsvTable final : public Table {
  public:
   /// Throws Error if there are no lines of data, rows differ in length, or there are too many rows or columns.
   /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found. `section`:
-  /// which of several tables (sections.hpp); empty: the only one. `part`: see part_read().
+  /// which of several tables (sections.hpp); empty: the only one. `warnings`: what was left out before.
   CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {}, const std::string& section = {},
-           std::string part = {});
+           Warnings warnings = {});
 
   std::size_t rows(int) const override { return rows_.size(); }
   bool has_header() const override { return has_header_; }
@@ -39,7 +39,6 @@ class CsvTable final : public Table {
   std::string place_of(std::size_t row) const override;
   const std::vector<StatedRate>& stated_rates() const override { return preamble_.rates; }
   std::optional<Unit> unit() const override { return preamble_.unit; }
-  std::string part_read() const override { return part_; }
   std::size_t preamble_lines() const override { return preamble_.lines; }
   const Warnings& warnings() const override { return warnings_; }
   RowLabels labels(int column) const override;
@@ -60,7 +59,7 @@ class CsvTable final : public Table {
   bool has_points_beside(int column) const;
   double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
 
-  std::string text_, where_, part_;
+  std::string text_, where_;
   bool ends_in_line_ = false;  ///< the text has no line end at its end
   Warnings warnings_;
   Preamble preamble_;

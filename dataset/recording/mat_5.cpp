@@ -1,14 +1,13 @@
 // MAT-files of versions 5 to 7: see mat_5.hpp. A file may claim anything: every size is held against what is there.
 #include "dataset/recording/mat_5.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <tuple>
 
 #include "base/error.hpp"
+#include "dataset/recording/inflation.hpp"
 #include "dataset/recording/mat_bytes.hpp"
 #include "dataset/recording/table.hpp"
 
@@ -89,14 +88,8 @@ class Reader5 {
   /// The matrix that is compressed in `bytes`, its tag in front; empty if it is something else. It takes the memory
   /// that its tag says, never more.
   std::string inflated_matrix(std::string_view bytes) {
-    z_stream stream{};
-    if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
-    struct End {
-      z_stream& stream;
-      ~End() { inflateEnd(&stream); }
-    } const end{stream};
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-    stream.avail_in = static_cast<uInt>(bytes.size());
+    Inflation inflation(bytes, MAX_WBITS);
+    z_stream& stream = inflation.stream;
     std::string inflated(tag_bytes, '\0');
     const auto fill = [&](std::size_t begin) {
       stream.next_out = reinterpret_cast<Bytef*>(inflated.data() + begin);

@@ -254,7 +254,6 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   }
   const Table& table = *read;
   recording.warnings = table.warnings();
-  if (const std::string part = table.part_read(); !part.empty()) add_info(recording.warnings, "sheet_assumed", part);
   if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
     add_info(recording.warnings, "preamble",
              "the first " + std::to_string(table.preamble_lines()) +

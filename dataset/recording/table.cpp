@@ -41,10 +41,11 @@ std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& w
   if (!section.empty() && std::find(names.begin(), names.end(), section) != names.end())
     throw Error(where, "is a workbook, of which only the first sheet that is not hidden is read: '" + names[0] + "'",
                 "leave out --section, or save the sheet '" + section + "' as CSV");
-  const std::string part = names.size() == 1 ? ""
-                                             : "the sheet '" + names[0] + "' is read, the first of " +
-                                                   std::to_string(names.size()) + " of the workbook";
-  return std::make_unique<CsvTable>(std::move(first.text), where, skip_lines, section, part);
+  Warnings warnings;
+  if (names.size() > 1)
+    add_info(warnings, "sheet_assumed",
+             "the sheet '" + names[0] + "' is read, the first of " + std::to_string(names.size()) + " of the workbook");
+  return std::make_unique<CsvTable>(std::move(first.text), where, skip_lines, section, std::move(warnings));
 }
 
 }  // namespace

@@ -71,8 +71,6 @@ class Table {
   virtual bool is_even() const { return false; }
   /// What was done to a column's samples, a sentence; empty: nothing.
   virtual std::string change_of(int) const { return {}; }
-  /// Which part of the file is read, a sentence; empty: all of it.
-  virtual std::string part_read() const { return {}; }
   /// Lines of the file above the table, which are not read.
   virtual std::size_t preamble_lines() const { return 0; }
   /// What was left out of the file, for people.

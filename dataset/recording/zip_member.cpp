@@ -2,13 +2,11 @@
 // that are there, and memory grows with what inflates.
 #include "dataset/recording/zip_member.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cstdint>
-#include <new>
 
 #include "base/error.hpp"
+#include "dataset/recording/inflation.hpp"
 
 namespace decid::dataset {
 
@@ -24,14 +22,8 @@ constexpr std::size_t stored = 0, deflated = 8;
 }
 
 std::string inflate_raw(std::string_view packed, std::size_t most, const std::string& where) {
-  z_stream stream{};
-  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) throw std::bad_alloc();
-  struct End {
-    z_stream& stream;
-    ~End() { inflateEnd(&stream); }
-  } const end{stream};
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-  stream.avail_in = static_cast<uInt>(packed.size());
+  Inflation inflation(packed, -MAX_WBITS);
+  z_stream& stream = inflation.stream;
   std::string content;
   int status = Z_OK;
   while (status == Z_OK) {
