@@ -14,6 +14,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace decid::test {
 
@@ -82,6 +83,19 @@ inline void check_refused(const std::string& arguments, std::initializer_list<st
     CAPTURE(fragment);
     CHECK(result.err.find(fragment) != std::string::npos);
   }
+}
+
+/// Returns the rows of numbers of a CSV file whose first line, `header`, has their names.
+inline std::vector<std::vector<double>> read_csv(const std::string& path, std::string& header) {
+  std::ifstream file(path);
+  std::getline(file, header);
+  std::vector<std::vector<double>> rows;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream cells(line);
+    rows.emplace_back();
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
+  }
+  return rows;
 }
 
 }  // namespace decid::test
