@@ -32,7 +32,8 @@ const plainFiles = files => files.map(file => ({ name: file.name, read: async ()
 const isHidden = name => name.split("/").slice(1).some(part => part.startsWith("."));  // below the folder that was dropped
 const isRecording = name => at("files").accept.split(",").some(ending => name.toLowerCase().endsWith(ending));
 
-// What a drop holds: {name, read} of a file, {name, files} of a folder. The event's items are gone after it.
+// Returns the dropped files as {name, read} and the folders as {name, files}. Call it in the event's handler: the
+// browser clears the items when the handler returns.
 function droppedOn(transfer) {
   return [...transfer.items].filter(({ kind }) => kind === "file").flatMap(item => {
     const entry = item.webkitGetAsEntry?.();

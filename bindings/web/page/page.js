@@ -57,7 +57,7 @@ const given = () => fields.filter(field => textOf(field) !== "");
 const isWrong = field => field.className === "number" && textOf(field) !== "" && numberIn(textOf(field)) === null;
 const bodyIsHalf = () => (textOf(at("mass")) === "") !== (textOf(at("height")) === "");
 const settingsText = () => given().map(field => `${labelOf(field)} ${textOf(field)}`).join("; ") || "no settings";
-// What an answer is an answer to.
+// Identifies the recordings and settings of an answer; the page compares it to see whether an answer is out of date.
 const state = () => JSON.stringify([chosen, fields.map(textOf)]);
 
 // The options that the fields say, or null if a field that wants a number has none: it is named, and has the focus.

@@ -44,7 +44,8 @@ function together(apart) {
   return bytes;
 }
 
-// Whether relaxed multiply-adds are one rounding here: where the product is rounded first, these differ.
+// Returns true if this processor rounds a relaxed multiply-add once. The probe's results differ if it rounds the product
+// first.
 async function fuses() {
   const bytes = await unpacked("probe");
   if (!WebAssembly.validate(bytes)) return false;
