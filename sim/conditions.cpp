@@ -124,16 +124,24 @@ void average(std::span<double> sway, std::size_t length, bool causal) {
   }
 }
 
+/// The parabola through three values one apart, so far beyond the first of them.
+double on_parabola(double first, double second, double third, double beyond) {
+  const double step = first - second, bend = step - (second - third);
+  return first + beyond * step + 0.5 * beyond * (beyond + 1.0) * bend;
+}
+
 }  // namespace
 
-void begin_later(std::span<double> values, double samples) {
+void begin_later(std::span<double> values, double samples, Before before) {
   const std::vector<double> was(values.begin(), values.end());
   const auto count = static_cast<long long>(was.size());
   const auto at = [&](long long i) {
+    if (i >= 0 && i < count) return was[static_cast<std::size_t>(i)];
+    if (before == Before::moving && i < 0) return on_parabola(was[0], was[1], was[2], static_cast<double>(-i));
     if (i < 0) return was.front();
-    if (i < count) return was[static_cast<std::size_t>(i)];
-    const double last = was[was.size() - 1], before = was[was.size() - 2];
-    return last + static_cast<double>(i - count + 1) * (last - before);
+    const auto last = was.rbegin();
+    if (before == Before::moving) return on_parabola(last[0], last[1], last[2], static_cast<double>(i - count + 1));
+    return last[0] + static_cast<double>(i - count + 1) * (last[0] - last[1]);
   };
   const double whole = std::floor(samples), t = samples - whole;
   const auto shift = static_cast<long long>(whole);
@@ -186,7 +194,8 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
     return length == 0 ? std::vector<Gap>{} : gaps_of(sway_rad.size(), length, random, condition, rate_hz);
   };
 
-  if (const double start_s = size(Condition::start); start_s != 0.0) begin_later(sway_rad, start_s * rate_hz);
+  if (const double start_s = size(Condition::start); start_s != 0.0)
+    begin_later(sway_rad, start_s * rate_hz, protocol.standing_s > 0.0 ? Before::moving : Before::at_rest);
   if (const double gain = size(Condition::gain); gain != 0.0)
     for (double& value : sway_rad) value *= 1.0 + gain;
   if (const double offset = size(Condition::offset) * rad_per_deg; offset != 0.0)

@@ -46,9 +46,13 @@ struct ConditionInfo {
 };
 const ConditionInfo& info(Condition condition);
 
-/// Shifts a recording to begin `samples` later: cubics between samples, the first before it, straight on behind the
-/// last.
-void begin_later(std::span<double> values, double samples);
+/// What the body does before a recording begins.
+enum class Before { at_rest, moving };
+
+/// Shifts a recording, of 3 samples at least, to begin `samples` later, with cubics between samples. at_rest: the first
+/// sample holds before the recording, and a line through the last two goes on behind it. moving: at both ends the
+/// parabola through the outermost three samples goes on.
+void begin_later(std::span<double> values, double samples, Before before = Before::at_rest);
 
 /// How much of a condition trial `item` has; 0: none.
 double drawn(const Conditions& conditions, Condition condition, std::uint64_t seed, std::uint64_t item);

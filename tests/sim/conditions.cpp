@@ -118,6 +118,15 @@ TEST_CASE("record: start, gain, offset and drift") {
     begin_later(alone, samples);
     CHECK(alone == shifted);
   }
+  // A body that has stood before moves at both ends: w^3 t^3 / 6 of a sine, t a tenth of a second at most.
+  for (std::uint64_t item = 0; item < 8; ++item) {
+    Protocol late = with(Condition::start, 0.0, 0.1);
+    late.standing_s = 10.0;
+    const double samples = rate_hz * drawn(late.conditions, Condition::start, seed, item);
+    const std::vector<double> shifted = recorded(late, sine(0.5), item), expected = sine(0.5, samples);
+    const double bound = 0.01 * std::pow(2.0 * pi * 0.5 * (std::abs(samples) + 3.0) / rate_hz, 3) / 6.0;
+    for (std::size_t i = 0; i < expected.size(); ++i) REQUIRE(std::abs(shifted[i] - expected[i]) < bound);
+  }
   const std::vector<double> exact = sine(0.3);
   const Protocol gain = with(Condition::gain, 0.3, 0.3);
   const Protocol offset = with(Condition::offset, 2.0, 2.0), drift = with(Condition::drift, 1.0, 1.0);
@@ -187,6 +196,8 @@ TEST_CASE("record: moving averages, of what was or about each sample") {
     for (std::size_t i = 100; i < 12'000; ++i) CHECK(near(averaged[i], static_cast<double>(i) - lag, 1e-9));
   }
   CHECK(lags == std::set<double>{0.0, 5.0});
+  const double of_two = amplitude(recorded(with(Condition::average, 0.02, 0.02), sine(8.0)), 8.0);
+  CHECK(near(of_two / 0.01, std::cos(pi * 0.08), 1e-6));
 }
 
 TEST_CASE("record: low-passes are Butterworth's") {
