@@ -181,6 +181,10 @@ TEST_CASE("batchnorm: by hand") {
   for (const float v : single.forward({5, -7})) CHECK(std::abs(v) < 7 / std::sqrt(1e-5f) * 1.2e-7f);
   CHECK(single.chain.statistics()[1]->value == Values{0.9f, 0.9f});
 
+  Hand two({1, 1, 2}, "batchnorm");  // mean 3, unbiased variance 8
+  two.forward({1, 5});
+  CHECK(two.chain.statistics()[1]->value[0] == static_cast<float>(0.9 + 0.1 * 8));
+
   Hand constant({1, 2, 2}, "batchnorm");
   for (const float v : constant.forward({1e6f, 1e6f, 1e6f, 1e6f})) CHECK(std::abs(v) < 100);
   Hand diverged({1, 1, 2}, "batchnorm");

@@ -60,6 +60,14 @@ TEST_CASE("ParameterTable: the single pendulum's") {
   CHECK(table.simulable(middle) == middle);
 }
 
+TEST_CASE("ParameterInfo: beyond its range is beyond a twentieth of it") {
+  ParameterInfo info = single_pendulum().parameters[Kp];
+  info.low = 20.0;
+  info.high = 40.0;
+  for (const double inside : {19.0, 20.0, 40.0, 41.0}) CHECK(!info.is_beyond(inside));
+  for (const double outside : {18.9, 41.1, std::nan("")}) CHECK(info.is_beyond(outside));
+}
+
 TEST_CASE("ParameterTable: to the unit box and back") {
   for (const ParameterTable* table : {&single_pendulum().parameters, &made_up_body().parameters}) {
     std::vector<double> unit;
