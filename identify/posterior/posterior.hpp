@@ -23,7 +23,7 @@ namespace decid::posterior {
 struct Settings {
   std::uint64_t seed = 1;
   int groups = 1;            ///< of `lanes` chains each, which run on threads of their own
-  int annealing_moves = 10;  ///< transitions at each level of the sensor's noise
+  int annealing_moves = 15;  ///< transitions at each level of the sensor's noise
   int window_moves = 18;     ///< in each window of warming up
   int most_leaps = 200;      ///< of a transition: as many as the widest direction needs, to that many
   int block = 20;            ///< transitions of each chain after which it is asked whether they are enough
@@ -31,7 +31,7 @@ struct Settings {
   int trial_draws = 25;      ///< of a chain, after which a round that is not the last may begin anew
   int least_draws = 40;      ///< of a chain
   int most_draws = 160;
-  long long most_steps = 20'000;  ///< leapfrog steps of a group; beyond them no more draws are begun
+  long long most_steps = 25'000;  ///< leapfrog steps of a group; beyond them no more draws are begun
   double largest_rhat = 1.05;     ///< enough: every quantity's R-hat is at most this
   double effective_draws = 100;   ///< and it has so many
 };

@@ -26,5 +26,5 @@ TEST_CASE("sample: golden draws" * doctest::test_suite("golden")) {
       bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
   }
-  CHECK(sha256(bytes) == "07b62a13fa8892a7dc06019cf4a70762dff57ffe7fbf46bb8c5549fa992b1ed7");
+  CHECK(sha256(bytes) == "771c65d383149912c172639ba60b6ac96694533f3486aa28283a6b6f6419c7c2");
 }
