@@ -90,9 +90,11 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
     const FitFigures& fit = fitted.fits[i];
     if (id.error) throw Error(*id.error);
     const bool from_network = fit.answer == FitFigures::Answer::network && id.estimate.distribution;
-    if (!made.truth.empty())
+    if (!made.truth.empty()) {
       answers.push_back(from_network ? calibrate(made.truth[i], *id.estimate.distribution)
                                      : calibrate(made.truth[i], fit.posterior, ranges));
+      answers.back().network = fit.network;
+    }
     row.from_network += from_network ? 1 : 0;
     count_trust(id, !answers.empty() && furthest(answers.back()) > far_off_sd, row);
     row.mean_s += fit.seconds / static_cast<double>(fitted.fits.size());

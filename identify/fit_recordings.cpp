@@ -79,6 +79,7 @@ class Fitter {
       const std::lock_guard lock(one_at_a_time_);
       Estimate answer = std::move(network_->estimate({trial}).front());
       networks = std::move(network_->explain(std::span(&answer, 1)).front());
+      figures.network = answer.parameters;
       const bool same_priors = request_.priors.parameters.empty();  // as the network was trained with
       if (same_priors && found.apart()) {
         figures.answer = FitFigures::Answer::network;

@@ -25,6 +25,7 @@ struct FitFigures {
   enum class Answer { posterior, network };
   Answer answer = Answer::posterior;
   posterior::Posterior posterior;
+  std::optional<sim::Parameters> network;  ///< its answer, where it knows the experiment
   posterior::Inferred inferred;
   PredictiveCheck check;
   double samples_noise_deg = 0.0;  ///< the sensor's noise by the samples' second differences

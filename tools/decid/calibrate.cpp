@@ -240,19 +240,21 @@ Json condition_json(const FitConditionFigures& row, const sim::ParameterTable& t
 
 std::string conditions_text(const Json& rows) {
   std::string text =
-      "| condition | size | trials | MSE | predicted | coverage of 90% | usable | caution | not usable | usable, "
+      "| condition | size | trials | MSE | predicted | network's MSE | coverage of 90% | usable | caution | not usable "
+      "| usable, "
       "beyond "
-      "5 sd | network's answer | mean s | longest s |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "5 sd | network's answer | mean s | longest s |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Json& row : rows) {
     const bool known = !row.at("figures").is_null();
     const auto figure = [&](const char* key) {
-      return known ? format("%.3f", row.at("figures").at("all").at(key).get<double>()) : std::string("-");
+      const Json value = known ? row.at("figures").at("all").at(key) : Json(nullptr);
+      return value.is_null() ? std::string("-") : format("%.3f", value.get<double>());
     };
-    text += format("| %s | %g | %d | %s | %s | %s | %d | %d | %d | %d | %d | %.1f | %.1f |\n",
+    text += format("| %s | %g | %d | %s | %s | %s | %s | %d | %d | %d | %d | %d | %.1f | %.1f |\n",
                    row.at("condition").get<std::string>().c_str(), row.at("size").get<double>(),
                    row.at("trials").get<int>(), figure("mse").c_str(), figure("promised").c_str(),
-                   figure("covered90").c_str(), row.at("usable").get<int>(), row.at("caution").get<int>(),
-                   row.at("not_usable").get<int>(), row.at("usable_far_off").get<int>(),
+                   figure("network_mse").c_str(), figure("covered90").c_str(), row.at("usable").get<int>(),
+                   row.at("caution").get<int>(), row.at("not_usable").get<int>(), row.at("usable_far_off").get<int>(),
                    row.at("from_network").get<int>(), row.at("mean_s").get<double>(), row.at("max_s").get<double>());
   }
   return text;

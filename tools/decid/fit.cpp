@@ -30,6 +30,7 @@
 #include "tools/decid/results.hpp"
 #include "tools/decid/results_table.hpp"
 #include "tools/report/fit_page.hpp"
+#include "tools/report/other_answer.hpp"
 
 namespace decid::tools {
 namespace {
@@ -372,8 +373,10 @@ void run_fit(FitOptions options, const Command& command) {
   const Fits fits = fit_files(options, model, protocol, reading, journal ? &*journal : nullptr);
   if (!is_root()) return;
   refuse_alone(fits.common.recordings);
-  write_results(options, {model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers)},
-                fits, groups);
+  write_results(
+      options,
+      {model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers), beside_fit}, fits,
+      groups);
   const bool failed =
       std::ranges::any_of(fits.common.recordings, [](const Identification& id) { return id.error.has_value(); });
   if (journal && !failed && fits.all_begun() && !interrupted()) journal->remove();

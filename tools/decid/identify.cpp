@@ -16,6 +16,7 @@
 #include "tools/decid/results.hpp"
 #include "tools/decid/results_table.hpp"
 #include "tools/report/identify_page.hpp"
+#include "tools/report/other_answer.hpp"
 
 namespace decid::tools {
 namespace {
@@ -145,7 +146,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   const Json compared = options.group.empty() ? Json(nullptr) : groups_json(list, groups, model.parameters());
   const bool names_weights = options.wants_json() || !options.report.empty();
   const MadeWith with{model_name(options.model), names_weights ? nn::weights_sha256(model.network) : std::string(),
-                      command.given(beside_answers)};
+                      command.given(beside_answers), beside_identify};
   const std::string json = options.wants_json() ? recordings_json(with, all, list, compared) : std::string();
   std::vector<std::string> failed;
   for (const Identification& id : all.recordings)

@@ -12,6 +12,7 @@
 #include "tools/decid/posterior_results.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/parameters_json.hpp"
+#include "tools/report/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -108,6 +109,7 @@ std::string recordings_json(const MadeWith& with, const Identifications& all, co
             {"options", with.options},
             {"protocol", parse_json(sim::to_json(all.protocol), "protocol")},
             {"body", body_json(all.protocol.experiment.body, all.body_assumed)},
+            {"other_answer", other_answer_json(with.other_answer)},
             {"recordings", recordings}};
   if (!groups.is_null()) json.update(groups);
   // A file name need not be UTF-8; other bytes are replaced.

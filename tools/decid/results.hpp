@@ -6,6 +6,7 @@
 
 #include "base/json.hpp"
 #include "identify/recordings.hpp"
+#include "tools/report/other_answer.hpp"
 
 namespace decid::tools {
 
@@ -14,6 +15,7 @@ struct MadeWith {
   std::string model;                 ///< its name
   std::string weights_sha256;        ///< of its weights
   std::vector<std::string> options;  ///< that were given and change the answers: "--unit rad"
+  OtherAnswer other_answer;
 };
 
 /// Options that change no answer, and those that the JSON has otherwise.
@@ -33,7 +35,7 @@ std::string identification_text(const Identification& id, const sim::Protocol& p
 Json recording_json(const Identification& id, const sim::Protocol& protocol);
 Json body_json(const sim::Body& body, bool assumed);
 /// {"decid": version, "model": ..., "model_sha256": ..., "options": [...], "protocol": {...}, "body": ...,
-/// "recordings": [...]}.
+/// "other_answer": ..., "recordings": [...]}.
 /// groups: as group_results.hpp has them, added if they are not null.
 std::string recordings_json(const MadeWith& with, const Identifications& all, const Json& recordings,
                             const Json& groups);

@@ -234,6 +234,7 @@ std::string fit_report_html(const std::string& version, const FitRequest& reques
   Json data = {{"version", version},
                {"seed", request.settings.seed},
                {"groups", groups},
+               {"other_answer", other_answer_json(beside_fit)},
                {"recordings", Json::array()},
                {"failed", failed}};
   for (Json& recording : recordings)

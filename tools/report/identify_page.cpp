@@ -208,6 +208,7 @@ std::string report_html(const ReportModel& model, const Identifications& all, st
                  {"protocol", all.protocol.name},
                  {"recalibrated", model.recalibrated}}},
                {"groups", groups},
+               {"other_answer", other_answer_json(beside_identify)},
                {"platform", series_to_json({{"tilt", &all.tilt_rad}})},
                {"recordings", Json::array()},
                {"failed", failed}};

@@ -9,6 +9,10 @@
 
 namespace decid::tools {
 
+Json other_answer_json(const OtherAnswer& other) {
+  return {{"command", other.command}, {"adds", other.adds}};
+}
+
 Json described_parameters(const Identification& recording, const sim::Protocol& protocol,
                           const sim::ParameterTable& table) {
   Json list = parameters_json(table, recording.estimate.parameters, protocol.experiment.body.mgh(), recording.truth,

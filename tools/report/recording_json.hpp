@@ -7,9 +7,13 @@
 
 #include "base/json_object.hpp"
 #include "identify/recordings.hpp"
+#include "tools/report/other_answer.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
+
+/// {"command", "adds"}.
+Json other_answer_json(const OtherAnswer& other);
 
 /// parameters_json() of its estimate, with "description", "low" and "high" of the range in `table`.
 Json described_parameters(const Identification& recording, const sim::Protocol& protocol,

@@ -25,6 +25,12 @@ const describeTilt = tilt => absent(tilt) ? "" : ` By the tilt measured (\u201c$
   `${fixed(tilt.delay_s, 3)} s after the recording (correlation ${fixed(tilt.correlation, 3)}, gain ${fixed(tilt.gain, 3)}).`;
 
 
+// What the other command would add.
+function otherAnswer() {
+  const { command, adds } = report.other_answer;
+  return element("p", {}, "Another answer to the same recording: ", element("code", {}, command), `: ${adds}.`);
+}
+
 // what: "Not identified".
 function failures(what) {
   if (report.failed.length === 0) return;

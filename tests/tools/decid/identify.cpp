@@ -116,6 +116,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   const Json json = Json::parse(printed.out);
   CHECK(json.at("decid") == DECID_VERSION);
   CHECK(json.at("model_sha256").get<std::string>().size() == 64);
+  CHECK(json.at("other_answer").at("command") == "decid fit");
   CHECK(json.at("options").empty());
   CHECK(json.at("protocol").at("name") == "default");
   CHECK(Json::parse(run_decid("identify --json --quiet --unit deg --detrend offset " + trial).out).at("options") ==

@@ -1,0 +1,18 @@
+// The command that gives another answer to the same recording, and what that answer adds. Figures: docs/fit.md,
+// "Identify or fit?".
+#pragma once
+
+namespace decid::tools {
+
+struct OtherAnswer {
+  const char* command;
+  const char* adds;
+};
+
+inline constexpr OtherAnswer beside_identify{
+    "decid fit",
+    "about half the squared error, and intervals that allow for start, drift and noise; some 10 s a recording"};
+inline constexpr OtherAnswer beside_fit{"decid identify",
+                                        "a second opinion within milliseconds, with about twice the squared error"};
+
+}  // namespace decid::tools
