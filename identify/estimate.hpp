@@ -45,7 +45,8 @@ struct Explanation {
   double variance_accounted_for = std::numeric_limits<double>::quiet_NaN();  ///< 1 - var(residual) / var(sway)
   /// How much of the controller's response to the tilt is in the recording (following.hpp): 1 all, 0 none; NaN unknown.
   double following = std::numeric_limits<double>::quiet_NaN();
-  /// The standard deviation of that among trials of the controller; NaN unknown.
+  /// Mean and standard deviation of that among trials of the controller; NaN unknown.
+  double following_mean = std::numeric_limits<double>::quiet_NaN();
   double following_sd = std::numeric_limits<double>::quiet_NaN();
   /// How little the recording is like what the model was trained on (following.hpp); 96 of 100 simulated trials are
   /// below 1. NaN if the model has no familiarity.

@@ -142,9 +142,12 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   explanation.rms_residual_deg = found.rms_deg;
   explanation.variance_accounted_for = found.variance_accounted_for;
   warn_of_residual(simulated.noisy, explanation);
-  if (following_)
-    explanation.following =
-        following_->measure(simulated.following, answer.trial.sway_rad(), &explanation.following_sd);
+  if (following_) {
+    Following::Spread spread;
+    explanation.following = following_->measure(simulated.following, answer.trial.sway_rad(), &spread);
+    explanation.following_mean = spread.mean;
+    explanation.following_sd = spread.sd;
+  }
   if (frf_)
     explanation.frf =
         frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment.body);
@@ -194,18 +197,19 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
 void warn_unless_following(Explanation& explanation) {
   constexpr double least = 0.3, most = 2.0, significant_sd = 4.0;
   const double following = explanation.following;
-  if (std::isnan(following) || std::abs(following - 1.0) < significant_sd * explanation.following_sd) return;
-  if (following < least)
+  const double mean = explanation.following_mean, sd = explanation.following_sd;
+  if (std::isnan(following) || std::abs(following - mean) < significant_sd * sd) return;
+  if (following < least * mean)
     add_caution(
         explanation.warnings, "hardly_follows",
         format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "
-               "would have (+-%.2f among its trials); was it this protocol, and in time with the recording?",
-               following, explanation.following_sd));
+               "would have (%.2f +- %.2f among its trials); was it this protocol, and in time with the recording?",
+               following, mean, sd));
   if (following > most)
     add_caution(explanation.warnings, "large_response",
                 format("the sway follows the protocol's tilt %.2f times as much as the identified controller would "
                        "(+-%.2f among its trials): was the tilt larger, or the sway in another unit?",
-                       following, explanation.following_sd));
+                       following, sd));
 }
 
 }  // namespace decid

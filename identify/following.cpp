@@ -34,7 +34,7 @@ Following::Following(const sim::Protocol& protocol)
           static_cast<std::size_t>(fft_.bins()),
           1 + static_cast<std::size_t>(highest_hz * protocol.samples() / protocol.experiment.sample_rate_hz))) {}
 
-double Following::measure(const Simulated& simulated, std::span<const float> sway_rad, double* sd) const {
+double Following::measure(const Simulated& simulated, std::span<const float> sway_rad, Spread* spread) const {
   const auto stands = [](const std::vector<double>& sway) { return !sway.empty(); };
   const auto standing = std::ranges::count_if(simulated.sways_, stands);
   if (standing < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
@@ -84,17 +84,34 @@ double Following::measure(const Simulated& simulated, std::span<const float> swa
   double sensor = 0;
   for (std::size_t k = from; k < to; ++k) sensor += std::norm(recorded[k]) / static_cast<double>(to - from);
 
-  double found = 0, expected = 0;
+  std::vector<double> weight(lines_, 0.0);  // one over the noise's power
+  double found = 0, expected = 0, of_sensor = 0;
   for (std::size_t k = 1; k < lines_; ++k) {
     const std::size_t first = k > smoothing ? k - smoothing : 1, last = std::min(k + smoothing, lines_ - 1);
     double noise = 0;
     for (std::size_t j = first; j <= last; ++j) noise += power[j] / static_cast<double>(last - first + 1);
     noise += sensor;
     if (noise <= 0) continue;
+    weight[k] = 1 / noise;
     found += (recorded[k] * std::conj(response[k])).real() / noise;
     expected += std::norm(response[k]) / noise;
+    of_sensor += std::norm(response[k]) * sensor / (noise * noise);
   }
-  if (sd != nullptr) *sd = std::sqrt(0.5 / expected);  // half of each line's power is in phase with the response
+  if (spread == nullptr) return found / expected;
+  // Each trial beside the mean of the others. Half of the sensor's power in a line is in phase with the response.
+  double sum = 0, squares = 0;
+  for (std::size_t i = 0; i < trials; ++i) {
+    if (!stands(simulated.sways_[i])) continue;
+    double follows = 0;
+    for (std::size_t k = 1; k < lines_; ++k) {
+      const sim::Complex own = spectra[k * trials + i], others = (response[k] * count - own) * (1 / (count - 1));
+      follows += (own * std::conj(others)).real() * weight[k];
+    }
+    sum += follows / expected;
+    squares += follows * follows / (expected * expected);
+  }
+  *spread = {sum / count,
+             std::sqrt((squares - sum * sum / count) / (count - 1) + 0.5 * of_sensor / (expected * expected))};
   return found / expected;
 }
 

@@ -40,8 +40,12 @@ class Following {
   /// vestibular noise drowns the response; of the same ones started two or ten seconds late, 95%. NaN if the controller
   /// falls in most of its trials; without any noise, its own (Nv 0) and the sensor's, it may be: N is 0, but for
   /// rounding. sway_rad: the protocol's samples.
-  /// sd: if it is given, the standard deviation of that among trials of the controller.
-  double measure(const Simulated& simulated, std::span<const float> sway_rad, double* sd = nullptr) const;
+  /// spread: if it is given, what that is among trials of the controller with the sensor's noise. Its mean is below 1
+  /// where noise drowns the response: S is the mean of some trials, so |S|^2 has their noise over their number in it.
+  struct Spread {
+    double mean = 1.0, sd = 0.0;
+  };
+  double measure(const Simulated& simulated, std::span<const float> sway_rad, Spread* spread = nullptr) const;
 
  private:
   sim::RealFft fft_;

@@ -154,14 +154,20 @@ TEST_CASE("explain: a controller that falls, always or with its noise, explains 
 
 TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that cannot be judged gets none") {
   Explanation id;
-  for (const double following : {0.3, 1.0, std::nan("")}) {
+  const auto silent = [&](double following, double mean, double sd) {
     id.following = following;
+    id.following_mean = mean;
+    id.following_sd = sd;
     warn_unless_following(id);
-    CHECK(id.warnings.empty());
-  }
-  id.following = 0.29;
-  warn_unless_following(id);
-  CHECK(warns(id, "hardly follows the protocol's tilt: 0.29"));
+    return id.warnings.empty();
+  };
+  for (const double following : {0.3, 1.0, 2.0, std::nan("")}) CHECK(silent(following, 1.0, 0.1));
+  CHECK(silent(0.29, 1.0, 0.2));  // as trials of the controller may be
+  CHECK(silent(0.1, 0.3, 0.04));  // where noise drowns the response
+  CHECK_FALSE(silent(0.29, 1.0, 0.1));
+  CHECK(id.warnings.back().code == "hardly_follows");
+  CHECK_FALSE(silent(2.1, 1.0, 0.1));
+  CHECK(id.warnings.back().code == "large_response");
 }
 
 TEST_CASE("explanation: one of many is the same as alone") {

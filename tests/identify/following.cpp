@@ -86,6 +86,28 @@ TEST_CASE("following: without vestibular noise it is 1 but for the sensor's") {
   CHECK(within(following.measure(controller(0.0), half), 0.5, 0.01));
 }
 
+TEST_CASE("following: where noise drowns the response its mean and deviation are known") {
+  sim::Protocol protocol = simulator().protocol();
+  protocol.sequence().amplitude_deg = 0.1;
+  const sim::Simulator little(protocol);
+  const test::FollowingAlone following(little);
+  Following::Spread spread;
+  double sum = 0.0, squares = 0.0;
+  constexpr int many = 100;
+  for (int i = 0; i < many; ++i) {
+    std::vector<double> sway(static_cast<std::size_t>(little.samples()));
+    REQUIRE(little.run(controller(), Random(3, Stream::vestibular_noise, static_cast<std::uint64_t>(i)), sway).valid);
+    const double value = following.measure(controller(), std::vector<float>(sway.begin(), sway.end()), &spread);
+    sum += value / many;
+    squares += value * value / many;
+  }
+  CHECK(spread.mean < 0.9);
+  // Four standard errors; the response that all are laid over is itself a mean of 32 trials.
+  CHECK(within(sum, spread.mean, 4.0 * spread.sd * std::sqrt(1.0 / many + 1.0 / 32)));
+  // A deviation of 32 values errs by an eighth of itself, one of 100 by a fourteenth: four of both together.
+  CHECK(near(std::sqrt(squares - sum * sum), spread.sd, 0.57));
+}
+
 TEST_CASE("following: white noise, sway of another start and of no tilt do not follow") {
   const test::FollowingAlone following(simulator());
   const Sample noise = measured(following, trials, [](std::uint64_t i) {

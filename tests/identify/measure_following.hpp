@@ -11,7 +11,8 @@ class FollowingAlone {
  public:
   explicit FollowingAlone(const sim::Simulator& simulator) : simulator_(simulator), following_(simulator.protocol()) {}
 
-  double measure(const sim::Parameters& parameters, std::span<const float> sway_rad) const {
+  double measure(const sim::Parameters& parameters, std::span<const float> sway_rad,
+                 Following::Spread* spread = nullptr) const {
     Following::Simulated simulated;
     simulator_.run_all(
         Following::trials,
@@ -22,7 +23,7 @@ class FollowingAlone {
         [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
           if (outcome.valid) simulated.put(i, sway);
         });
-    return following_.measure(simulated, sway_rad);
+    return following_.measure(simulated, sway_rad, spread);
   }
 
  private:
