@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -173,6 +174,10 @@ int EpochBatches::beginning_at(int first) const {
               "give a checkpoint of the same training, begun by this version of decid");
 }
 
+struct Feed::Making {
+  std::shared_future<void> done;
+};
+
 Feed::Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
            int first_epoch, int last_epoch, BatchSharing sharing, int first_trial)
     : source_(source),
@@ -184,19 +189,20 @@ Feed::Feed(const TrialSource& source, Encoding encoding, const TargetScaling& ta
       sharing_(std::move(sharing)),
       epoch_(first_epoch),
       last_epoch_(last_epoch),
-      next_(batches_.beginning_at(first_trial)) {
+      next_(batches_.beginning_at(first_trial)),
+      making_(std::make_unique<Making>()) {
   start();
 }
 
 Feed::~Feed() {
-  if (making_.valid()) making_.wait();
+  if (making_->done.valid()) making_->done.wait();
 }
 
 Feed::Batch Feed::next() {
   if (taken_ == current_.last_batch) {
-    if (!making_.valid()) throw Error("feed", "has no batch left", "ask for those of its epochs only");
-    making_.get();  // throws again on every call if it ended with an exception
-    making_ = {};
+    if (!making_->done.valid()) throw Error("feed", "has no batch left", "ask for those of its epochs only");
+    making_->done.get();  // throws again on every call if it ended with an exception
+    making_->done = {};
     std::swap(current_, coming_);
     taken_ = current_.first_batch;
     own_taken_ = 0;
@@ -228,11 +234,11 @@ void Feed::start() {
     for (const int place : own_of(batches_.size(batch)))
       indices.push_back(order_[static_cast<std::size_t>(batches_.first(batch) + place)]);
   // A new thread has an OpenMP team of its own: it gets as many threads as the caller's.
-  making_ = std::async(std::launch::async,
-                       [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
-                         omp_set_num_threads(threads);
-                         fill(coming_, epoch, std::move(indices));
-                       });
+  making_->done = std::async(std::launch::async,
+                             [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
+                               omp_set_num_threads(threads);
+                               fill(coming_, epoch, std::move(indices));
+                             });
   if (next_ < batches_.count()) return;
   next_ = 0;
   ++epoch_;

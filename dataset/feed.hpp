@@ -10,7 +10,7 @@
 
 #include <cstdint>
 #include <functional>
-#include <future>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -112,7 +112,8 @@ class Feed {
   Block current_, coming_;
   int taken_ = 0;              // the next batch of the current block
   std::size_t own_taken_ = 0;  // this process's trials of those before it
-  std::shared_future<void> making_;
+  struct Making;               // <future> takes a second to read
+  std::unique_ptr<Making> making_;
 };
 
 }  // namespace decid::dataset
