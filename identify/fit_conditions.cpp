@@ -74,14 +74,16 @@ std::vector<FitCondition> fit_faults(const sim::Protocol& protocol, const poster
 }
 
 FitConditionFigures fit_condition(const Model& model, const sim::Protocol& protocol, const FitCondition& condition,
-                                  const FitRequest& request, int trials, std::uint64_t seed) {
+                                  const FitRequest& request, int trials, std::uint64_t seed,
+                                  const FitProgress& progress) {
   FitConditionFigures row;
   row.fault = condition.fault;
   FaultTrials::Trials made = FaultTrials(protocol, condition.recorded, condition.fault, seed).take(0, trials);
   if (made.sways.empty())
     throw Error("protocol " + protocol.name, "no trial stands " + condition.fault.what, "use a smaller stimulus");
   const FittedRecordings fitted =
-      fit_recordings(&model, protocol, recordings_of(made), std::optional<sim::Body>(), request);
+      fit_recordings(&model, protocol, recordings_of(made), std::optional<sim::Body>(), request, progress);
+  if (std::ranges::any_of(fitted.fits, [](const FitFigures& fit) { return fit.stopped; })) return row;
   const sim::ParameterTable ranges = protocol.ranges();
   row.trials = static_cast<int>(fitted.fits.size());
   std::vector<CalibratedTrial> answers;

@@ -40,8 +40,10 @@ struct FitConditionFigures {
 };
 
 /// Fits the first valid trials of the seed, recorded so. Of leg and trunk those that stand. Throws Error if the
-/// protocol cannot be fitted, and where no trial stands.
+/// protocol cannot be fitted, and where no trial stands. progress: may stop the row, which then has
+/// no trials.
 FitConditionFigures fit_condition(const Model& model, const sim::Protocol& protocol, const FitCondition& condition,
-                                  const FitRequest& request, int trials, std::uint64_t seed);
+                                  const FitRequest& request, int trials, std::uint64_t seed,
+                                  const FitProgress& progress = {});
 
 }  // namespace decid

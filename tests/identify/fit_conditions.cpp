@@ -57,4 +57,18 @@ TEST_CASE("fits of recordings with an offset are as good as without" * doctest::
   CHECK(found.figures->all.covered90 > 0.5);
 }
 
+TEST_CASE("a row that is stopped has no trials") {
+  const sim::Protocol protocol = sim::default_protocol();
+  const FitCondition as_simulated = fit_conditions(protocol).front();
+  int asked = 0;
+  const FitConditionFigures row =
+      fit_condition(built_in_model(), protocol, as_simulated, {}, 2, 99, [&](std::size_t, const posterior::Progress&) {
+        ++asked;
+        return false;
+      });
+  CHECK(asked == 1);
+  CHECK(row.trials == 0);
+  CHECK_FALSE(row.figures);
+}
+
 }  // namespace decid

@@ -310,8 +310,11 @@ void run_conditions(const CalibrateOptions& options) {
     const Fault& fault = conditions[i].fault;
     if (!options.common.quiet)
       std::cerr << format("calibrate: row %zu of %zu, %s\n", i + 1, conditions.size(), fault.what.c_str());
-    rows.push_back(condition_json(fit_condition(model, protocol, conditions[i], request, options.trials, options.seed),
-                                  protocol.parameters()));
+    const FitConditionFigures row =
+        fit_condition(model, protocol, conditions[i], request, options.trials, options.seed,
+                      [](std::size_t, const posterior::Progress&) { return !interrupted(); });
+    if (row.trials == 0) break;
+    rows.push_back(condition_json(row, protocol.parameters()));
     if (!options.output.empty())
       write_file(options.output, Json{{"settings", settings}, {"conditions", rows}}.dump(1) + "\n");
   }
