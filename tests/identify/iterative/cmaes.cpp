@@ -35,6 +35,17 @@ double square(double x) {
 
 }  // namespace
 
+TEST_CASE("cma-es: the centre moves to the better half, by the tutorial's weights") {
+  CmaEs search(std::vector<double>{0.5, 0.5}, 0.01, 6, 1, 0);
+  const std::vector<double> points = search.ask();
+  search.tell(std::vector<double>{5, 1, 4, 2, 3, 6});
+  // (ln 3.5 - ln i) over their sum, i = 1, 2, 3.
+  const double weights[3] = {0.637042571241217, 0.284570257438033, 0.078387171320750};
+  for (std::size_t i = 0; i < 2; ++i)
+    CHECK(within(search.mean()[i], weights[0] * points[2 + i] + weights[1] * points[6 + i] + weights[2] * points[8 + i],
+                 1e-12));
+}
+
 TEST_CASE("cma-es: sphere, ellipsoid and Rosenbrock's valley, inside the box") {
   const Function sphere = [](auto x) {
     double sum = 0;
