@@ -50,7 +50,7 @@ extern "C" {
 typedef enum decid_status {
   DECID_OK = 0,
   DECID_FAILED = 1,    /* anything not below: a mistake in decid */
-  DECID_BAD_INPUT = 2, /* an argument, a file or a recording; the text names it */
+  DECID_BAD_INPUT = 2, /* an argument, a file or a recording, or a disk that is full; the text names it */
   DECID_NO_MEMORY = 3,
   DECID_STOPPED = 4 /* a callback asked for it */
 } decid_status;

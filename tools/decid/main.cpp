@@ -54,7 +54,7 @@ void refuse_empty(int argc, char** argv) {
 /// No single write reports a full disk.
 void require_written_output() {
   std::cout.flush();
-  if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
+  if (!std::cout) throw decid::WriteError("standard output", "cannot be written", "is the disk full?");
 }
 
 /// How the work ended.
@@ -104,6 +104,8 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
 Ending run_to_its_end(int argc, char** argv, const decid::tools::Session& session) {
   try {
     return run(argc, argv, session);
+  } catch (const decid::WriteError& error) {
+    return {1, error.what()};
   } catch (const decid::Error& error) {
     return {2, error.what()};
   } catch (const std::bad_alloc&) {
