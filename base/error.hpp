@@ -11,7 +11,7 @@ namespace decid {
 /// Thrown for every bad input, file or setting. `what()` reads "where: problem; remedy".
 class Error : public std::runtime_error {
  public:
-  /// `where` names the file, option or function; `problem` says what is wrong with it, figures included;
+  /// `where` names the file, setting or function; `problem` says what is wrong with it, figures included;
   /// `remedy` says what to do.
   Error(std::string where, std::string problem, std::string remedy);
 
