@@ -47,7 +47,7 @@ std::string first_difference(const Json& earlier, const Json& now, const std::st
   for (const auto& [key, value] : now.items()) {
     const auto before = earlier.find(key);
     if (before == earlier.end()) return prefix + key + " is " + shown(value) + ", and was not there";
-    if (const std::string text = first_difference(*before, value, prefix + key); !text.empty()) return text;
+    if (std::string text = first_difference(*before, value, prefix + key); !text.empty()) return text;
   }
   for (const auto& [key, value] : earlier.items())
     if (!now.contains(key)) return prefix + key + " was " + shown(value) + ", and is not there";
