@@ -21,9 +21,10 @@ namespace decid {
 namespace {
 
 [[noreturn]] void fail_at_position(const std::filesystem::path& path, int error) {
-  throw Error(path.string(), "cannot be written: " + errno_text(error),
-              error == ENOSPC || error == EDQUOT ? "free space on its disk and run the same command again"
-                                                 : "check the disk and its mount, then run the same command again");
+  throw WriteError(path.string(), "cannot be written: " + errno_text(error),
+                   error == ENOSPC || error == EDQUOT
+                       ? "free space on its disk and run the same command again"
+                       : "check the disk and its mount, then run the same command again");
 }
 
 }  // namespace
@@ -42,6 +43,7 @@ DiskFile::DiskFile(std::filesystem::path path, Access access)
   if (error == ENOENT && !std::filesystem::exists(folder, ignored)) {
     throw Error(path_.string(), "its folder does not exist", "create the folder " + folder.string() + " first");
   }
+  if (error == ENOSPC || error == EDQUOT) fail_at_position(path_, error);
   throw Error(path_.string(), "cannot be created: " + errno_text(error),
               "choose a folder that exists and that you may write to");
 }

@@ -41,8 +41,9 @@ class Descriptor {
 };
 
 [[noreturn]] void fail_to_write(const fs::path& path, int error) {
-  throw Error(path.string(), "writing failed: " + errno_text(error),
-              error == ENOSPC ? "free space on the disk" : "check the disk and its mount");
+  throw WriteError(path.string(), "writing failed: " + errno_text(error),
+                   error == ENOSPC || error == EDQUOT ? "free space on its disk, or write to another"
+                                                      : "check the disk and its mount");
 }
 
 // What a path stands for, symbolic links followed.
@@ -101,6 +102,7 @@ fs::path create_temporary(const fs::path& target) {
     if (error == ENOENT && !fs::exists(folder, ignored)) {
       throw Error(target.string(), "its folder does not exist", "create the folder " + folder.string() + " first");
     }
+    if (error == ENOSPC || error == EDQUOT) fail_to_write(target, error);
     throw Error(target.string(), "cannot be created: " + errno_text(error),
                 "choose a folder that exists and that you may write to");
   }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/math.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 
 namespace decid {
@@ -45,7 +46,7 @@ void warn_of_edges(const Density& density, const Posterior& found, bool from_net
                                                              : Severity::info;
   warnings.push_back({severity, "at_edge",
                       "at the end of the prior: " + names +
-                          (severity == Severity::info ? "; the true value may lie beyond it (--range)"
+                          (severity == Severity::info ? "; the true value may lie beyond it (" + setting("ranges") + ")"
                                                       : "; the recording may not be of this model")});
 }
 

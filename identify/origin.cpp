@@ -3,6 +3,7 @@
 
 #include "base/error.hpp"
 #include "base/json_object.hpp"
+#include "base/setting.hpp"
 
 namespace decid {
 namespace {
@@ -161,14 +162,13 @@ void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& 
   if (trained_on(origin, data)) {
     if (part == Measured::all)
       throw Error(name, "is the data set that the model was trained on: half of its trials were its training",
-                  "choose its validation or training half (--split), or a data set of another seed");
+                  "choose its validation or training half (" + setting("split") + "), or a data set of another seed");
     return;
   }
   for (const dataset::TrialIdentity& trained : start_from(origin, {}).trials) {
     if (trained.seed && data.seed && *trained.seed == *data.seed)
       throw Error(name, "seed " + std::to_string(*data.seed) + " is that of the training's trials",
-                  data.kind == Kind::stream ? "give another --seed"
-                                            : "make the data set with another seed (decid dataset --seed)");
+                  (data.kind == Kind::stream ? "give another " : "make the data set with another ") + setting("seed"));
     if (trained.kind == Kind::stored && data.kind == Kind::stored && trained.sha256 == data.sha256)
       throw Error(name, "is the data set that the model before the fine tuning was trained on",
                   "take a data set of another seed");

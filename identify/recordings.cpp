@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "base/parallel.hpp"
+#include "base/setting.hpp"
 
 namespace decid {
 namespace {
@@ -67,7 +68,8 @@ std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>
   std::vector<RecordingSource> sources;
   for (const std::vector<RecordingSource>& some : found) {
     if (some.empty())
-      throw Error("--trial", "does not go with standard input, which can be read only once", "name a file");
+      throw Error(setting("trial_column"), "does not go with standard input, which can be read only once",
+                  "name a file");
     sources.insert(sources.end(), some.begin(), some.end());
   }
   return sources;

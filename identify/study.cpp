@@ -10,6 +10,7 @@
 #include "base/file.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "dataset/recording/csv.hpp"
 #include "identify/explanation.hpp"
@@ -110,7 +111,7 @@ void finish(std::vector<Bin>& all) {
 
 [[noreturn]] void refuse_seed(std::uint64_t seed) {
   throw Error("fresh trials", "seed " + std::to_string(seed) + " is that of the training's trials",
-              "give another seed (--seed)");
+              "give another " + setting("seed"));
 }
 
 int column_named(const dataset::CsvTable& table, const std::string& name, const std::string& file) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 
 namespace decid::sim {
 
@@ -109,7 +110,7 @@ void read_kind(JsonObject& object, const Context& context, MeasuredTilt& measure
   }
   if (!context.source.read_tilt) {
     throw Error(where, "'measured.file' names a file, where the samples themselves must be",
-                "write the protocol with decid stimulus --write-protocol, which puts them in");
+                "write the protocol with decid stimulus (" + setting("write_protocol") + "), which puts them in");
   }
   if (object.find("unit")) {
     if (unit != "deg" && unit != "rad") object.wrong_type("unit", "\"deg\" or \"rad\"");

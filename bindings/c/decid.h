@@ -50,7 +50,7 @@ extern "C" {
 typedef enum decid_status {
   DECID_OK = 0,
   DECID_FAILED = 1,    /* anything not below: a mistake in decid */
-  DECID_BAD_INPUT = 2, /* an argument, a file or a recording; the text names it */
+  DECID_BAD_INPUT = 2, /* an argument, a file or a recording, or a disk that is full; the text names it */
   DECID_NO_MEMORY = 3,
   DECID_STOPPED = 4 /* a callback asked for it */
 } decid_status;
@@ -174,8 +174,24 @@ typedef struct decid_read_options {
   const char *leg_column, *trunk_column;    /* angles in space */
   const char *hip_column, *shoulder_column; /* positions */
   const char* ankle_column;                 /* that positions count from; NULL: their means are upright */
+  /* Of a text file that holds several tables, the one to read, by its name or its number from 1; not with skip_lines.
+   */
+  const char* section;
+  /* Where a file holds several recordings (docs/recordings.md#several-recordings-in-one-file): the column that tells
+     them apart, several with commas between them, or an array of a MAT-file; "none": all rows are one recording; NULL:
+     files of several are refused. */
+  const char* trial_column;
+  const char* trial; /* which of them: a name of decid_trials_name; needed beside trial_column */
 } decid_read_options;
 DECID_API void decid_read_defaults(decid_read_options* options, size_t size);
+
+/* The recordings of a file by options->trial_column, in the order in which they begin: "2", "s01,2"; the elements of an
+   array are "1", "2", ... */
+typedef struct decid_trials decid_trials;
+DECID_API decid_status decid_trials_read(const char* path, const decid_read_options* options, decid_trials** trials);
+DECID_API void decid_trials_free(decid_trials* trials);
+DECID_API size_t decid_trials_count(const decid_trials* trials);
+DECID_API const char* decid_trials_name(const decid_trials* trials, size_t index);
 
 /* A CSV, MAT, C3D or .xlsx file (docs/recordings.md). */
 DECID_API decid_status decid_recording_read(const char* path, const decid_read_options* options,

@@ -42,6 +42,10 @@ struct decid_model {
   std::shared_ptr<const decid::Identifier> identifier;  // of the model's own body; copied for each call
 };
 
+struct decid_trials {
+  std::vector<std::string> names;
+};
+
 struct decid_recording {
   explicit decid_recording(decid::dataset::Recording of);
 

@@ -36,6 +36,53 @@ std::optional<double> metres_per(int unit) {
   return {};
 }
 
+/// What of a file is read: which of its tables, which of its recordings.
+void choose_part(const decid_read_options& asked, const char* where, decid::dataset::RecordingOptions& how) {
+  if (asked.skip_lines >= 0) how.skip_lines = asked.skip_lines;
+  how.section = text_or_empty(asked.section);
+  if (how.skip_lines && !how.section.empty())
+    throw decid::Error(where, "section and skip_lines both say where the table begins", "give one of the two");
+  const std::string by = text_or_empty(asked.trial_column);
+  how.is_one_trial = by == "none";
+  if (!how.is_one_trial) how.trial_column = by;
+  how.trial = text_or_empty(asked.trial);
+  if (how.trial_column.empty() && !how.trial.empty())
+    throw decid::Error(where, "trial stands alone", "give trial_column, which tells recordings apart, or neither");
+}
+
+decid::dataset::RecordingOptions reading(const decid_read_options& asked, const char* where) {
+  decid::dataset::RecordingOptions how;
+  how.column = text_or_empty(asked.column);
+  how.unit = unit_of(asked.unit, where);
+  if (asked.rate_hz != 0.0) how.rate_hz = asked.rate_hz;
+  how.fill_gaps_s = asked.fill_gaps_s;
+  const std::string tilt = text_or_empty(asked.tilt_column);
+  how.find_tilt = tilt != "none";
+  if (how.find_tilt) how.tilt_column = tilt;
+  how.tilt_unit = unit_of(asked.tilt_unit, where);
+  how.invert_sway = asked.invert_sway != 0;
+  how.invert_tilt = asked.invert_tilt != 0;
+  how.metres_per_unit = metres_per(asked.unit);
+  if (asked.com_height_m != 0.0) how.com_height_m = asked.com_height_m;
+  if (asked.body_height_m != 0.0) how.body_height_m = asked.body_height_m;
+  how.leg_column = text_or_empty(asked.leg_column);
+  how.trunk_column = text_or_empty(asked.trunk_column);
+  how.hip_column = text_or_empty(asked.hip_column);
+  how.shoulder_column = text_or_empty(asked.shoulder_column);
+  how.ankle_column = text_or_empty(asked.ankle_column);
+  choose_part(asked, where, how);
+  return how;
+}
+
+[[noreturn]] void refuse_unnamed(const std::vector<std::string>& trials, const std::string& file) {
+  constexpr std::size_t shown = 8;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(trials.size(), shown); ++i) names += (i == 0 ? "'" : ", '") + trials[i] + "'";
+  if (trials.size() > shown) names += ", ...";
+  throw decid::Error(file, "holds " + decid::counted(std::ssize(trials), "recording") + ": " + names,
+                     "name one of them as trial");
+}
+
 }  // namespace
 
 void decid_read_defaults(decid_read_options* options, size_t size) {
@@ -48,29 +95,30 @@ decid_status decid_recording_read(const char* path, const decid_read_options* op
   constexpr const char* where = "decid_recording_read";
   return made(recording, where, [&] {
     const std::string file = &given(path, where, "path");
-    const decid_read_options asked = options_of(options, decid_read_defaults, where);
-    decid::dataset::RecordingOptions how;
-    how.column = text_or_empty(asked.column);
-    how.unit = unit_of(asked.unit, where);
-    if (asked.rate_hz != 0.0) how.rate_hz = asked.rate_hz;
-    how.fill_gaps_s = asked.fill_gaps_s;
-    const std::string tilt = text_or_empty(asked.tilt_column);
-    how.find_tilt = tilt != "none";
-    if (how.find_tilt) how.tilt_column = tilt;
-    how.tilt_unit = unit_of(asked.tilt_unit, where);
-    how.invert_sway = asked.invert_sway != 0;
-    how.invert_tilt = asked.invert_tilt != 0;
-    how.metres_per_unit = metres_per(asked.unit);
-    if (asked.skip_lines >= 0) how.skip_lines = asked.skip_lines;
-    if (asked.com_height_m != 0.0) how.com_height_m = asked.com_height_m;
-    if (asked.body_height_m != 0.0) how.body_height_m = asked.body_height_m;
-    how.leg_column = text_or_empty(asked.leg_column);
-    how.trunk_column = text_or_empty(asked.trunk_column);
-    how.hip_column = text_or_empty(asked.hip_column);
-    how.shoulder_column = text_or_empty(asked.shoulder_column);
-    how.ankle_column = text_or_empty(asked.ankle_column);
+    const decid::dataset::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
+    if (!how.trial_column.empty() && how.trial.empty()) refuse_unnamed(decid::dataset::trials_of(file, how), file);
     return std::make_unique<decid_recording>(decid::dataset::read_recording(file, how));
   });
+}
+
+decid_status decid_trials_read(const char* path, const decid_read_options* options, decid_trials** trials) {
+  constexpr const char* where = "decid_trials_read";
+  return made(trials, where, [&] {
+    const std::string file = &given(path, where, "path");
+    const decid::dataset::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
+    if (how.trial_column.empty())
+      throw decid::Error(where, "no column tells recordings apart", "give its name as trial_column");
+    return std::make_unique<decid_trials>(decid_trials{decid::dataset::trials_of(file, how)});
+  });
+}
+void decid_trials_free(decid_trials* trials) {
+  delete trials;
+}
+size_t decid_trials_count(const decid_trials* trials) {
+  return trials == nullptr ? 0 : trials->names.size();
+}
+const char* decid_trials_name(const decid_trials* trials, size_t index) {
+  return trials == nullptr || index >= trials->names.size() ? nullptr : trials->names[index].c_str();
 }
 
 decid_status decid_recording_of(const double* sway, size_t samples, double rate_hz, int unit,

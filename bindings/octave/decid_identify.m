@@ -13,7 +13,8 @@
 %   "detrend"               "none", "offset" or "linear": what is subtracted
 %   "begin"                 where in the recording the protocol starts, s
 %   "model"                 a model file; otherwise the built-in model
-%   "column", "unit", "rate", "fill_gaps", "tilt_column", "tilt_unit", "invert_sway", "invert_tilt"
+%   "column", "unit", "rate", "fill_gaps", "tilt_column", "tilt_unit", "invert_sway", "invert_tilt", "section",
+%   "trial_column", "trial"
 %                           how a file is read: see decid_read
 %
 % result: a structure of trust ("usable", "caution", "not usable"), parameters (a structure array of name, unit, value, sd,

@@ -10,16 +10,19 @@ static decid_model* model;       /* the last one that was used, kept for the nex
 static char model_path[4096];    /* of it; "": the built-in one */
 static decid_protocol* protocol; /* these are of one call */
 static decid_recording* recording;
+static decid_trials* trials;
 static decid_result* result;
-static char texts[6][4096]; /* options that are texts */
+static char texts[10][4096]; /* options that are texts */
 static int used_texts;
 
 static void forget_call(void) {
   decid_result_free(result);
   decid_recording_free(recording);
+  decid_trials_free(trials);
   decid_protocol_free(protocol);
   result = NULL;
   recording = NULL;
+  trials = NULL;
   protocol = NULL;
   used_texts = 0;
 }
@@ -44,15 +47,16 @@ static void require(decid_status status) {
 
 /* ---- Options ---- */
 
-static const char* const identify_options[] = {"rate",        "unit",        "column",    "fill_gaps", "tilt_column",
-                                               "invert_sway", "invert_tilt", "tilt_unit", "mass",      "height",
-                                               "begin",       "detrend",     "model",     NULL};
-static const char* const fit_options[] = {
-    "rate",        "unit",       "column", "fill_gaps", "tilt_column", "invert_sway",  "invert_tilt", "tilt_unit",
-    "mass",        "height",     "begin",  "detrend",   "model",       "protocol",     "prior_start", "prior_gain",
-    "prior_noise", "most_draws", "seed",   "ranges",    "priors",      "moved_before", NULL};
-static const char* const read_options[] = {"rate",        "unit",      "column",      "fill_gaps", "tilt_column",
-                                           "invert_sway", "tilt_unit", "invert_tilt", NULL};
+#define READ_OPTIONS                                                                                          \
+  "rate", "unit", "column", "fill_gaps", "tilt_column", "invert_sway", "invert_tilt", "tilt_unit", "section", \
+      "trial_column", "trial"
+#define IDENTIFY_OPTIONS READ_OPTIONS, "mass", "height", "begin", "detrend", "model"
+static const char* const identify_options[] = {IDENTIFY_OPTIONS, NULL};
+static const char* const fit_options[] = {IDENTIFY_OPTIONS, "protocol",     "prior_start", "prior_gain",
+                                          "prior_noise",    "most_draws",   "seed",        "ranges",
+                                          "priors",         "moved_before", NULL};
+static const char* const read_options[] = {READ_OPTIONS, NULL};
+static const char* const trial_names_options[] = {"section", "trial_column", NULL};
 
 static int is_one_of(const char* name, const char* const* names) {
   for (; *names != NULL; ++names)
@@ -227,6 +231,13 @@ static mxArray* result_to_octave(void) {
 
 /* ---- Commands ---- */
 
+/* Which of a file's tables, and which of its recordings. */
+static void take_part(const mxArray* options, decid_read_options* how) {
+  how->section = text(options, "section");
+  how->trial_column = text(options, "trial_column");
+  how->trial = text(options, "trial");
+}
+
 /* A file that is named, or samples. */
 static void take_recording(const mxArray* source, const mxArray* options) {
   static char path[4096];
@@ -242,6 +253,7 @@ static void take_recording(const mxArray* source, const mxArray* options) {
     how.tilt_unit = choice(options, "tilt_unit", units);
     how.invert_sway = whole(options, "invert_sway", 0);
     how.invert_tilt = whole(options, "invert_tilt", 0);
+    take_part(options, &how);
     require(decid_recording_read(path, &how, &recording));
     return;
   }
@@ -352,6 +364,23 @@ static mxArray* read_recording(const mxArray* source, const mxArray* options) {
   return made;
 }
 
+static mxArray* trial_names(const mxArray* source, const mxArray* options) {
+  static char path[4096];
+  decid_read_options how;
+  mxArray* names;
+  size_t i, count;
+  refuse_unknown(options, trial_names_options);
+  if (!mxIsChar(source) || mxGetString(source, path, sizeof path) != 0)
+    fail("decid_trial_names", "the file's name is no text, or a long one", "give it in quotes");
+  decid_read_defaults(&how, sizeof how);
+  take_part(options, &how);
+  require(decid_trials_read(path, &how, &trials));
+  count = decid_trials_count(trials);
+  names = mxCreateCellMatrix(1, count);
+  for (i = 0; i < count; ++i) mxSetCell(names, i, mxCreateString(decid_trials_name(trials, i)));
+  return names;
+}
+
 /* Options: seed, protocol, and each parameter by its name. */
 static mxArray* simulate(const mxArray* options) {
   double values[DECID_MOST_PARAMETERS];
@@ -392,6 +421,8 @@ void mexFunction(int outputs, mxArray** left, int inputs, const mxArray** right)
     left[0] = fit(right[1], right[2]);
   else if (strcmp(command, "read") == 0)
     left[0] = read_recording(right[1], right[2]);
+  else if (strcmp(command, "trial_names") == 0)
+    left[0] = trial_names(right[1], right[2]);
   else if (strcmp(command, "simulate") == 0)
     left[0] = simulate(right[2]);
   else

@@ -7,6 +7,9 @@
 %   "rate"                    Hz, instead of the column of time
 %   "fill_gaps"               missing values up to so many seconds are interpolated
 %   "invert_sway", "invert_tilt"   true: positive against the protocol's direction
+%   "section"                 of a text file that holds several tables, by name, or a number in quotes from 1
+%   "trial_column", "trial"   where a file holds several recordings: the column that tells them apart, and which of them
+%                             (decid_trial_names); trial_column "none": all rows are one recording
 %
 % recording: a structure of sway and, if it was read, tilt (rad), rate (Hz), column and warnings (severity, code, text).
 function recording = decid_read (file, varargin)

@@ -70,7 +70,8 @@ py::dict model_tensors(const py::object& self) {
 Recording read_recording(const std::string& path, const OptionalText& column, int unit, double rate_hz,
                          double fill_gaps_s, const OptionalText& tilt_column, int tilt_unit, bool invert_sway,
                          bool invert_tilt, int skip_lines, double com_height_m, double body_height_m,
-                         const std::array<OptionalText, 5>& columns) {
+                         const std::array<OptionalText, 5>& columns, const OptionalText& section,
+                         const OptionalText& trial_column, const OptionalText& trial) {
   decid_read_options options;
   decid_read_defaults(&options, sizeof options);
   options.column = text_or_null(column);
@@ -89,9 +90,27 @@ Recording read_recording(const std::string& path, const OptionalText& column, in
   options.hip_column = text_or_null(columns[2]);
   options.shoulder_column = text_or_null(columns[3]);
   options.ankle_column = text_or_null(columns[4]);
+  options.section = text_or_null(section);
+  options.trial_column = text_or_null(trial_column);
+  options.trial = text_or_null(trial);
   decid_recording* made = nullptr;
   run([&] { return decid_recording_read(path.c_str(), &options, &made); });
   return Recording::of(made);
+}
+
+std::vector<std::string> trial_names(const std::string& path, const std::string& trial_column, int skip_lines,
+                                     const OptionalText& section) {
+  decid_read_options options;
+  decid_read_defaults(&options, sizeof options);
+  options.trial_column = trial_column.c_str();
+  options.skip_lines = skip_lines;
+  options.section = text_or_null(section);
+  decid_trials* made = nullptr;
+  run([&] { return decid_trials_read(path.c_str(), &options, &made); });
+  const auto trials = Handle<decid_trials, decid_trials_free>::of(made);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < decid_trials_count(made); ++i) names.emplace_back(decid_trials_name(made, i));
+  return names;
 }
 
 Recording recording_of(const DoublesIn& sway, double rate_hz, int unit) {
@@ -369,6 +388,7 @@ PYBIND11_MODULE(_decid, module) {
       .def_property_readonly("sway", [](const py::object& r) { return recording_signal(r, decid_recording_sway); })
       .def_property_readonly("tilt", [](const py::object& r) { return recording_signal(r, decid_recording_tilt); });
   module.def("read_recording", read_recording);
+  module.def("trial_names", trial_names);
   module.def("recording_of", recording_of);
 
   py::class_<Result>(module, "Result")

@@ -35,7 +35,7 @@ DatasetRequest checked(DatasetRequest request) {
   }
   if (request.protocol.heights.vary())
     throw Error(generation, "a protocol with body_heights, while the bodies of a data set are one",
-                "leave out body_heights; decid train --stream draws them");
+                "leave out body_heights; a training on fresh trials draws them");
   return request;
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/posterior/cholesky.hpp"
 
@@ -41,7 +42,7 @@ Priors filled(Priors priors, const Table& table) {
         "give a factor above 1");
   if (*priors.error == 0.0 && !table.has_confidence())
     throw Error(table.file, "has no confidence, and its error was said to be 0",
-                "add a column of confidence, or give --prior-error above 0");
+                "add a column of confidence, or give " + setting("prior_error") + " above 0");
   return priors;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/math.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/posterior/density.hpp"
 #include "identify/posterior/elementary.hpp"
@@ -128,11 +129,11 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
     throw Error(where,
                 format("the stimulus has nothing at %g Hz; nearest to it is %.4g Hz", row.frequency_hz,
                        cycle.frequency_hz(nearest)),
-                "give the protocol that was played with --protocol, or leave such rows out");
+                "give the protocol that was played with " + setting("protocol") + ", or leave such rows out");
   const auto count = static_cast<std::size_t>(row.harmonics);
   if (count > cycle.harmonics())
     throw Error(where, format("a row is the mean of %zu harmonics, the stimulus has %zu", count, cycle.harmonics()),
-                "give the protocol that was played with --protocol");
+                "give the protocol that was played with " + setting("protocol"));
   if (count == 0) {
     const bool is_below = cycle.frequency_hz(nearest) < row.frequency_hz;
     const std::size_t other =

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/table.hpp"
@@ -48,7 +49,7 @@ class Reader {
     throw Error(
         file_,
         "has no column called " + std::string(*names.begin()) + "; its columns are " + dataset::list_of(table_, -1),
-        "name them frequency_hz, gain and phase_deg, or leave --frf out if it is a recording");
+        "name them frequency_hz, gain and phase_deg, or leave " + setting("frf") + " out if it is a recording");
   }
 
   /// Throws Error for the first value of which `right` is false.

@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "sim/protocol_json.hpp"
 
@@ -32,10 +33,12 @@ std::string what_differs(const Model& model, const TrainingRequest& request) {
   return {};
 }
 
-/// "--resume to go on ..., " where that would help.
+/// "add resume to go on ..., " where that would help.
 std::string resume_hint(const Model& model, const TrainingRequest& request) {
   const bool more = !request.more_epochs && request.origin.epochs > model.origin.epochs;
-  return more && same_but_epochs(model.origin, request.origin) ? "add --resume to go on to more epochs, " : "";
+  return more && same_but_epochs(model.origin, request.origin)
+             ? "add " + setting("resume") + " to go on to more epochs, "
+             : "";
 }
 
 void extend(TrainingState& state, const TrainingRequest& request) {
@@ -87,17 +90,17 @@ TrainingState load_checkpoint(const std::string& path, const TrainingRequest& re
   TrainingState state = state_from_bytes(read_file(path), path);
   if (const std::string differs = what_differs(state.model, request); !differs.empty())
     throw Error(path, "is of an unfinished training " + differs,
-                "give the options it was begun with, " + resume_hint(state.model, request) +
-                    "choose another output (-o), or delete it to begin anew");
+                "give the options it was begun with, " + resume_hint(state.model, request) + "choose another " +
+                    setting("output") + ", or delete it to begin anew");
   if (state.part.trials > 0 && state.model.origin.epochs != request.origin.epochs)
     throw Error(path, "is of a training that was stopped in the middle of an epoch, with another schedule",
-                "finish it with its --epochs first, then go on to more with --resume");
+                "finish it with its " + setting("epochs") + " first, then go on to more with " + setting("resume"));
   extend(state, request);
   return state;
 }
 
 FinishedTraining load_finished(const std::string& path, const TrainingRequest& request) {
-  const std::string remedy = "choose another output (-o), or delete it to train anew";
+  const std::string remedy = "choose another " + setting("output") + ", or delete it to train anew";
   const auto model_there = [&] {
     try {
       return load_model(path);

@@ -10,6 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "dataset/feed.hpp"
 #include "identify/prediction.hpp"
@@ -86,7 +87,7 @@ std::string in_a_line(const std::string& text) {
 
 Diverged diverged(const Preset& preset, int epoch, const std::string& how) {
   return Diverged("training", format("diverged in epoch %d of %d: ", epoch, preset.epochs) + how,
-                  format("lower the learning rate of %g (--lr)", preset.learning_rate));
+                  format("lower the learning rate of %g (%s)", preset.learning_rate, setting("learning_rate").c_str()));
 }
 
 }  // namespace
@@ -137,8 +138,9 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
     throw Error(
         name,
         "has another " + what + " than this training: " + in_a_line(there) + " there, " + in_a_line(here) + " here",
-        "give " + (preset.empty() ? "" : "--preset " + preset + ", with which it was trained, or ") +
-            "its --architecture, --head and --image, as decid info shows them");
+        "give " + (preset.empty() ? "" : setting("preset") + " " + preset + ", with which it was trained, or ") +
+            "its " + setting("architecture") + ", " + setting("head") + " and " + setting("image") +
+            ", as decid info shows them");
   };
   if (from.network.architecture() != model.network.architecture())
     refuse("architecture", from.network.architecture(), model.network.architecture());

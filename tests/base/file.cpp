@@ -122,6 +122,7 @@ TEST_CASE("write_file: errors") {
   fs::create_directory(folder / "sub");
   CHECK(contains(error(folder / "sub"), "is a folder"));
   CHECK(contains(error("/dev/full"), "writing failed: No space left"));
+  CHECK_THROWS_AS(write_file("/dev/full", "new"), decid::WriteError);
   CHECK(read_file(folder / "file") == "old");
   CHECK(folder.entries() == 2);
 }

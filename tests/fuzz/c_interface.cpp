@@ -73,6 +73,7 @@ struct Session {
   std::vector<std::string> kept;
   Handles<decid_protocol> protocols{decid_protocol_free};
   Handles<decid_recording> recordings{decid_recording_free};
+  Handles<decid_trials> trial_lists{decid_trials_free};
   Handles<decid_model> models{decid_model_free};
   Handles<decid_dataset> datasets{decid_dataset_free};
   Handles<decid_result> results{decid_result_free};
@@ -121,10 +122,15 @@ struct Session {
       options.fill_gaps_s = number(data);
       options.com_height_m = number(data);
       options.body_height_m = number(data);
-      options.skip_lines = data.ConsumeIntegral<int>();
+      options.skip_lines = data.ConsumeBool() ? -1 : data.ConsumeIntegral<int>();
+      options.section = text(data, kept);
+      options.trial_column = text(data, kept);
+      options.trial = text(data, kept);
     }
     hostile_size(data, options);
     const std::string path = input.write(data.ConsumeRandomLengthString(400));
+    trial_lists.fill(data, [&](decid_trials** place) { return decid_trials_read(path.c_str(), &options, place); });
+    decid_trials_name(trial_lists.any(data), data.ConsumeIntegral<std::size_t>());
     recordings.fill(data, [&](decid_recording** place) {
       return decid_recording_read(data.ConsumeIntegralInRange(0, 7) == 0 ? text(data, kept) : path.c_str(), &options,
                                   place);

@@ -140,7 +140,7 @@ TEST_CASE("origin: nobody measures a model on its training") {
 
   Origin stored = origin();
   stored.trials = same_seed;
-  check_error([&] { require_not_trained_on(stored, same_seed, Measured::all, "d.npz"); }, {"d.npz", "--split"});
+  check_error([&] { require_not_trained_on(stored, same_seed, Measured::all, "d.npz"); }, {"d.npz", "(split)"});
   CHECK(trained_on(stored, same_seed));
   CHECK_FALSE(trained_on(origin(), same_seed));
   require_not_trained_on(stored, same_seed, Measured::validation, "d.npz");

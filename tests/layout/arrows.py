@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Draws which folder includes which, and fails on an include that the ladder does not allow.
+"""Draws which folder includes which, and fails on an include that the ladder does not allow, and on a library's message that
+names an option of the program.
 
     tests/layout/arrows.py [ROOT]
 
@@ -33,6 +34,9 @@ FOREIGN = [
 LOOSE = re.compile(r"^(?!\s*//).*\bApprox\b")  # of doctest, however it is named
 # A value of JSON needs its type, not its name alone, or the header compiles behind luckier ones only.
 JSON_VALUE = re.compile(r"^\s+(?:const )?Json \w+(?:, \w+)*(?: = [^;]*)?;")
+# Libraries name settings; the program alone names its options. dataset/recording still names some.
+OPTION = re.compile(r'^(?!\s*//)[^"]*(?:"[^"]*"[^"]*)*?"[^"]*--[a-z]')
+NAMES_OPTIONS = ["dataset/recording"]
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
 
 
@@ -70,12 +74,15 @@ def look_at(path, text, allowed, arrows, complaints):
     source, source_is_test = step_of(path, allowed)
     if source is None:
         return
+    libraries = [folder for folder in allowed if folder not in PROGRAM]
     for number, line in enumerate(text.splitlines(), 1):
         where = f"{path}:{number}"
         if path.startswith("tests/") and LOOSE.match(line):
             complaints.append(f"{where}: Approx adds 1 to the scale; use near() of tests/near.hpp")
         if path.endswith(".hpp") and JSON_VALUE.match(line) and '#include "base/json_object.hpp"' not in text:
             complaints.append(f"{where}: a value of Json needs base/json_object.hpp")
+        if not source_is_test and source in libraries and source not in NAMES_OPTIONS and OPTION.match(line):
+            complaints.append(f"{where}: a library names a setting with setting(), of base/setting.hpp, and no option")
         match = INCLUDE.match(line)
         if not match:
             continue

@@ -81,6 +81,13 @@ class Arrows(unittest.TestCase):
         self.check_clean(identify__a_hpp='#include "base/json_object.hpp"\nstruct A {\n  Json value;\n};',
                          identify__b_hpp='#include "base/json.hpp"\nJson made(const Json& from);')
 
+    def test_an_option_in_a_librarys_message_is_refused(self):
+        for line in ('throw Error(where, "is none", "give --rate");', 'f("a", "--rate", b);', '      : "two (--fill-gaps) of them";'):
+            self.check_refused("sim/a.cpp:2: a library names a setting", sim__a="\n" + line)
+        self.check_refused("identify/a.hpp:1", identify__a_hpp='constexpr const char* remedy = "give --seed";')
+        self.check_clean(sim__a='int i = 2;  // as --rate has it\n// "--rate"\n--i;\nf("a - b", --i, "->");',
+                         tools__decid__a='command.add_option("--rate");', tests__sim__a='f("--rate");')
+
     def test_approx_is_refused_in_tests(self):
         self.check_refused("adds 1 to the scale", tests__sim__a="CHECK(a == Approx(b));")
 

@@ -162,7 +162,8 @@ TEST_CASE("pooling") {
 TEST_CASE("a NaN in any place of a window is the maximum, alone and behind an activation") {
   Dice dice(925);
   constexpr float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-  for (const auto& [kr, kc] : {std::pair{2, 2}, {1, 2}, {3, 3}, {4, 1}}) {
+  for (const auto& window : {std::pair{2, 2}, {1, 2}, {3, 3}, {4, 1}}) {
+    const int kr = window.first, kc = window.second;         // clang 14 captures no structured bindings
     const PoolShape s{1, kr, 2 * kc, 1, 2, kr, kc, kr, kc};  // two windows: with and without a NaN
     for (int place = 0; place < kr * kc; ++place)
       for (const float beside : {-1.0F, 0.0F, 2.0F, inf, -inf}) {

@@ -274,10 +274,17 @@ bool begin_with(const Json& rows, const std::vector<FitCondition>& conditions) {
 /// The rows that an earlier call wrote; throws Error for those of another call.
 Json earlier_rows(const std::string& path, const Json& settings, const std::vector<FitCondition>& conditions) {
   const Json earlier = parse_json(read_file(path), path);
-  if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions") ||
-      earlier["settings"] != settings || !begin_with(earlier["conditions"], conditions))
-    throw Error(path, "was written with other settings", "give the same options, or another --output");
+  if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions"))
+    throw Error(path, "is not a table of decid calibrate", "give the file that --faults or --conditions wrote");
+  require_same_settings(earlier["settings"], settings, path);
+  if (!begin_with(earlier["conditions"], conditions))
+    throw Error(path, "has other rows than this call makes", "delete it, or give another --output");
   return earlier["conditions"];
+}
+
+/// "resuming: faults.json has 3 of 18 rows"; said also where the file is not there yet.
+std::string resuming_text(const std::string& path, std::size_t done, std::size_t all, const char* what) {
+  return format("resuming: %s has %zu of %zu %s", path.c_str(), done, all, what);
 }
 
 /// The table of recording conditions or faults: fits as users get them, with start and gain unknown.
@@ -291,6 +298,7 @@ void run_conditions(const CalibrateOptions& options) {
   sim::Protocol protocol = named.load(&inputs);
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
+  if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
   const FitRequest request{{}, options.settings};
   if (protocol.standing_s == 0.0) protocol.standing_s = request.priors.standing_s;
   const Model model = model_or_built_in(options.model);
@@ -305,6 +313,8 @@ void run_conditions(const CalibrateOptions& options) {
   Json rows = Json::array();
   if (options.resume && std::filesystem::exists(options.output))
     rows = earlier_rows(options.output, settings, conditions);
+  if (options.resume && !options.common.quiet)
+    std::cerr << "calibrate: " << resuming_text(options.output, rows.size(), conditions.size(), "rows") << '\n';
   catch_interrupt();
   for (std::size_t i = rows.size(); i < conditions.size() && !interrupted(); ++i) {
     const Fault& fault = conditions[i].fault;
@@ -371,6 +381,8 @@ void run_calibrate(const CalibrateOptions& options) {
   catch_interrupt();
   {
     ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
+    if (options.resume)
+      bar.line(resuming_text(options.output, trials.size(), static_cast<std::size_t>(options.trials), "trials"));
     bar.go_on_from(static_cast<long long>(trials.size()));
     const int processes = ranks() != nullptr ? ranks()->size() : 1;
     bool going = true;

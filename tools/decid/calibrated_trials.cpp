@@ -32,7 +32,34 @@ Json settings_of(const Json& calibration, const std::string& file) {
   return settings;
 }
 
+/// A setting for a message: texts of JSON that are long lose their middle.
+std::string shown(const Json& value) {
+  constexpr std::size_t most = 40;
+  const std::string text = print_json(value);
+  return text.size() <= most ? text : text.substr(0, most / 2) + "..." + text.substr(text.size() - most / 4);
+}
+
+/// "seed is 9, and was 90" of the first value that differs; empty if none does. `name`: of the value.
+std::string first_difference(const Json& earlier, const Json& now, const std::string& name) {
+  if (earlier == now) return {};
+  if (!earlier.is_object() || !now.is_object()) return name + " is " + shown(now) + ", and was " + shown(earlier);
+  const std::string prefix = name.empty() ? std::string() : name + ".";
+  for (const auto& [key, value] : now.items()) {
+    const auto before = earlier.find(key);
+    if (before == earlier.end()) return prefix + key + " is " + shown(value) + ", and was not there";
+    if (std::string text = first_difference(*before, value, prefix + key); !text.empty()) return text;
+  }
+  for (const auto& [key, value] : earlier.items())
+    if (!now.contains(key)) return prefix + key + " was " + shown(value) + ", and is not there";
+  return {};
+}
+
 }  // namespace
+
+void require_same_settings(const Json& earlier, const Json& now, const std::string& file) {
+  if (const std::string text = first_difference(earlier, now, {}); !text.empty())
+    throw Error(file, "was written with other settings: " + text, "give the same options, or another --output");
+}
 
 Json trial_json(const CalibratedTrial& trial) {
   return {{"attempt", trial.attempt},
@@ -76,8 +103,7 @@ std::vector<CalibratedTrial> earlier_trials(const std::string& file, const Json&
   std::vector<CalibratedTrial> trials;
   const Json json = parse_json(read_file(file), file);
   try {
-    if (settings_of(json, file) != settings)
-      throw Error(file, "is of other settings", "give those of the call that wrote it, or another name");
+    require_same_settings(settings_of(json, file), settings, file);
     const bool same_network = json.value("network", Json(nullptr)) == network;
     for (const Json& trial : json.at("trials")) {
       trials.push_back(trial_from(trial, parameters));

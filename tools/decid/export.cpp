@@ -282,18 +282,18 @@ struct SwayOptions {
 
 void export_sway(SwayOptions options) {
   const ReadOptions reading = options.recordings.read_options();
-  options.recordings.find_files({options.model, options.output}, options.common.quiet);
-  std::vector<std::string> inputs = options.recordings.files;
+  options.recordings.find_sources({options.model, options.output}, options.common.quiet);
+  std::vector<std::string> inputs = options.recordings.distinct_files();
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   const Model model = model_or_built_in(options.model);
   std::string bytes;
-  for (const std::string& path : options.recordings.files) {
-    dataset::Recording recording = dataset::read_recording(path, reading.recording);
-    const dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol, reading.trial);
+  for (const Identification& id : read_recordings(model.protocol, options.recordings.sources, reading)) {
+    if (id.error) throw Error(*id.error);
+    const std::vector<float>& sway_rad = id.estimate.trial.sway_rad();
     static_assert(std::endian::native == std::endian::little);
-    bytes.append(reinterpret_cast<const char*>(trial.sway_rad().data()), trial.sway_rad().size() * sizeof(float));
-    for (const Warning& warning : recording.warnings) std::cerr << path << ": " << warning.text << '\n';
+    bytes.append(reinterpret_cast<const char*>(sway_rad.data()), sway_rad.size() * sizeof(float));
+    for (const Warning& warning : id.estimate.warnings) std::cerr << id.file << ": " << warning.text << '\n';
   }
   write_file(options.output, bytes);
   if (!options.common.quiet)

@@ -48,7 +48,7 @@ struct FitOptions {
 /// Options of recordings alone besides how they are read, and those of a frequency response alone.
 constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise",  "--most-draws",
                                          "--report",   "--table", "--group",       "--moved-before", "--resume",
-                                         "--range",    "--prior", "--recursive",   "--trial"};
+                                         "--range",    "--prior", "--recursive"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not go with what is to be fitted.
@@ -320,7 +320,7 @@ void write_results(const FitOptions& options, const MadeWith& with, const Fits& 
   Json recordings = Json::array();
   std::vector<Json> pages;
   std::vector<std::string> failed;
-  GroupTable begun{groups.person_column, {}};
+  GroupTable begun{groups.person_column, {}, groups.unused};
   std::string text;
   for (std::size_t i = 0; i < fits.results.size(); ++i) {
     const Json& result = fits.results[i];
@@ -354,7 +354,7 @@ void run_fit(FitOptions options, const Command& command) {
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
   check_outputs(options, inputs);
-  const GroupTable groups = options.group.empty() ? GroupTable() : read_group_table(options.group, recordings.files);
+  const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
   const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
   options.request.priors.parameters = parameter_priors(options, protocol.ranges());
@@ -395,7 +395,6 @@ void add_fit(const Command& program) {
   const Command command = program.add_subcommand(
       "fit", "Sample what recordings say: the posterior of the parameters, slower than identify");
   add_recording_flags(command, options->recordings);
-  add_trial_option(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.add_option("--frf", options->frf,
                      "In place of recordings, a frequency response: a table of frequency_hz, gain, phase_deg and, if "

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <iostream>
 #include <map>
 #include <optional>
 #include <set>
@@ -14,6 +15,7 @@
 #include "base/text.hpp"
 #include "dataset/recording/cells.hpp"
 #include "dataset/recording/encoding.hpp"
+#include "tools/decid/ranks.hpp"
 
 namespace decid::tools {
 namespace {
@@ -171,11 +173,26 @@ void refuse_few_pairs(const std::string& table, const std::string& one, const st
               "give different people different names, or all people recordings in both groups");
 }
 
+/// Throws Error if two of the recordings are one.
+void refuse_twice(const std::vector<RecordingSource>& sources) {
+  std::map<std::pair<std::filesystem::path, std::string>, std::string> names;
+  for (const RecordingSource& source : sources) {
+    std::error_code failed;
+    const std::filesystem::path place = std::filesystem::canonical(source.file, failed);
+    const auto [first, is_new] = names.try_emplace({failed ? source.file : place, source.trial}, source.name());
+    if (is_new) continue;
+    const std::string& other = first->second;
+    throw Error(source.name(), other == source.name() ? "is given twice" : "is the same recording as " + other,
+                "give each recording of --group once");
+  }
+}
+
 }  // namespace
 
 GroupTable read_group_table(const std::string& table_name, const std::vector<std::string>& recordings) {
   const Table table = read_table(table_name);
   const std::string person_column = table.person ? trimmed(table.rows.front()[*table.person]) : std::string();
+  GroupTable result{person_column, {}};
   std::vector<std::optional<GroupMember>> found(recordings.size());
   for (std::size_t line = 1; line < table.rows.size(); ++line) {
     const Cells& cells = table.rows[line];
@@ -183,16 +200,18 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
     const std::string where = format("%s, line %zu", table_name.c_str(), line + 1);
     const Row row = read_row(table, cells, where);
     const std::string last = std::filesystem::path(row.file).filename().string();
+    bool is_used = false;
     for (std::size_t i = 0; i < recordings.size(); ++i) {
       if (!recordings[i].ends_with(last) || !ends_with(recordings[i], row.file)) continue;
+      is_used = true;
       const GroupMember member{row.group, table.person ? row.person : recordings[i]};
       if (!found[i]) found[i] = member;
       refuse_contradiction(where, recordings[i], "group", found[i]->group, member.group);
       refuse_contradiction(where, recordings[i], person_column, found[i]->person, member.person);
     }
+    if (!is_used) result.unused.push_back({line + 1, row.file});
   }
   refuse_missing(table_name, recordings, found);
-  GroupTable result{person_column, {}};
   std::map<std::string, std::set<std::string>> groups;  // their people
   for (const std::optional<GroupMember>& member : found) {
     result.members.push_back(*member);
@@ -205,6 +224,17 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
     for (auto other = std::next(one); other != groups.end(); ++other)
       refuse_few_pairs(table_name, one->first, one->second, other->first, other->second);
   return result;
+}
+
+GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, bool quiet) {
+  if (table.empty()) return {};
+  refuse_twice(recordings.sources);
+  GroupTable groups = read_group_table(table, recordings.files);
+  for (const UnusedLine& unused : groups.unused)
+    if (!quiet && is_root())
+      std::cerr << format("note: %s, line %zu: no recording is called %s\n", table.c_str(), unused.line,
+                          one_line(unused.file).c_str());
+  return groups;
 }
 
 void add_group_option(const Command& command, std::string& table) {

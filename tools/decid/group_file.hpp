@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tools/decid/options.hpp"
+#include "tools/decid/recording_flags.hpp"
 
 namespace decid::tools {
 
@@ -13,9 +14,16 @@ struct GroupMember {
   std::string group;   ///< empty: the recording is not compared
   std::string person;  ///< the recording itself where the table has no column of people
 };
+/// A line of the table that is of none of the recordings.
+struct UnusedLine {
+  std::size_t line;  ///< of the file, from 1
+  std::string file;  ///< what it names
+  bool operator==(const UnusedLine&) const = default;
+};
 struct GroupTable {
   std::string person_column;         ///< as the file spells it; empty if there is none
   std::vector<GroupMember> members;  ///< one per recording
+  std::vector<UnusedLine> unused = {};
 };
 
 /// Reads the group and the person of each recording from a CSV file (RFC 4180; comma, semicolon or tab) with the
@@ -27,6 +35,11 @@ struct GroupTable {
 /// share some people, but fewer than half of the smaller one's: more likely a name given twice than a comparison in
 /// pairs.
 GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings);
+
+/// Reads the table for the recordings that were found; without a table there are no groups. Says on standard error
+/// which lines are of no recording, unless `quiet`. Throws Error also for a recording that is given twice, under
+/// whatever name: it would count as two people.
+GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, bool quiet);
 
 /// Adds --group, of the commands that compare groups.
 void add_group_option(const Command& command, std::string& table);

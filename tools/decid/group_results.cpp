@@ -123,6 +123,8 @@ Json groups_json(Json& recordings, const GroupTable& table, const sim::Parameter
       left_out.push_back({{"file", recording.at("file")}, {"group", member.group}, {"reason", reason}});
     compared.push_back({member.group, member.person, reason.empty() ? values_of(recording) : std::vector<double>()});
   }
+  Json unused = Json::array();
+  for (const UnusedLine& line : table.unused) unused.push_back({{"line", line.line}, {"file", line.file}});
   const GroupComparison found = compare_groups(compared, parameters.size());
   Json json{{"groups", Json::array()}, {"comparisons", Json::array()}};
   for (const Group& group : found.groups) json["groups"].push_back(group_json(group, parameters));
@@ -133,7 +135,8 @@ Json groups_json(Json& recordings, const GroupTable& table, const sim::Parameter
       {"pairs", found.pairs.size()},
       {"intervals", found.intervals},
       {"adjustment", "bonferroni"},
-      {"left_out", std::move(left_out)}};
+      {"left_out", std::move(left_out)},
+      {"unused_lines", std::move(unused)}};
   return json;
 }
 

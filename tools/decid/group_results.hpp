@@ -15,7 +15,7 @@ namespace decid::tools {
 ///    "comparisons": [{"groups": [a, b], "paired", "people": [in a, in b], "unpaired_people",
 ///                     "parameters": [{"name", "difference", "interval95", "adjusted_interval95", "hedges_g"}]}],
 ///    "group_comparison": {"person_column", "parameters", "pairs", "intervals", "adjustment",
-///                         "left_out": [{"file", "group", "reason"}]}}
+///                         "left_out": [{"file", "group", "reason"}], "unused_lines": [{"line", "file"}]}}
 /// with every pair, groups in the order of their names. Leaves out recordings with an error, those that are not usable,
 /// and those of a platform that tilted another angle; "reason" is "error", "not usable" or "tilt_of_other_size".
 /// table: its members are those of the recordings, in their order.

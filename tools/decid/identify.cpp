@@ -132,7 +132,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   // Reports unwritable places before the work, not after.
   for (const std::string& path : {options.output, options.report, options.table})
     if (!path.empty() && is_root()) PendingFile probe(path);
-  const GroupTable groups = options.group.empty() ? GroupTable() : read_group_table(options.group, recordings.files);
+  const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
 
   const Model model = model_or_built_in(options.model);
   reading.truth = recordings.known(model.parameters());
@@ -167,7 +167,6 @@ void add_identify(const Command& program) {
   auto options = std::make_shared<IdentifyOptions>();
   const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
   add_recording_flags(command, options->recordings).required();
-  add_trial_option(command, options->recordings);
   add_body_options(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.add_option("--model", options->model, "Model file; default: the built-in model");

@@ -2,6 +2,7 @@
 // ends by Ctrl-C and SIGTERM (130 and 143 in a shell).
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <exception>
@@ -10,6 +11,7 @@
 #include <string_view>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "nn/kernels/kernels.hpp"
@@ -51,10 +53,20 @@ void refuse_empty(int argc, char** argv) {
   }
 }
 
+/// The option that a setting of the library is here.
+std::string option_of(std::string_view setting) {
+  if (setting == "learning_rate") return "--lr";
+  if (setting == "trial_column") return "--trial";
+  if (setting == "ranges") return "--range";
+  std::string option = "--" + std::string(setting);
+  std::ranges::replace(option, '_', '-');
+  return option;
+}
+
 /// No single write reports a full disk.
 void require_written_output() {
   std::cout.flush();
-  if (!std::cout) throw std::runtime_error("standard output: cannot be written; is the disk full?");
+  if (!std::cout) throw decid::WriteError("standard output", "cannot be written", "is the disk full?");
 }
 
 /// How the work ended.
@@ -104,6 +116,8 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
 Ending run_to_its_end(int argc, char** argv, const decid::tools::Session& session) {
   try {
     return run(argc, argv, session);
+  } catch (const decid::WriteError& error) {
+    return {1, error.what()};
   } catch (const decid::Error& error) {
     return {2, error.what()};
   } catch (const std::bad_alloc&) {
@@ -117,6 +131,7 @@ Ending run_to_its_end(int argc, char** argv, const decid::tools::Session& sessio
 
 int main(int argc, char** argv) {
   decid::tools::prepare_heap();
+  decid::name_settings(option_of);
   std::set_terminate(end_at_once);
   decid::tools::end_at_interrupt();
 #if defined(SIGXFSZ)

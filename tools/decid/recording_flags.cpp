@@ -100,13 +100,6 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
   return table.from_text(truth, "--truth");
 }
 
-void add_trial_option(const Command& command, RecordingFlags& flags) {
-  command.add_option(
-      "--trial", flags.trial,
-      "Read each value of this column, or of several (subject,trial), or each element of this array of a "
-      "MAT-file, as a recording; none: a file is one; default: refuse files of several");
-}
-
 Option add_recording_flags(const Command& command, RecordingFlags& flags) {
   const Option recordings =
       command.add_option("recordings", flags.files,
@@ -139,6 +132,10 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
       .range(0, 1000000);
   command.add_option("--section", flags.section,
                      "Table to read of a text file that holds several, by name or number from 1: Trajectories");
+  command.add_option(
+      "--trial", flags.trial,
+      "Read each value of this column, or of several (subject,trial), or each element of this array of a "
+      "MAT-file, as a recording; none: a file is one; default: refuse files of several");
   command.add_option("--rate", flags.rate, "Sample rate in Hz, if there is no time column or it is wrong")
       .range(1.0, 100000.0);
   command

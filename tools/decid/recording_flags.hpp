@@ -49,11 +49,9 @@ struct RecordingFlags : BodyFlags {
 /// How recordings are read: all options that their errors and warnings advise.
 void add_reading_options(const Command& command, RecordingFlags& flags);
 inline constexpr const char* reading_options[] = {
-    "--column",    "--unit",  "--com-height",  "--leg",       "--trunk",  "--hip",
-    "--shoulder",  "--ankle", "--skip-lines",  "--section",   "--rate",   "--missing",
-    "--fill-gaps", "--begin", "--tilt-column", "--tilt-unit", "--invert", "--detrend"};
-/// Of the commands that read several recordings of a file.
-void add_trial_option(const Command& command, RecordingFlags& flags);
+    "--column", "--unit",        "--com-height", "--leg",    "--trunk",  "--hip",     "--shoulder",
+    "--ankle",  "--skip-lines",  "--section",    "--trial",  "--rate",   "--missing", "--fill-gaps",
+    "--begin",  "--tilt-column", "--tilt-unit",  "--invert", "--detrend"};
 /// The recordings themselves, which need not be given, and those options.
 Option add_recording_flags(const Command& command, RecordingFlags& flags);
 /// --truth, of the commands that show estimates.

@@ -41,9 +41,14 @@ std::pair<std::string, double> time_from_text(const std::string& text) {
 }
 
 void add_recording(const StudyOptions& options, const Model& model, Study& study) {
-  study.recording =
-      std::move(identify_files(model, model_name(options.model), {options.recording}, options.reading.read_options())
-                    .recordings.front());
+  const ReadOptions reading = options.reading.read_options();
+  const std::vector<RecordingSource> sources = sources_of({options.recording}, reading.recording);
+  if (sources.size() != 1)
+    throw Error(options.recording,
+                "holds " + counted(std::ssize(sources), "recording") + " by --trial " + options.reading.trial +
+                    ", and a study has one",
+                "save that recording as a file of its own");
+  study.recording = std::move(identify_files(model, model_name(options.model), sources, reading).recordings.front());
   if (study.recording->error) throw *study.recording->error;
   for (std::size_t p = 0; p < model.parameters().size(); ++p)
     study.recording_output.push_back((study.recording->estimate.parameters[p] - model.targets.mean[p]) /

@@ -34,6 +34,10 @@ def _number_of(choices: dict[Any, int], value: Any, where: str) -> int:
     return choices[value]
 
 
+def _text_of(name: Union[str, int, None]) -> Optional[str]:
+    return None if name is None else str(name)
+
+
 def set_threads(threads: int) -> None:
     """How many threads the calls of this thread work with; all cores unless it is said. No result depends on it."""
     _decid.set_threads(threads)
@@ -87,12 +91,17 @@ def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, r
          invert_sway: bool = False, invert_tilt: bool = False, *, skip_lines: Optional[int] = None,
          com_height: Optional[float] = None, leg: Optional[str] = None, trunk: Optional[str] = None,
          hip: Optional[str] = None, shoulder: Optional[str] = None, ankle: Optional[str] = None,
-         height: Optional[float] = None) -> Recording:
+         height: Optional[float] = None, section: Union[str, int, None] = None, trial_column: Optional[str] = None,
+         trial: Union[str, int, None] = None) -> Recording:
     """Reads a CSV, MAT, C3D or .xlsx file.
 
     column, tilt_column: by name, or number from 1; both are found by name unless they are given; tilt_column "none": not
     read. unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.
-    skip_lines: above the table of a text file; None: found.
+    skip_lines: above the table of a text file; None: found. section: of a text file that holds several tables, the one to
+    read, by its name or its number from 1.
+    trial_column: where a file holds several recordings, the column that tells them apart, several with commas between
+    them, or an array of a MAT-file; trial: which of them, a name of trial_names(). trial_column "none": all rows are one
+    recording; None: files of several are refused.
     In place of a column of sway: leg and trunk, columns of angles in space; hip and shoulder, of positions, with the
     subject's height in m; or com_height, the height in m above the ankles at which column is a position. Positions count
     from the column ankle, or their means are upright; their unit may be "mm", "cm" or "m".
@@ -102,8 +111,18 @@ def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, r
     recording._handle = _decid.read_recording(
         os.fspath(path), column, _number_of(_UNITS, unit, "unit"), 0.0 if rate is None else rate, fill_gaps, tilt_column,
         _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt, -1 if skip_lines is None else skip_lines,
-        com_height or 0.0, height or 0.0, (leg, trunk, hip, shoulder, ankle))
+        com_height or 0.0, height or 0.0, (leg, trunk, hip, shoulder, ankle), _text_of(section), trial_column,
+        _text_of(trial))
     return recording
+
+
+def trial_names(path: Path, trial_column: str, *, skip_lines: Optional[int] = None,
+                section: Union[str, int, None] = None) -> List[str]:
+    """The recordings of a file that holds several, as read() has them, in the order in which they begin.
+
+        for name in decid.trial_names("long.csv", "subject,trial"):
+            decid.identify(decid.read("long.csv", trial_column="subject,trial", trial=name))"""
+    return _decid.trial_names(os.fspath(path), trial_column, -1 if skip_lines is None else skip_lines, _text_of(section))
 
 
 @dataclass(frozen=True, eq=False)

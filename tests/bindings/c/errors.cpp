@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <stdexcept>
 
+#include "base/text.hpp"
 #include "tests/bindings/c/owned.hpp"
 
 namespace decid {
@@ -19,7 +20,7 @@ static_assert(sizeof(void*) != 8 ||
                offsetof(decid_layer, flops) == 56 && offsetof(decid_warning, text) == 16 &&
                offsetof(decid_parameter_info, over_mgh) == 40));
 static_assert(sizeof(void*) != 8 ||
-              (offsetof(decid_read_options, invert_tilt) == 56 && offsetof(decid_identify_options, detrend) == 32 &&
+              (offsetof(decid_read_options, ankle_column) == 112 && offsetof(decid_identify_options, detrend) == 32 &&
                offsetof(decid_fit_options, user) == 96 && offsetof(decid_dataset_options, user) == 40 &&
                offsetof(decid_train_options, user) == 112 && offsetof(decid_training, learning_rate) == 40 &&
                offsetof(decid_evaluation, log_score) == 296));
@@ -53,6 +54,51 @@ TEST_CASE("bad input is told with where, what and what to do, and nothing is mad
   refused(decid_recording_of(nullptr, 2, 100.0, DECID_RADIANS, &recording), {"sway is NULL"});
   CHECK(recording == nullptr);
   refused(decid_set_threads(0), {"decid_set_threads: 0 threads"});
+}
+
+TEST_CASE("a part of a file is refused unless it is plain which") {
+  const TemporaryFolder folder;
+  std::string text = "subject,time,sway_deg\n";
+  for (int k = 0; k < 60; ++k) text += format("s%d,%.2f,%.3f\n", k / 30, 0.01 * (k % 30), std::sin(0.3 * k));
+  const auto path = write_text(folder / "long.csv", text);
+  decid_read_options options;
+  decid_read_defaults(&options, sizeof options);
+  decid_recording* recording = nullptr;
+  decid_trials* trials = nullptr;
+  const auto refused_to_read = [&](std::initializer_list<const char*> parts) {
+    refused(decid_recording_read(path.c_str(), &options, &recording), parts);
+  };
+  const auto refused_to_list = [&](std::initializer_list<const char*> parts) {
+    refused(decid_trials_read(path.c_str(), &options, &trials), parts);
+  };
+  refused_to_list({"decid_trials_read: ", "trial_column"});
+  options.trial = "s0";
+  refused_to_read({"decid_recording_read: ", "trial", "trial_column"});
+  options.trial_column = "none";
+  refused_to_read({"decid_recording_read: ", "trial", "trial_column"});
+  options.trial_column = "subject";
+  options.trial = nullptr;
+  refused_to_read({"long.csv: ", "2 recordings: 's0', 's1'"});
+  options.trial = "s2";
+  refused_to_read({"long.csv: ", "'s2'"});
+  options.trial_column = "person";
+  refused_to_read({"long.csv: ", "'person'"});
+  refused_to_list({"long.csv: ", "'person'"});
+  options.trial_column = "sway_deg";
+  refused_to_list({"long.csv: ", "'sway_deg'"});
+  decid_read_defaults(&options, sizeof options);
+  options.section = "Trajectories";
+  refused_to_read({"long.csv: ", "section Trajectories"});
+  options.skip_lines = 0;
+  refused_to_read({"decid_recording_read: ", "section", "skip_lines"});
+  refused_to_list({"decid_trials_read: ", "section", "skip_lines"});
+  refused(decid_trials_read("no.csv", nullptr, &trials), {"trial_column"});
+  refused(decid_trials_read(nullptr, nullptr, &trials), {"path is NULL"});
+  CHECK(recording == nullptr);
+  CHECK(trials == nullptr);
+  CHECK(decid_trials_count(nullptr) == 0);
+  CHECK(decid_trials_name(nullptr, 0) == nullptr);
+  decid_trials_free(nullptr);
 }
 
 TEST_CASE("identification refuses what the library refuses") {

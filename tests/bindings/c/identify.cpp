@@ -135,6 +135,51 @@ TEST_CASE("sway of leg and trunk, of markers and of positions is the library's")
   check(options, {.column = "hip", .com_height_m = 3.0, .metres_per_unit = 1.0});
 }
 
+TEST_CASE("a file's tables and its recordings are read as the library reads them") {
+  const TemporaryFolder folder;
+  const auto rows = [](int phase) {
+    std::string text;
+    for (int k = 0; k < 60; ++k) text += format("%.2f,%.6f\n", k / 100.0, std::sin(0.1 * k + phase));
+    return text;
+  };
+  const auto check = [](const std::filesystem::path& path, const decid_read_options& options,
+                        const dataset::RecordingOptions& same_options, std::size_t samples) {
+    const OwnedRecording made = read(path, &options);
+    const dataset::Recording expected = dataset::read_recording(path, same_options);
+    const auto& rad = expected.signals.at(dataset::com_sway).rad;
+    REQUIRE(rad.size() == samples);
+    REQUIRE(decid_recording_samples(made.get()) == samples);
+    CHECK(std::equal(rad.begin(), rad.end(), decid_recording_sway(made.get())));
+  };
+  decid_read_options options;
+  decid_read_defaults(&options, sizeof options);
+  const auto sections = write_text(folder / "sections.csv",
+                                   "Devices\ntime,sway_deg\n" + rows(0) + "\nTrajectories\ntime,sway_deg\n" + rows(1));
+  options.section = "Trajectories";
+  check(sections, options, {.section = "Trajectories"}, 60);
+  options.section = "1";
+  check(sections, options, {.section = "1"}, 60);
+
+  std::string text = "subject,block,time,sway_deg\n";
+  for (int k = 0; k < 120; ++k)
+    text += format("s0%d,%d,%.2f,%.6f\n", 1 + k / 60, 1 + k / 30 % 2, k % 30 / 100.0, std::sin(0.1 * k));
+  const auto path = write_text(folder / "long.csv", text);
+  decid_read_defaults(&options, sizeof options);
+  options.trial_column = "subject,block";
+  const auto trials = make<std::unique_ptr<decid_trials, Freed<decid_trials_free>>>(
+      [&](decid_trials** place) { return decid_trials_read(path.c_str(), &options, place); });
+  REQUIRE(decid_trials_count(trials.get()) == 4);
+  CHECK(std::string(decid_trials_name(trials.get(), 2)) == "s02,1");
+  CHECK(decid_trials_name(trials.get(), 4) == nullptr);
+  options.trial = decid_trials_name(trials.get(), 2);
+  check(path, options, {.trial_column = "subject,block", .trial = "s02,1"}, 30);
+  decid_read_defaults(&options, sizeof options);
+  options.trial_column = "none";
+  std::string blocks = "block,time,sway_deg\n";
+  for (int k = 0; k < 120; ++k) blocks += format("%d,%.2f,%.6f\n", 1 + k / 60, k / 100.0, std::sin(0.1 * k));
+  check(write_text(folder / "blocks.csv", blocks), options, {.is_one_trial = true}, 120);
+}
+
 TEST_CASE("a file is identified to the bits of the library, with a body and a measured tilt or without") {
   const TemporaryFolder folder;
   const auto path = write_text(folder / "trial.csv", csv_of(simulated(7)));

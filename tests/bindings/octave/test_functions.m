@@ -49,6 +49,12 @@ function refused (part, call)
   assert (! isempty (strfind (message, part)), "'%s' is not in '%s'", part, message);
 end
 
+function write (file, varargin)
+  to = fopen (file, 'w');
+  fputs (to, [strjoin(varargin, "\n"), "\n"]);
+  fclose (to);
+end
+
 arguments = argv ();
 decid = arguments{end - 1};
 folder = arguments{end};
@@ -80,6 +86,23 @@ assert (recording.sway, table(:, 2) * (pi / 180));
 assert (numel (recording.tilt), 12100);
 assert (recording.column, 'com_sway_deg');
 
+% Tables and recordings of one file.
+rows = arrayfun (@(k) sprintf ('%.2f,%.6f', k / 100, sin (k / 10)), 1:60, 'UniformOutput', false);
+sections = fullfile (folder, 'sections.csv');
+write (sections, 'Devices', 'time,sway_deg', rows{:}, '', 'Trajectories', 'time,sway_rad', rows{:});
+assert (decid_read (sections, 'section', 'Trajectories').column, 'sway_rad');
+assert (decid_read (sections, 'section', '1').column, 'sway_deg');
+lines = strsplit (strtrim (fileread (file)), "\n");
+several = [strcat('s1,', lines(2:end)), strcat('s2,', lines(2:6001))];
+long = fullfile (folder, 'long.csv');
+write (long, ['subject,', lines{1}], several{:});
+assert (decid_trial_names (long, 'subject'), {'s1', 's2'});
+assert (numel (decid_read (long, 'trial_column', 'subject', 'trial', 's2').sway), 6000);
+same (decid_identify (long, 'trial_column', 'subject', 'trial', 's1'), jsondecode (program (decid, 'identify --json', file)));
+blocks = fullfile (folder, 'blocks.csv');
+write (blocks, 'block,time,sway_deg', strcat ('1,', rows(1:30)){:}, strcat ('2,', rows(31:60)){:});
+assert (numel (decid_read (blocks, 'trial_column', 'none').sway), 60);
+
 % A fit, short.
 fitted = decid_fit (file, 'most_draws', 8, 'ranges', struct ('Kp', [300 2000], 'delay', [0.05 0.2]), ...
                     'priors', struct ('delay', [0.12 0.02]), 'moved_before', true);
@@ -92,6 +115,12 @@ assert (numel (fitted.draws.Kp), expected.recordings.diagnostics.draws);
 
 refused ('no.csv', @() decid_identify ('no.csv'));
 refused ('no.safetensors', @() decid_identify (file, 'model', 'no.safetensors'));
+refused ('2 recordings: ''s1'', ''s2''', @() decid_read (long, 'trial_column', 'subject'));
+refused ('trial stands alone', @() decid_read (long, 'trial', 's1'));
+refused ('''person''', @() decid_trial_names (long, 'person'));
+refused ('Markers', @() decid_read (sections, 'section', 'Markers'));
+refused ('there is no option ''rate''', @() decid_trial_names (long, 'subject', 'rate', 100));
+refused ('name is no text', @() decid_trial_names (7, 'subject'));
 refused ('samples do not say theirs', @() decid_identify (table(:, 2)));
 refused ('neither a name', @() decid_identify (single (table(:, 2)), 'rate', 100, 'unit', 'deg'));
 refused ('there is no option ''weight''', @() decid_identify (file, 'weight', 70));

@@ -51,7 +51,9 @@ class WithFolder(unittest.TestCase):
             self.assertEqual(getattr(result, key), expected["fit"][key])
         for key in ("peak_to_peak_deg", "following", "unfamiliarity", "trust"):
             self.assertEqual(getattr(result, key), expected[key])
-        self.assertEqual([vars(notice) for notice in result.warnings], expected["warnings"])
+        # What the program calls --range is ranges here.
+        texts = [{**warning, "text": warning["text"].replace("(--range)", "(ranges)")} for warning in expected["warnings"]]
+        self.assertEqual([vars(notice) for notice in result.warnings], texts)
         size = len(expected["parameters"])
         np.testing.assert_array_equal(result.correlations[:size, :size], expected["correlations"])
 
@@ -93,6 +95,25 @@ class Identification(WithFolder):
         with self.assertRaises(decid.Error) as refused:
             decid.read(path, hip="hip", shoulder="hip")
         self.assertIn("--mass and --height", refused.exception.remedy)
+
+    def test_a_files_tables_and_its_recordings(self):
+        rows = [f"{k / 100},{np.sin(k / 10)}" for k in range(60)]
+        sections = self.folder / "sections.csv"
+        sections.write_text("\n".join(["Devices", "time,sway_deg", *rows, "", "Trajectories", "time,sway_rad", *rows, ""]))
+        for section in ("Trajectories", 2, "2"):
+            self.assertEqual(decid.read(sections, section=section).column, "sway_rad")
+        self.assertEqual(decid.read(sections, section=1).column, "sway_deg")
+        lines = self.trial().read_text().splitlines()
+        path = self.folder / "long.csv"
+        path.write_text("\n".join(["subject," + lines[0], *("s1," + line for line in lines[1:]),
+                                   *("s2," + line for line in lines[1:6001]), ""]))
+        self.assertEqual(decid.trial_names(path, "subject"), ["s1", "s2"])
+        first, second = (decid.read(path, trial_column="subject", trial=name) for name in ("s1", "s2"))
+        self.assertEqual((len(first.sway), len(second.sway)), (12100, 6000))
+        self.check_same(decid.identify(first), json.loads(program("identify", self.trial(), "--json"))["recordings"][0])
+        blocks = self.folder / "blocks.csv"
+        blocks.write_text("block,time,sway_deg\n" + "".join(f"{k // 30},{row}\n" for k, row in enumerate(rows)))
+        self.assertEqual(len(decid.read(blocks, trial_column="none").sway), 60)
 
     def test_samples_have_the_bits_of_their_file(self):
         sway = np.genfromtxt(self.trial(), delimiter=",", names=True)["com_sway_deg"]
@@ -356,6 +377,17 @@ class Refusals(WithFolder):
             decid.identify(np.zeros((2, 3)), 100, "rad")
         with self.assertRaises(ValueError):
             decid.identify(["a"], 100, "rad")
+
+    def test_a_part_of_a_file(self):
+        path = self.folder / "long.csv"
+        path.write_text("subject,time,sway_deg\n" + "".join(f"s{k // 30},{k % 30 / 100},{np.sin(k)}\n" for k in range(60)))
+        self.refused("2 recordings: 's0', 's1'", decid.read, path, trial_column="subject")
+        self.refused("'s2'", decid.read, path, trial_column="subject", trial="s2")
+        self.refused("trial stands alone", decid.read, path, trial="s1")
+        self.refused("'person'", decid.trial_names, path, "person")
+        self.refused("give its name", decid.trial_names, path, "none")
+        self.refused("section Devices", decid.read, path, section="Devices")
+        self.refused("one of the two", decid.read, path, section=1, skip_lines=0)
 
     def test_a_fork_is_refused_and_a_process_of_its_own_is_not(self):
         decid.set_threads(2)

@@ -158,10 +158,10 @@ TEST_CASE("weights of a model of another shape are refused, and so is the middle
   };
   TrainingSettings changed = settings;
   changed.preset.architecture = "conv 4 5x5 stride 4x4; relu; fc 7";
-  refused(changed, "another architecture", "--architecture, --head and --image");
+  refused(changed, "another architecture", "its architecture, head and image");
   changed = settings;
   changed.preset.image.standardize_rows = !changed.preset.image.standardize_rows;
-  refused(changed, "another image", "--architecture, --head and --image");
+  refused(changed, "another image", "its architecture, head and image");
   for (const int trials : {20 + 1, 10'000}) {
     TrainingState state = start_training(*source, settings);
     state.part.trials = trials;

@@ -101,12 +101,44 @@ TEST_CASE("a full standard output is no success") {
   }
 }
 
-TEST_CASE("a file beyond the shell's limit is an error, and nothing is left") {
+namespace {
+
+/// The disk fails: exit code 1, nothing on standard output, one line of the program's that has the fragments.
+void check_unwritten(const decid::test::Result& result, std::initializer_list<std::string> fragments) {
+  CAPTURE(result.err);
+  CHECK(result.code == 1);
+  CHECK(result.out.empty());
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  CHECK(result.err.starts_with("decid: "));
+  for (const std::string& fragment : fragments) CHECK(result.err.find(fragment) != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("a full disk is no bad input, and leaves what was there") {
   const Folder folder;
-  const auto limited = run_decid("simulate --quiet -o " + folder / "t.csv", "ulimit -f 20; ");
-  CHECK(limited.code == 2);
-  CHECK(limited.err.find("File too large") != std::string::npos);
-  CHECK(folder.files() == 0);
+  const std::string trial = folder / "t.csv";
+  REQUIRE(run_decid("simulate --quiet -o " + trial).code == 0);
+  for (const std::string& command :
+       {"identify " + trial + " -o ", "identify " + trial + " --table ", "identify " + trial + " --report ",
+        std::string("simulate -o "), std::string("stimulus --plot "), std::string("stimulus --write-protocol "),
+        std::string("dataset --count 3 -o " + folder / "d.npz" + " --report ")}) {
+    CAPTURE(command);
+    check_unwritten(run_decid(command + "/dev/full --quiet"), {"/dev/full: ", "No space left", "free space"});
+    std::filesystem::remove(folder / "d.npz");
+  }
+  CHECK(folder.files() == 1);
+  // A limit on the size of files stands for a full disk: of blocks of 512 or 1024 bytes.
+  const auto limited = [&](const std::string& arguments, const std::string& name) {
+    CAPTURE(arguments);
+    write_text(folder / name, "old");
+    check_unwritten(run_decid(arguments + folder / name, "ulimit -f 8; "), {name + ": ", "File too large"});
+    CHECK(read_text(folder / name) == "old");
+  };
+  limited("simulate --quiet -o ", "a.csv");
+  limited("identify --quiet " + trial + " --report ", "a.html");
+  limited("export onnx --quiet " DECID_SOURCE_DIR "/models/built_in.safetensors -o ", "a.onnx");
+  CHECK(folder.files() == 4);
 }
 
 TEST_CASE("wrong usage") {

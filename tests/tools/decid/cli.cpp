@@ -100,6 +100,19 @@ TEST_CASE("export sway reads recordings as identify does, and counts of one are 
                     folder / "u.bin")
               .code == 0);
   CHECK(decid::test::read_text(folder / "t.bin") == decid::test::read_text(folder / "u.bin"));
+  // Each recording of a file.
+  std::string several = "number,sway_deg\n";
+  for (const char* number : {"1", "2"})
+    for (const auto& row : read_csv(folder / "t.csv", header)) several += decid::format("%s,%.17g\n", number, row[1]);
+  decid::test::write_text(folder / "several.csv", several);
+  REQUIRE(
+      run_decid("export sway --rate 100 --trial number " + folder / "several.csv" + " -o " + folder / "two.bin").code ==
+      0);
+  const std::string one = decid::test::read_text(folder / "t.bin");
+  CHECK(decid::test::read_text(folder / "two.bin") == one + one);
+  decid::test::check_refused("export sway --trial no " + folder / "several.csv" + " -o " + folder / "no.bin",
+                             {"several.csv", "'no'"});
+  CHECK_FALSE(std::filesystem::exists(folder / "no.bin"));
 
   REQUIRE(run_decid("identify " + folder / "t.csv" + " -o " + folder / "r.json").code == 0);
   decid::test::check_refused("export controller --recording 2 " + folder / "r.json" + " -o " + folder / "out",

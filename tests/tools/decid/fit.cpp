@@ -314,14 +314,14 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   CHECK(said.out.find("| promised | network | in 90 % |") != std::string::npos);
   std::filesystem::create_symlink("c.json", folder / "same");
   check_refused(command + " --trials 3 --resume --figure " + folder / "same", {"another name"});
-  check_refused(command + " --trials 2 --resume --seed 4", {"c.json", "other settings"});
+  check_refused(command + " --trials 2 --resume --seed 4", {"c.json: ", "seed is 4, and was 2026"});
   // One from before the noise had a period of its own is of noise that repeats with the trial.
   std::string before = result.out;
   const std::string period = ",\n    \"period_s\": 127.4";
   REQUIRE(before.find(period) != std::string::npos);
   before.erase(before.find(period), period.size());
   write_text(folder / "c.json", before);
-  check_refused(command + " --trials 2 --resume", {"c.json", "other settings"});
+  check_refused(command + " --trials 2 --resume", {"c.json: ", "protocol.vestibular_noise.period_s is 127.4, and was"});
   write_text(folder / "short.json", R"({"name": "short", "vestibular_noise": {"period_s": "trial"}, "sequence": {
       "feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "cycles": 3, "lead_in_s": 1.97, "lead_out_s": 1.73}})");
   CHECK(
@@ -364,12 +364,27 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   REQUIRE(again["conditions"].size() == 18);
   CHECK(again["conditions"][0]["usable"] == 77);
   CHECK(again["conditions"][5]["figures"] == made["conditions"][5]["figures"]);
-  check_refused(faults + " --resume --seed 9", {"f.json", "other settings"});
-  check_refused(faults + " --resume --model " DECID_SOURCE_DIR "/models/ideal.safetensors", {"f.json"});
+  // A call that resumes says how many rows there are.
+  const auto told = run_decid("calibrate --faults --protocol " + folder / "p.json" + options + " --resume");
+  CHECK(told.code == 0);
+  CHECK(told.err == "calibrate: resuming: " + folder / "f.json" + " has 18 of 18 rows\n");
+  check_refused(faults + " --resume --seed 9", {"f.json: ", "seed is 9, and was 2026"});
+  check_refused(std::string(faults).replace(faults.find("--trials 1"), 10, "--trials 2") + " --resume",
+                {"f.json: ", "trials is 2, and was 1"});
+  check_refused(faults + " --resume --model " DECID_SOURCE_DIR "/models/ideal.safetensors",
+                {"f.json: ", "network is \""});
+  check_refused(faults + " --resume --sensor-noise 0.03",
+                {"f.json: ", "protocol.sensor_noise_deg is 0.03, and was 0.02"});
+  cut["conditions"][0]["size"] = 99;
+  write_text(folder / "f.json", cut.dump());
+  check_refused(faults + " --resume", {"f.json: ", "other rows"});
   cut["conditions"] = nlohmann::ordered_json::object();
   write_text(folder / "f.json", cut.dump());
-  check_refused(faults + " --resume", {"f.json", "other settings"});
+  check_refused(faults + " --resume", {"f.json: ", "other rows"});
+  write_text(folder / "f.json", "[]");
+  check_refused(faults + " --resume", {"f.json: ", "not a table"});
   check_refused("calibrate --faults --resume", {"--resume", "--output"});
+  check_refused("calibrate --faults -o " + folder / "no/f.json", {"no/f.json: its folder does not exist"});
   check_refused("calibrate --faults --conditions " + folder / "p.json", {"--faults", "--conditions"});
   const auto table = run_decid("calibrate --conditions " + folder / "p.json" + " --trials 1 --most-draws 8 --quiet");
   CHECK(table.code == 0);

@@ -132,7 +132,7 @@ TEST_CASE("fit --frf refuses what it cannot use, in one line") {
   check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n25,0.8,-150\n",
                       {"nothing at 25 Hz", "--protocol"});
   const std::string good = "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";
-  check_table_refused(good, {"no confidence", "error above 0"}, "--prior-error 0");
+  check_table_refused(good, {"no confidence", "--prior-error above 0"}, "--prior-error 0");
   check_table_refused(good, {"--unit", "not for --frf"}, "--unit deg");
   check_table_refused(good, {"--model", "not for --frf"}, "--model m.safetensors");
   check_table_refused(good, {"--most-draws", "not for --frf"}, "--most-draws 100");

@@ -71,6 +71,12 @@ TEST_CASE("a folder before its name tells two recordings of one name apart") {
         std::string::npos);
 }
 
+TEST_CASE("lines of no recording are kept with their places") {
+  const GroupTable table =
+      read_table("file,group\nd.csv,x\na.csv,x\n\nin/b.csv,y\nout/b.csv,y\n", {"a.csv", "in/b.csv"});
+  CHECK(table.unused == std::vector<decid::tools::UnusedLine>{{2, "d.csv"}, {6, "out/b.csv"}});
+}
+
 TEST_CASE("groups that cannot be read are refused") {
   const Names recordings{"a.csv", "b.csv"};
   CHECK(refusal("name,group\na.csv,x\n", recordings).find("g.csv, line 1: has no column \"file\"") !=
@@ -167,7 +173,7 @@ void add(Json& recordings, GroupTable& table, const std::string& group, const st
 
 TEST_CASE("people are compared by the recordings that can be used, the others are named") {
   Json recordings = Json::array();
-  GroupTable table{"subject", {}};
+  GroupTable table{"subject", {}, {{7, "gone.csv"}}};
   // The means of people are 856.8 +- 63.4 of five in "a" and 724.5 +- 62.2 of four in "b".
   const double a[]{812, 905, 777, 860, 930}, b[]{700, 655, 742, 801};
   for (const double mean : a)
@@ -204,6 +210,7 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   CHECK(settings["left_out"] == Json{{{"file", "bad.csv"}, {"group", "b"}, {"reason", "not usable"}},
                                      {{"file", "twice.csv"}, {"group", "a"}, {"reason", "tilt_of_other_size"}},
                                      {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}}});
+  CHECK(settings["unused_lines"] == Json{{{"line", 7}, {"file", "gone.csv"}}});
   CHECK(recordings[0]["group"] == "a");
   CHECK(recordings[20]["subject"] == "a1");
   CHECK_FALSE(recordings[22].contains("group"));

@@ -163,6 +163,34 @@ TEST_CASE("identify: --trial makes the recordings of a file those of files of th
   CHECK(wrong.err.find("long.csv#2") != std::string::npos);
 }
 
+TEST_CASE("groups: a line of no recording is noted, a recording given twice is refused") {
+  const Folder folder;
+  for (int i = 1; i <= 2; ++i) simulate(folder / std::to_string(i) + ".csv", "--seed " + std::to_string(i));
+  write_text(folder / "g.csv", "file,group\n1.csv,a\n2.csv,b\n3.csv,b\n");
+  std::filesystem::create_symlink("1.csv", folder / "link.csv");
+  const std::string both = folder / "1.csv" + " " + folder / "2.csv" + " ", group = " --group " + folder / "g.csv";
+  const Result noted = run_decid("identify --json " + both + group);
+  CAPTURE(noted.err);
+  CHECK(noted.code == 0);
+  CHECK(noted.err.find("note: ") != std::string::npos);
+  CHECK(noted.err.find("g.csv, line 4: ") != std::string::npos);
+  const Json settings = Json::parse(noted.out)["group_comparison"];
+  CHECK(settings["unused_lines"] == Json{{{"line", 4}, {"file", "3.csv"}}});
+  CHECK(run_decid("identify --quiet --json " + both + group).err.empty());
+  for (const std::string command : {"identify --quiet ", "fit --quiet "}) {
+    check_refused(command + both + folder / "1.csv" + group, {"1.csv: is given twice", "--group"});
+    check_refused(command + both + folder / "./2.csv" + group, {"2.csv: is the same recording as "});
+    check_refused(command + both + folder / "link.csv" + group, {"link.csv: is the same recording as "});
+  }
+  CHECK(run_decid("identify --quiet " + both + folder / "1.csv").code == 0);  // without groups it harms nobody
+  // Recordings of one file are several.
+  write_text(folder / "long.csv", long_table(read_text(folder / "1.csv"), read_text(folder / "2.csv"), ""));
+  write_text(folder / "g.csv", "file,group\nlong.csv#1,a\nlong.csv#2,b\n");
+  const std::string trials = "identify --quiet --trial trial " + folder / "long.csv" + group;
+  CHECK(run_decid(trials).code == 0);
+  check_refused(trials + " " + folder / "./long.csv", {"long.csv#1: is the same recording as "});
+}
+
 TEST_CASE("many recordings: what cannot be is refused before the work") {
   const Folder folder;
   simulate(folder / "t.csv", "--seed 1");

@@ -269,6 +269,34 @@ TEST_CASE("a study of a network of time series shows each of them, and filters i
   CHECK(std::ranges::count(filters.front(), ',') == 47);
 }
 
+TEST_CASE("a study reads one recording of a file of several, and --trial none reads all rows") {
+  const Folder folder;
+  REQUIRE(run_decid("simulate --quiet --seed 7 -o " + folder / "r.csv").code == 0);
+  std::istringstream lines(read_text(folder / "r.csv"));
+  std::string one, blocks;
+  int number = 0;
+  for (std::string line; std::getline(lines, line); ++number) {
+    one += (number == 0 ? "block," : "1,") + line + "\n";
+    blocks += (number == 0 ? "block," : number < 6000 ? "1," : "2,") + line + "\n";
+  }
+  write_text(folder / "one.csv", one);
+  write_text(folder / "blocks.csv", blocks);
+  const std::string study = "study --quiet --json --trials 16 --realisations 1 -o " + folder / "study";
+  const auto recording_of = [&](const std::string& options) {
+    const auto result = run_decid(study + " --recording " + options);
+    CAPTURE(result.err);
+    REQUIRE(result.code == 0);
+    return Json::parse(result.out).at("recording").at("identified");
+  };
+  const Json whole = recording_of(folder / "r.csv");
+  CHECK(recording_of(folder / "blocks.csv" + " --trial none") == whole);
+  CHECK(recording_of(folder / "one.csv" + " --trial block") == whole);
+  check_refused(study + " --recording " + folder / "blocks.csv", {"blocks.csv", "--trial"});
+  check_refused(study + " --recording " + folder / "blocks.csv" + " --trial block", {"2 recordings", "--trial block"});
+  check_refused(study + " --recording " + folder / "blocks.csv" + " --trial no", {"blocks.csv", "'no'"});
+  check_refused(study + " --trial none", {"--trial", "--recording"});
+}
+
 TEST_CASE("studies that cannot be made write nothing") {
   const Setting s;
   const std::string out = " -o " + s.folder / "study";

@@ -170,7 +170,7 @@ TEST_CASE("train: what diverges is an error, and leaves nothing") {
   const std::size_t before = folder.files();
   for (const std::string lr : {"1000", "20"}) {
     check_refused(folder.train("--quiet --preset best --epochs 3 --lr " + lr),
-                  {"training", "diverged in epoch", "of 3", "lower the learning rate of " + lr});
+                  {"training", "diverged in epoch", "of 3", "lower the learning rate of " + lr + " (--lr)"});
     CHECK(folder.files() == before);
   }
   // What was there before stays.
