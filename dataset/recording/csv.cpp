@@ -148,13 +148,10 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
 bool CsvTable::begins_another(std::string_view line) const {
   constexpr std::size_t rows_of_a_table = 3;
   if (rows_.size() < rows_of_a_table) return false;
-  std::vector<std::string_view> cells;
+  std::vector<std::string_view> cells, row;
   split(line, separator_, cells);
-  const auto is_value = [](std::string_view cell) {
-    return parse_number(cell).is_number || clock_time(cell).has_value() || is_missing(cell);
-  };
-  const bool is_other = !is_value(cells[0]) || (cells.size() == 1 && names_.size() > 1);
-  return is_other && is_value(cell_at(rows_.front(), separator_, 0, is_plain_));
+  split(rows_.front(), separator_, row);
+  return (cells.size() == 1 && names_.size() > 1) || !may_follow(cells, row);
 }
 
 void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) const {
@@ -162,10 +159,13 @@ void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) c
   if (sections.size() > 1)
     throw Error(where_, "holds several tables: " + list_of(sections),
                 "choose one with --section, by its name or number");
+  const bool is_left_out =
+      sections.size() == 1 && sections[0].end <= static_cast<std::size_t>(line.data() - text_.data());
   throw Error(where_,
               "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
                   std::string(line.substr(0, 40)) + "'",
-              "--section 1 reads the table only; or delete these lines");
+              is_left_out ? "--section 1 reads the table only; or delete these lines"
+                          : "delete these lines, or put # before them");
 }
 
 /// Returns true if the last line of the file lacks cells, or the end of its last number.
