@@ -160,9 +160,8 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   };
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
-      throw SeveralRecordings(
-          where, table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
-          "give each of them as a file of its own");
+      throw Error(where, table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
+                  "give each of them as a file of its own");
   if (const std::optional<double> step = rounded_step(time, unit_s)) {
     clock.rate_hz = near_whole(1.0 / (*step * unit_s));
     // A grid of a whole number of samples a second is likelier than one a little off; rounded times fit both.
@@ -211,6 +210,28 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   }
   if (largest > even) tell_uneven(clock, largest, (1.0 + largest) / clock.rate_hz, name, setting);
   return clock;
+}
+
+std::vector<std::size_t> restarts(const Table& table, int column) {
+  constexpr std::size_t fewest = 20;
+  std::vector<double> time;
+  try {
+    time = table.times(column);
+  } catch (const Error&) {  // no times at all
+  }
+  if (time.size() < fewest) return {};
+  std::vector<double> steps(time.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
+  const auto [first, last] = std::ranges::minmax(time);
+  const double usual = median(steps), far = 0.1 * (last - first);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const bool at_front = steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual;
+    if (!(-steps[i] > far || (usual > 0.0 && at_front))) continue;
+    const bool is_single = steps[i - 1] >= far || (i + 1 < steps.size() && steps[i + 1] >= far);
+    if (!is_single) rows.push_back(i + 1);
+  }
+  return rows;
 }
 
 std::vector<double> place_evenly(const std::vector<double>& values, const Clock& clock) {

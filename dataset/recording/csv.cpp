@@ -95,7 +95,8 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   visit_lines([&](std::string_view line, std::size_t line_number) {
     const bool follows = line_number == last_line + 1;
     last_line = line_number;
-    if ((!follows || line.starts_with("Interval=")) && begins_another(line)) {
+    const bool may_begin = !follows || line.starts_with("Interval=") || (has_header_ && line == header_line_);
+    if (may_begin && begins_another(line)) {
       if (skip_lines) return false;
       refuse_sections(line, line_number);
     }
@@ -103,6 +104,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
       read_header(line);
       if (has_header_) {
         ++header_lines_;
+        header_line_ = line;
         return true;
       }
       const std::string_view above =

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <set>
 
 #include "base/error.hpp"
 #include "dataset/recording/cells.hpp"
@@ -75,6 +76,7 @@ std::vector<Section> find_sections(std::string_view text) {
   std::size_t rows = 0, alike = 0, last_line = 0;
   std::string_view line_before;
   Cells cells, row;
+  std::set<std::string_view> header;  // lines above the first rows
   for_each_line(text, [&](std::string_view line, std::size_t number) {
     split(line, separator_of(line_before, line), cells);
     if (std::ranges::all_of(cells, &std::string_view::empty)) return true;  // a spreadsheet's blank line
@@ -83,7 +85,7 @@ std::vector<Section> find_sections(std::string_view text) {
       sections.back().name = name_of(line);
       sections.back().line = number;
     }
-    const bool may_begin = number != last_line + 1 || line.starts_with("Interval=");
+    const bool may_begin = number != last_line + 1 || line.starts_with("Interval=") || header.contains(line);
     last_line = number;
     const bool follows = !row.empty() && may_follow(cells, row);
     alike = follows ? alike + 1 : 1;
@@ -95,6 +97,8 @@ std::vector<Section> find_sections(std::string_view text) {
       sections.back().end = begin;
       sections.push_back({.name = name_of(line), .line = number, .begin = begin});
       rows = 0;
+    } else if (rows == 0 && sections.size() == 1) {
+      header.insert(line);
     }
     row = cells;
     return true;

@@ -20,8 +20,8 @@ struct Section {
 bool may_follow(const std::vector<std::string_view>& line, const std::vector<std::string_view>& row);
 
 /// Returns the sections of a text. A section begins at the first line, and, after three or more rows (20, if they begin
-/// with a word), at a line of words behind a blank line, or at LabChart's "Interval=". Lines of words behind the last
-/// table are a footer and belong to no section.
+/// with a word), at a line of words behind a blank line, at one of the first header again, or at LabChart's
+/// "Interval=". Lines of words behind the last table are a footer and belong to no section.
 std::vector<Section> find_sections(std::string_view text);
 
 /// Returns "1 'Devices' (from line 1), 2 'Trajectories' (from line 20007)".

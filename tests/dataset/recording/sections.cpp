@@ -108,6 +108,12 @@ TEST_CASE("a table whose first column is text is one table, also behind blank li
   CHECK(read(subjects + "\n" + subjects, section("2")).signals.samples() == 40);
 }
 
+TEST_CASE("files joined with their headers are sections") {
+  const std::string one = "time,sway_deg\ns,deg\n0,1\n0.01,2\n0.02,3\n";
+  check_error(reading(one + one), {"several tables: 1 (from line 1), 2 (from line 6)"});
+  for (const char* number : {"1", "2"}) check_one_two_three(one + one, section(number));
+}
+
 TEST_CASE("--section 1 is not advised where it would not leave the lines out") {
   const std::string few = "id,time,sway_deg\na,0,1\na,0.01,2\na,0.02,3\n\nMean,2\n";
   try {
