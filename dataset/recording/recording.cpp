@@ -12,7 +12,6 @@
 #include "base/error.hpp"
 #include "dataset/recording/clock.hpp"
 #include "dataset/recording/columns.hpp"
-#include "dataset/recording/quality.hpp"
 #include "dataset/recording/sway_source.hpp"
 #include "dataset/recording/table.hpp"
 #include "dataset/recording/trials.hpp"
@@ -274,7 +273,6 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
   const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
   check_size(signal, guessed, options.mean_is_upright, recording);
-  look_for_faults(signal.rad, recording.rate_hz, recording.warnings);
   if (options.invert_sway) {
     for (double& value : signal.rad) value = -value;
   }
@@ -306,7 +304,6 @@ Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
       throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
   check_size(sway, false, false, recording);
-  look_for_faults(sway.rad, rate_hz, recording.warnings);
   return recording;
 }
 

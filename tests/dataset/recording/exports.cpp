@@ -43,6 +43,8 @@ TEST_CASE("files of other programs are called what they are") {
                           {"PK\x03\x04....xl/worksheets/sheet1.bin"s, "Excel"},
                           {"PK\x03\x04mimetypeapplication/vnd.oasis.opendocument"s, "OpenDocument"},
                           {"PK\x03\x04...."s, "ZIP"},
+                          {"PK\x03\x04....time.npy"s, "NumPy arrays (.npz)"},
+                          {"PK\x03\x04....sway.npy....parameters.npy"s, "decid evaluate --data"},
                           {"<?xml?>\n<mvnx version=\"4\">"s, "MVN"},
                           {"<html><table>"s, "HTML"},
                           {"<a/>"s, "XML"},
