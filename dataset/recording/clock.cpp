@@ -270,7 +270,12 @@ std::vector<double> place_evenly(const std::vector<double>& values, const Clock&
 
 std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
                       const std::string& where) {
-  std::size_t gaps = 0, filled = 0, longest = 0;
+  std::size_t gaps = 0, filled = 0, longest = 0, all = 0;
+  for (std::size_t k = 0, length = 0; k < values.size(); ++k) {
+    length = std::isnan(values[k]) ? length + 1 : 0;
+    all = std::max(all, length);
+  }
+  const double all_s = static_cast<double>(all) / rate_hz;
   for (std::size_t begin = 0; begin < values.size(); ++begin) {
     if (!std::isnan(values[begin])) continue;
     std::size_t end = begin;
@@ -279,14 +284,15 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
     const double length_s = static_cast<double>(length) / rate_hz;
     if (length == values.size()) throw Error(where, "all values of " + name + " are missing", "name another column");
     if (length_s > longest_s * (1.0 + 1e-9)) {
-      throw Error(
-          where,
-          name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
-              six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
-              " s after the first one" + (longest_s > 0.0 ? ", more than --fill-gaps " + six_digits(longest_s) : ""),
-          length_s > longest_gap_s
-              ? "that is too much to interpolate: give the part before or behind it"
-              : "--fill-gaps " + six_digits(std::ceil(length_s * 1e4) / 1e4) + " interpolates gaps of that length");
+      throw Error(where,
+                  name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
+                      six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
+                      " s after the first one" +
+                      (longest_s > 0.0 ? ", more than --fill-gaps " + six_digits(longest_s) : ""),
+                  all_s > longest_gap_s
+                      ? "its longest gap, " + six_digits(all_s) +
+                            " s, is too much to interpolate: give the part before or behind it"
+                      : "--fill-gaps " + six_digits(std::ceil(all_s * 1e4) / 1e4) + " interpolates all its gaps");
     }
     for (std::size_t k = begin; k < end; ++k) {
       if (begin == 0) {

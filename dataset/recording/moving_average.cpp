@@ -16,8 +16,6 @@ namespace {
 
 /// Below 4 Hz a body's sway falls so steeply that the power at a multiple differs from that around it by itself.
 constexpr double lowest_hz = 4.0, highest_hz = 60.0, longest_s = 2.0, shortest_step_s = 1e-3;
-/// The spectrum is looked at up to this fraction of the rate, above which filters against aliasing reach.
-constexpr double highest_fraction = 0.45;
 /// Half the width of a stretch of the spectrum, in distances of the zeros.
 constexpr double half_width = 0.1;
 /// The sway is looked at in parts, of which most have to agree: a rectangular pulse, as of an occluded marker, has such
@@ -64,7 +62,7 @@ class LogSpectrum {
   /// The mean over the frequencies up to `half_hz` from `at_hz`.
   double mean(double at_hz, double half_hz) const {
     const auto first = static_cast<std::size_t>(std::ceil((at_hz - half_hz) / step_hz_));
-    const auto last = static_cast<std::size_t>(std::floor((at_hz + half_hz) / step_hz_));
+    const auto last = std::min(static_cast<std::size_t>(std::floor((at_hz + half_hz) / step_hz_)), sums_.size() - 2);
     return (sums_[last + 1] - sums_[first]) / static_cast<double>(last + 1 - first);
   }
 
@@ -74,18 +72,16 @@ class LogSpectrum {
   std::vector<double> sums_;
 };
 
-/// How far the mean logarithm of the power at the zeros of an average over `length_s` lies from that between them; 0 if
-/// fewer than two zeros can be seen.
+/// How far the mean logarithm of the power at the zeros of an average over `length_s` lies from the lower one of
+/// those beside it; 0 if fewer than two zeros can be seen.
 double fall_at_zeros(const LogSpectrum& spectrum, double length_s, double most_hz) {
   const double apart_hz = 1.0 / length_s, half_hz = half_width * apart_hz;
   double fall = 0.0;
   int zeros = 0;
-  for (double k = std::ceil(lowest_hz * length_s); (k + half_width) * apart_hz <= most_hz; k += 1.0, ++zeros) {
-    const double below = spectrum.mean((k - 0.5) * apart_hz, half_hz);
-    const bool has_above = (k + 0.5 + half_width) * apart_hz <= most_hz;
-    const double above = has_above ? spectrum.mean((k + 0.5) * apart_hz, half_hz) : below;
-    fall += spectrum.mean(k * apart_hz, half_hz) - 0.5 * (below + above);
-  }
+  // A filter's spectrum that falls steeply does not rise behind a zero.
+  for (double k = std::ceil(lowest_hz * length_s); (k + 0.5) * apart_hz <= most_hz; k += 1.0, ++zeros)
+    fall += spectrum.mean(k * apart_hz, half_hz) -
+            std::min(spectrum.mean((k - 0.5) * apart_hz, half_hz), spectrum.mean((k + 0.5) * apart_hz, half_hz));
   return zeros < 2 ? 0.0 : fall / zeros;
 }
 
@@ -95,7 +91,7 @@ double moving_average_s(std::span<const double> sway_rad, double rate_hz) {
   constexpr double thinned_hz = 400.0, fewest_bins = 300.0;
   const std::size_t block = std::max<std::size_t>(1, static_cast<std::size_t>(rate_hz / thinned_hz));
   const double thin_hz = rate_hz / static_cast<double>(block);
-  const double most_hz = std::min(highest_hz, highest_fraction * thin_hz);
+  const double most_hz = std::min(highest_hz, 0.5 * thin_hz);
   const std::vector<double> sway = thinned(sway_rad, block);
   const std::size_t samples = sway.size() / spectrum_parts;
   const double part_s = static_cast<double>(samples) / thin_hz;

@@ -104,7 +104,7 @@ void add_trial_option(const Command& command, RecordingFlags& flags) {
   command.add_option(
       "--trial", flags.trial,
       "Read each value of this column, or of several (subject,trial), or each element of this array of a "
-      "MAT-file, as a recording; none: a file is one; default: refuse files of several");
+      "MAT-file, as a recording (only identify and fit); none: a file is one; default: refuse files of several");
 }
 
 Option add_recording_flags(const Command& command, RecordingFlags& flags) {
@@ -137,8 +137,10 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
                      "Position of the ankle, which others count from; default: their means are upright");
   command.add_option("--skip-lines", flags.skip_lines, "Lines of a text file above its table; default: found")
       .range(0, 1000000);
-  command.add_option("--section", flags.section,
-                     "Table to read of a text file that holds several, by name or number from 1: Trajectories");
+  command.add_option(
+      "--section", flags.section,
+      "Table to read of a text file that holds several, by name or number from 1: Trajectories (identify, fit, "
+      "study and export sway)");
   command.add_option("--rate", flags.rate, "Sample rate in Hz, if there is no time column or it is wrong")
       .range(1.0, 100000.0);
   command
