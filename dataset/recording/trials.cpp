@@ -224,8 +224,8 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
     if (std::ranges::count_if(one.labels.values, [](const std::string& value) { return !value.empty(); }) > 1)
       changing.push_back(std::move(one));
   if (changing.empty()) return;
-  const auto& [column, labels] = changing.front();
-  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const RowLabels& labels = changing.front().labels;
+  const std::string& name = table.names()[static_cast<std::size_t>(changing.front().column)];
   const std::vector<std::uint32_t>& of_row = labels.of_row;
   const auto is_filled = [&](std::uint32_t label) { return !labels.values[label].empty(); };
   const std::uint32_t first = *std::ranges::find_if(of_row, is_filled);

@@ -157,11 +157,11 @@ TEST_CASE("the advised --trial works, and takes as many columns as tell the reco
   CHECK(advised(four("\"subject, id\",trial", {"a,1", "a,2", "b,1", "b,2"}), 4) == "1,trial");
   CHECK(advised(four("block,block", {"1,1", "2,2"}), 2) == "1");
   // Two of each subject's, which nothing tells apart; and trials whose numbers come again.
-  for (const auto& [name, labels] : {std::pair<std::string, std::vector<std::string>>{"subject", {"a", "a", "b", "b"}},
-                                     {"trial", {"1", "2", "1", "2"}},
-                                     {"subject", {"a", "a"}}}) {
-    CHECK_FALSE(advises(four(name, labels), "--trial '"));
-    CHECK(advises(four(name, labels), "a file of its own"));
+  using Labelled = std::pair<std::string, std::vector<std::string>>;
+  for (const Labelled& one :
+       {Labelled{"subject", {"a", "a", "b", "b"}}, {"trial", {"1", "2", "1", "2"}}, {"subject", {"a", "a"}}}) {
+    CHECK_FALSE(advises(four(one.first, one.second), "--trial '"));
+    CHECK(advises(four(one.first, one.second), "a file of its own"));
   }
   // The column that was given is not enough.
   CHECK(
