@@ -188,7 +188,7 @@ char separator_of(std::string_view line_before, std::string_view data) {
   const std::string_view first = trim(line_before);
   const std::string unquoted = outside_quotes(data);
   const std::string_view line = trim(unquoted);
-  for (const char separator : {';', '\t'}) {
+  for (const char separator : {';', '\t', '|'}) {
     if (line.find(separator) != std::string_view::npos) return separator;
   }
   const bool blanks = line.find(' ') != std::string_view::npos;
@@ -213,6 +213,31 @@ bool whole_numbers(std::string_view text, char separator, std::array<int, N>& in
     text.remove_prefix(1);
   }
   return true;
+}
+
+/// The number of a month's first three letters in English, as MATLAB writes it; 0 for other text.
+int month_of(std::string_view name) {
+  constexpr std::string_view names = "JanFebMarAprMayJunJulAugSepOctNovDec";
+  const std::size_t at = name.size() == 3 ? names.find(name) : names.npos;
+  return at == names.npos || at % 3 != 0 ? 0 : static_cast<int>(at / 3) + 1;
+}
+
+/// Replaces the month's letters of "01-May-2023" by its number and puts the year first; other text stays.
+std::string with_number_of_month(std::string_view date) {
+  const std::size_t first = date.find('-'), last = date.rfind('-');
+  const int month = first == date.npos || first == last ? 0 : month_of(date.substr(first + 1, last - first - 1));
+  if (month == 0) return std::string(date);
+  return std::string(date.substr(last + 1)) + "-" + std::to_string(month) + "-" + std::string(date.substr(0, first));
+}
+
+/// Reads "0.01 sec" and "0.5 min", as MATLAB writes durations.
+std::optional<ClockTime> duration(std::string_view cell) {
+  for (const auto& [unit, unit_s] : {std::pair{" sec", 1.0}, {" min", 60.0}}) {
+    if (!cell.ends_with(unit)) continue;
+    const Parsed parsed = parse_number(cell.substr(0, cell.size() - 4));
+    if (parsed.is_number && std::isfinite(parsed.value)) return ClockTime{0.0, parsed.value * unit_s};
+  }
+  return {};
 }
 
 /// Days since the first of March of year 0 of the Gregorian calendar. Source: the usual count of years from March,
@@ -253,7 +278,7 @@ void take_offset(std::string_view& cell) {
 }  // namespace
 
 std::optional<ClockTime> clock_time(std::string_view cell) {
-  if (cell.find(':') == std::string_view::npos) return {};
+  if (cell.find(':') == std::string_view::npos) return duration(cell);
   double day = 0.0;
   const std::optional<bool> afternoon = take_afternoon(cell);
   if (const std::size_t count = cell.find(" days "); count != std::string_view::npos) {  // a timedelta of pandas
@@ -262,7 +287,7 @@ std::optional<ClockTime> clock_time(std::string_view cell) {
     day = days_passed.value;
     cell = trim(cell.substr(count + 6));
   } else if (const std::size_t blank = cell.find_first_of(" T"); blank != std::string_view::npos) {
-    const std::optional<double> found = days(cell.substr(0, blank));
+    const std::optional<double> found = days(with_number_of_month(cell.substr(0, blank)));
     if (!found) return {};
     day = *found;
     cell = trim(cell.substr(blank + 1));

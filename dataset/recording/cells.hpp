@@ -62,8 +62,8 @@ struct ClockTime {
   bool operator==(const ClockTime&) const = default;
 };
 /// Reads a clock time: "12:03:04.5", "12:03:04,5", "12:03:04:500", "1:03:04 PM", "03:04.5" (minutes and seconds),
-/// "2026-03-05T12:03:04", "05.03.2026 12:03:04.250", "2026-03-05 12:03:04+01:00" or "0 days 00:00:01.5". Returns
-/// nothing for other text. Ignores the time zone.
+/// "2026-03-05T12:03:04", "05.03.2026 12:03:04.250", "05-Mar-2026 12:03:04", "2026-03-05 12:03:04+01:00" or "0 days
+/// 00:00:01.5"; and durations, "1.5 sec" or "0.025 min". Returns nothing for other text. Ignores the time zone.
 std::optional<ClockTime> clock_time(std::string_view cell);
 
 /// "deg" of "[deg]" and "(deg)", if it is a unit; empty otherwise. Brackets must close.
@@ -75,7 +75,7 @@ bool are_units(const std::vector<std::string_view>& cells);
 /// Returns "sway (deg)" for "sway" and "[deg]", or only the name if the unit says nothing.
 std::string with_unit(std::string name, std::string_view unit);
 
-/// Which of ; tab , blank separates the cells of a line of data, of which the line before it may be the header.
+/// Which of ; tab | , blank separates the cells of a line of data, of which the line before it may be the header.
 char separator_of(std::string_view line_before, std::string_view line);
 
 }  // namespace decid::dataset

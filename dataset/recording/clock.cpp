@@ -160,9 +160,8 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   };
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
-      throw SeveralRecordings(
-          where, table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
-          "give each of them as a file of its own");
+      throw Error(where, table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
+                  "give each of them as a file of its own");
   if (const std::optional<double> step = rounded_step(time, unit_s)) {
     clock.rate_hz = near_whole(1.0 / (*step * unit_s));
     // A grid of a whole number of samples a second is likelier than one a little off; rounded times fit both.
@@ -213,6 +212,28 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   return clock;
 }
 
+std::vector<std::size_t> restarts(const Table& table, int column) {
+  constexpr std::size_t fewest = 20;
+  std::vector<double> time;
+  try {
+    time = table.times(column);
+  } catch (const Error&) {  // no times at all
+  }
+  if (time.size() < fewest) return {};
+  std::vector<double> steps(time.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
+  const auto [first, last] = std::ranges::minmax(time);
+  const double usual = median(steps), far = 0.1 * (last - first);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const bool at_front = steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual;
+    if (!(-steps[i] > far || (usual > 0.0 && at_front))) continue;
+    const bool is_single = steps[i - 1] >= far || (i + 1 < steps.size() && steps[i + 1] >= far);
+    if (!is_single) rows.push_back(i + 1);
+  }
+  return rows;
+}
+
 std::vector<double> place_evenly(const std::vector<double>& values, const Clock& clock) {
   if (clock.place.empty()) return values;
   const std::vector<double>& place = clock.place;
@@ -249,7 +270,12 @@ std::vector<double> place_evenly(const std::vector<double>& values, const Clock&
 
 std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
                       const std::string& where) {
-  std::size_t gaps = 0, filled = 0, longest = 0;
+  std::size_t gaps = 0, filled = 0, longest = 0, all = 0;
+  for (std::size_t k = 0, length = 0; k < values.size(); ++k) {
+    length = std::isnan(values[k]) ? length + 1 : 0;
+    all = std::max(all, length);
+  }
+  const double all_s = static_cast<double>(all) / rate_hz;
   for (std::size_t begin = 0; begin < values.size(); ++begin) {
     if (!std::isnan(values[begin])) continue;
     std::size_t end = begin;
@@ -258,14 +284,15 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
     const double length_s = static_cast<double>(length) / rate_hz;
     if (length == values.size()) throw Error(where, "all values of " + name + " are missing", "name another column");
     if (length_s > longest_s * (1.0 + 1e-9)) {
-      throw Error(
-          where,
-          name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
-              six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
-              " s after the first one" + (longest_s > 0.0 ? ", more than --fill-gaps " + six_digits(longest_s) : ""),
-          length_s > longest_gap_s
-              ? "that is too much to interpolate: give the part before or behind it"
-              : "--fill-gaps " + six_digits(std::ceil(length_s * 1e4) / 1e4) + " interpolates gaps of that length");
+      throw Error(where,
+                  name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
+                      six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
+                      " s after the first one" +
+                      (longest_s > 0.0 ? ", more than --fill-gaps " + six_digits(longest_s) : ""),
+                  all_s > longest_gap_s
+                      ? "its longest gap, " + six_digits(all_s) +
+                            " s, is too much to interpolate: give the part before or behind it"
+                      : "--fill-gaps " + six_digits(std::ceil(all_s * 1e4) / 1e4) + " interpolates all its gaps");
     }
     for (std::size_t k = begin; k < end; ++k) {
       if (begin == 0) {

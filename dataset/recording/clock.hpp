@@ -6,15 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "base/error.hpp"
 #include "dataset/recording/table.hpp"
 
 namespace decid::dataset {
-
-/// Thrown if the times start again in the middle of a file.
-class SeveralRecordings : public Error {
-  using Error::Error;
-};
 
 /// Where the samples of a recording lie on an even grid of rate_hz, the first at 0.
 struct Clock {
@@ -31,9 +25,13 @@ struct Clock {
 /// median from a whole multiple of it; multiples beyond 1 are lost samples. Times of an even grid may be rounded so
 /// coarsely that samples share them; the clock then has a warning. Where a tenth of the steps or more are uneven, as
 /// headsets and webcams time their frames, steps may have any length: the rate is that of the mean step, and a step of
-/// more than 2.5 median steps is a gap. Throws SeveralRecordings if the times start again, and Error for the first step
-/// that does not fit; the error names `setting` ("--rate"), which gives the rate instead.
+/// more than 2.5 median steps is a gap. Throws Error if the times start again, and for the first step that does not
+/// fit; the error names `setting` ("--rate"), which gives the rate instead.
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting);
+
+/// The rows at which the times start again, as those of recordings below each other do; none if they never do, or
+/// cannot be read. A single wrong time is no start.
+std::vector<std::size_t> restarts(const Table& table, int column);
 
 /// Values at the clock's places brought to its even grid: by cubic interpolation between four neighbours, linear beside
 /// gaps and where neighbours are so close that a cubic would swing with their noise. NaN where the neighbours are

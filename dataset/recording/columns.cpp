@@ -164,6 +164,9 @@ std::optional<Unit> unit_in(std::string_view name) {
 std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
                             const std::string& setting) {
   if (given) return given;
+  if (one_of(words(name).back(), {"gon", "arcmin", "arcsec", "mdeg", "millideg", "millidegrees", "cdeg", "turn",
+                                  "turns", "rev", "revolutions"}))
+    throw Error(where, name + " is neither in degrees nor in radians by its name", "convert it to one of them");
   if (const char* quantity = other_quantity(name)) {
     throw Error(
         where, name + " is " + quantity + " by its name, not an angle",

@@ -95,22 +95,24 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   visit_lines([&](std::string_view line, std::size_t line_number) {
     const bool follows = line_number == last_line + 1;
     last_line = line_number;
-    if ((!follows || line.starts_with("Interval=")) && begins_another(line)) {
+    const bool may_begin = !follows || line.starts_with("Interval=") || (has_header_ && line == header_line_);
+    if (may_begin && begins_another(line)) {
       if (skip_lines) return false;
       refuse_sections(line, line_number);
     }
+    const std::string_view above =
+        std::string_view(text_).substr(0, static_cast<std::size_t>(line.data() - text_.data()));
+    if (!follows && rows_.empty() && header_lines_ == 0) add_commented_rates(above, preamble_.rates);
     if (names_.empty()) {
       read_header(line);
       if (has_header_) {
         ++header_lines_;
+        header_line_ = line;
         return true;
       }
-      const std::string_view above =
-          std::string_view(text_).substr(0, static_cast<std::size_t>(line.data() - text_.data()));
       std::vector<std::string> names = commented_names(above, separator_, names_.size());
       has_header_ = !names.empty();
       if (has_header_) names_ = std::move(names);
-      add_commented_rates(above, preamble_.rates);
     }
     const bool is_last = line.data() + line.size() == text_.data() + text_.size();
     if (is_last && ends_in_line_ && is_cut(line)) {
@@ -148,24 +150,24 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
 bool CsvTable::begins_another(std::string_view line) const {
   constexpr std::size_t rows_of_a_table = 3;
   if (rows_.size() < rows_of_a_table) return false;
-  std::vector<std::string_view> cells;
+  std::vector<std::string_view> cells, row;
   split(line, separator_, cells);
-  const auto is_value = [](std::string_view cell) {
-    return parse_number(cell).is_number || clock_time(cell).has_value() || is_missing(cell);
-  };
-  const bool is_other = !is_value(cells[0]) || (cells.size() == 1 && names_.size() > 1);
-  return is_other && is_value(cell_at(rows_.front(), separator_, 0, is_plain_));
+  split(rows_.front(), separator_, row);
+  return (cells.size() == 1 && names_.size() > 1) || !may_follow(cells, row);
 }
 
 void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) const {
   const std::vector<Section> sections = find_sections(text_);
   if (sections.size() > 1)
     throw Error(where_, "holds several tables: " + list_of(sections),
-                "choose one with --section, by its name or number");
+                "choose one with --section, by its name or number; join them in one table if they are one recording");
+  const bool is_left_out =
+      sections.size() == 1 && sections[0].end <= static_cast<std::size_t>(line.data() - text_.data());
   throw Error(where_,
               "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
                   std::string(line.substr(0, 40)) + "'",
-              "--section 1 reads the table only; or delete these lines");
+              is_left_out ? "--section 1 reads the table only; or delete these lines"
+                          : "delete these lines, put # before them, or give --skip-lines N if the table begins below");
 }
 
 /// Returns true if the last line of the file lacks cells, or the end of its last number.
@@ -197,6 +199,7 @@ void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t
   const char* const between = separator_ == ';'    ? "semicolons"
                               : separator_ == '\t' ? "tabs"
                               : separator_ == ' '  ? "blanks"
+                              : separator_ == '|'  ? "bars"
                                                    : "commas";
   throw Error(
       where_,

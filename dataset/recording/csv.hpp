@@ -66,7 +66,8 @@ class CsvTable final : public Table {
   char separator_;
   bool is_plain_ = false;  ///< the text, for its separator
   bool has_header_ = false;
-  int header_lines_ = 0;  ///< of names and of units, that are not in the preamble
+  int header_lines_ = 0;          ///< of names and of units, that are not in the preamble
+  std::string_view header_line_;  ///< of names, if it is not in the preamble
   std::vector<std::string> names_;
   std::vector<std::string_view> rows_;
   std::vector<std::size_t> kept_;  ///< rows of the file that are kept; empty: all

@@ -58,8 +58,14 @@ bool has(std::string_view bytes, std::string_view part) {
 }
 
 [[noreturn]] void refuse_zip(std::string_view bytes, const std::string& where, std::string_view end) {
-  if (end == ".npz")
+  const auto holds = [&](std::string_view member) { return bytes.find(member) != bytes.npos; };
+  if (holds("sway.npy") && holds("parameters.npy"))
     throw Error(where, "is a data set, not a recording", "give a recording, or the data set to decid evaluate --data");
+  if (end == ".npz" || holds(".npy"))
+    throw Error(
+        where, "is an archive of NumPy arrays (.npz)",
+        "save it in Python with scipy.io.savemat('file.mat', dict(numpy.load('file.npz'))), or an array of it with "
+        "numpy.savetxt");
   if (has(bytes, "xl/") || end == ".xlsx")
     throw Error(where, "is a spreadsheet of Excel that decid does not read, or is damaged", std::string(sheet));
   if (has(bytes, "opendocument"))

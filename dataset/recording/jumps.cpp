@@ -79,7 +79,8 @@ void take_out_frozen(std::span<const double> sway, double rate_hz, std::size_t b
 
 }  // namespace
 
-void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double step_rad, Warnings& warnings) {
+void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double step_rad, double begin_s,
+                    Warnings& warnings) {
   const std::size_t block = std::max<std::size_t>(1, static_cast<std::size_t>(rate_hz / finest_hz));
   std::vector<double> jumps = jumps_of(smoothed(sway_rad, block));
   if (jumps.size() < 4 * side_samples) return;
@@ -105,7 +106,7 @@ void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double ste
   add_caution(warnings, "jumps",
               "the sway jumps in " + std::to_string(count) + (count == 1 ? " place" : " places") + ", by up to " +
                   three_digits(largest / sim::rad_per_deg) + " degrees, the first after " +
-                  three_digits(static_cast<double>(first * block) / rate_hz) +
+                  three_digits(begin_s + static_cast<double>(first * block) / rate_hz) +
                   " s: a body does not; leave wrong stretches empty (occluded markers are often written as 0) and give "
                   "--fill-gaps, or cut the recording");
 }

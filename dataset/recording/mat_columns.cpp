@@ -64,6 +64,12 @@ bool is_rate(const std::string& plain) {
                         "sample_frequency"});
 }
 
+/// What LabChart and Qualisys write beside the samples, and the samples themselves. Other variables are the user's own.
+constexpr std::string_view labchart_variables =
+    "|data|datastart|dataend|titles|rangemin|rangemax|unittext|unittextmap|samplerate|tickrate|blocktimes|scaleunits|"
+    "scaleoffset|firstsampleoffset|com|comtext|";
+constexpr std::string_view marker_variables = "|Labels|Data|Type|Name|Positions|Rotations|RPYs|Residual|Filter|";
+
 MatVariable* find(Variables& variables, std::string_view name) {
   const auto found = std::ranges::find(variables, name, &MatVariable::name);
   return found == variables.end() ? nullptr : &*found;
@@ -106,13 +112,15 @@ class Collector {
 
   /// Variables of a file, or fields of a structure.
   void add_all(Variables& variables, const MatScope& scope) {
-    const bool is_done = add_labchart(variables) || add_markers(variables, scope);
+    const std::string_view own = add_labchart(variables)         ? labchart_variables
+                                 : add_markers(variables, scope) ? marker_variables
+                                                                 : std::string_view();
     add_simulink(variables, scope);
     add_interval(variables, scope);
     const Labels labels = labels_in(variables);
     for (MatVariable& variable : variables) {
       describe(variable, made.held);
-      if (!is_done || variable.values.size() < 2) add(variable, scope, labels);
+      if (variable.values.size() < 2 || own.find("|" + variable.name + "|") == own.npos) add(variable, scope, labels);
     }
   }
 

@@ -70,7 +70,7 @@ double find_rate(const Table& table, int time, const TiltFile& file, const std::
 
 }  // namespace
 
-std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz) {
+std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, Warnings* warnings) {
   const std::string where = file.path.string();
   const std::unique_ptr<Table> read = read_table(file.path);
   const Table& table = *read;
@@ -95,6 +95,10 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz) {
                 "give 2 to 1,000,000; is the rate right?");
   }
   std::vector<double> tilt = table.numbers(column);
+  if (warnings != nullptr) {
+    warnings->insert(warnings->end(), table.warnings().begin(), table.warnings().end());
+    if (const std::string change = table.change_of(column); !change.empty()) add_info(*warnings, "resampled", change);
+  }
   if (*unit == Unit::milliradian) {
     for (double& value : tilt) value *= rad_in(Unit::milliradian);
   }

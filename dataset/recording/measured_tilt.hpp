@@ -24,7 +24,7 @@ struct TiltFile {
 /// units or rates that are not clear, a rate given that differs by more than 1% from that of even times, cells that are
 /// not numbers, more samples than a protocol may have, and a cycle whose ends do not join (sim::broken_joint) or whose
 /// length misses a whole number of samples by more than 0.05. Errors name the settings as a protocol does
-/// ("measured.column").
-std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz);
+/// ("measured.column"). Adds to `warnings`, if it is not null, what was left out of the file or changed in its samples.
+std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, Warnings* warnings = nullptr);
 
 }  // namespace decid::dataset

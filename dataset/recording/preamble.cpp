@@ -49,6 +49,13 @@ bool is_data(const std::vector<std::string_view>& cells) {
   return 2 * values >= std::ssize(cells) && (is_value(cells[0]) || (cells.size() > 1 && is_value(cells[1])));
 }
 
+/// Returns true for a header of R's write.table, above rows that begin with their numbers, which it does not name.
+bool names_all_but_rows(const std::vector<std::string_view>& header, const std::vector<std::string_view>& first,
+                        const std::vector<std::string_view>& second) {
+  return header.size() + 1 == first.size() && !header.back().empty() && std::ranges::none_of(header, is_value) &&
+         first[0] == "1" && second[0] == "2";
+}
+
 /// "inDegrees=no", as OpenSim writes it.
 std::optional<Unit> stated_unit(std::string_view line) {
   std::string text;
@@ -140,6 +147,16 @@ Preamble find_preamble(std::string_view text) {
         is_value(cells_of(lines[first + 1].text, separator)[0]))
       continue;
     if (!is_table) continue;
+    if (first > 0 && after - first > 1) {
+      const auto header = cells_of(lines[first - 1].text, separator);
+      const auto second = cells_of(lines[first + 1].text, separator);
+      if (names_all_but_rows(header, row, second)) {
+        Preamble found = preamble_of(text, lines[first - 1].number);
+        found.names.emplace_back("row");
+        found.names.insert(found.names.end(), header.begin(), header.end());
+        return found;
+      }
+    }
     HeaderRows rows;
     for (std::size_t line = 0; line < first; ++line) rows.push_back(cells_of(lines[line].text, separator));
     const bool ends_in_separator =

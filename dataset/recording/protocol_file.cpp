@@ -17,7 +17,7 @@ constexpr std::size_t protocol_limit_bytes = std::size_t{1} << 26;
 
 }  // namespace
 
-sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files) {
+sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files, Warnings* warnings) {
   if (name_or_path == "default") return sim::default_protocol();
   if (name_or_path == "short") return sim::short_protocol();
   std::error_code ignored;
@@ -35,7 +35,7 @@ sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::st
     tilt.rate_hz = named.rate_hz;
     tilt.is_cycle = named.is_cycle;
     if (files) files->push_back(tilt.path.string());
-    return read_tilt_deg(tilt, sample_rate_hz);
+    return read_tilt_deg(tilt, sample_rate_hz, warnings);
   };
   return sim::protocol_from_text(read_file(name_or_path, protocol_limit_bytes),
                                  {.where = name_or_path, .name = path.stem().string(), .read_tilt = read_tilt});

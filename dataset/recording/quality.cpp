@@ -8,6 +8,7 @@
 
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/jumps.hpp"
+#include "dataset/recording/moving_average.hpp"
 #include "sim/protocol.hpp"
 
 namespace decid::dataset {
@@ -19,25 +20,27 @@ constexpr double frozen_s = 0.1, frozen_runs = 12.0, frozen_share = 0.02;
 constexpr std::size_t frozen_samples = 5;
 constexpr double step_deg = 0.02, coarse_deg = 0.2;
 constexpr double spike_deg = 0.05, spike_medians = 20.0, spike_steps = 3.0;
-constexpr double smooth_deg = 0.0003, noise_rate_hz = 50.0;
+constexpr double smooth_deg = 0.0003, noise_rate_hz = 50.0, trained_average_s = 0.25;
 
-std::string seconds(std::size_t samples, double rate_hz) {
-  return three_digits(static_cast<double>(samples) / rate_hz) + " s";
+std::string seconds(std::size_t samples, double rate_hz, double begin_s = 0.0) {
+  return three_digits(begin_s + static_cast<double>(samples) / rate_hz) + " s";
 }
 
-void look_for_frozen(std::span<const double> sway, double rate_hz, Warnings& warnings) {
+void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_s, Warnings& warnings) {
   std::vector<std::size_t> runs;
   for (std::size_t begin = 0, k = 1; k <= sway.size(); ++k) {
     if (k < sway.size() && sway[k] == sway[begin]) continue;
     runs.push_back(k - begin);
     begin = k;
   }
-  // The run in which a sample usually is: half of the samples are in shorter ones. Mostly that is 1.
+  // The run in which a sample usually is: half of the samples outside the longest are in shorter ones. Mostly that
+  // is 1.
   std::size_t usual = 1;
-  if (2 * std::ranges::count(runs, std::size_t{1}) < std::ssize(sway)) {
+  const std::size_t others = sway.size() - std::ranges::max(runs);
+  if (2 * static_cast<std::size_t>(std::ranges::count(runs, std::size_t{1})) < others) {
     std::vector<std::size_t> sorted = runs;
     std::ranges::sort(sorted);
-    for (std::size_t i = 0, samples = 0; 2 * samples < sway.size(); samples += usual) usual = sorted[i++];
+    for (std::size_t i = 0, samples = 0; 2 * samples < others; samples += usual) usual = sorted[i++];
   }
   const double least =
       std::max({static_cast<double>(frozen_samples), frozen_s * rate_hz, frozen_runs * static_cast<double>(usual - 1)});
@@ -53,10 +56,10 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, Warnings& war
   }
   if (stretches == 0) return;
   const double share = static_cast<double>(frozen) / static_cast<double>(sway.size());
-  const std::string text = "the sway stands still in " + std::to_string(stretches) +
-                           (stretches == 1 ? " stretch" : " stretches") + ", the longest " + seconds(longest, rate_hz) +
-                           ", the first from " + seconds(first, rate_hz) + " on, " + three_digits(100.0 * share) +
-                           "% of the recording: the sensor froze, or samples were repeated";
+  const std::string text =
+      "the sway stands still in " + std::to_string(stretches) + (stretches == 1 ? " stretch" : " stretches") +
+      ", the longest " + seconds(longest, rate_hz) + ", the first from " + seconds(first, rate_hz, begin_s) + " on, " +
+      three_digits(100.0 * share) + "% of the recording: the sensor froze, or samples were repeated";
   if (share >= frozen_share) {
     add_caution(warnings, "frozen", text);
   } else {
@@ -96,7 +99,7 @@ double look_for_steps(std::span<const double> sway, Warnings& warnings) {
 }
 
 /// `step`: of a coarse sensor, whose values flicker.
-void look_for_spikes(std::span<const double> sway, double rate_hz, double step, Warnings& warnings) {
+void look_for_spikes(std::span<const double> sway, double rate_hz, double step, double begin_s, Warnings& warnings) {
   // off[k]: sample k + 1 against the middle of its neighbours.
   std::vector<double> off(sway.size() - 2);
   for (std::size_t k = 0; k < off.size(); ++k) off[k] = sway[k + 1] - 0.5 * (sway[k] + sway[k + 2]);
@@ -124,12 +127,12 @@ void look_for_spikes(std::span<const double> sway, double rate_hz, double step, 
                : spikes == 1             ? "a single sample is"
                                          : std::to_string(spikes) + " single samples are") +
                   std::string(" off by ") + (spikes == 1 ? "" : "up to ") + three_digits(largest / sim::rad_per_deg) +
-                  " degrees" + (first == 0 && spikes == 1 ? "" : ", the first at " + seconds(first, rate_hz)) +
+                  " degrees" + (first == 0 && spikes == 1 ? "" : ", the first at " + seconds(first, rate_hz, begin_s)) +
                   ": leave them empty and give --fill-gaps, or cut the recording");
 }
 
-void look_for_noise(std::span<const double> sway, double rate_hz, Warnings& warnings) {
-  if (rate_hz < noise_rate_hz) return;
+/// In degrees, between 12 and 25 Hz.
+double sensor_noise_deg(std::span<const double> sway, double rate_hz) {
   const auto block = static_cast<std::size_t>(rate_hz / noise_rate_hz);
   std::vector<double> mean(sway.size() / block);
   for (std::size_t i = 0; i < mean.size(); ++i) {
@@ -145,22 +148,36 @@ void look_for_noise(std::span<const double> sway, double rate_hz, Warnings& warn
     fourth.push_back(std::abs(mean[i] - 4.0 * mean[i - 1] + 6.0 * mean[i - 2] - 4.0 * mean[i - 3] + mean[i - 4]));
   const auto middle = fourth.begin() + std::ssize(fourth) / 2;
   std::ranges::nth_element(fourth, middle);
-  const double noise = *middle / medians_per_deviation / std::sqrt(70.0) / sim::rad_per_deg;
-  if (noise >= smooth_deg) return;
-  add_info(warnings, "smooth",
-           "the sway holds no sensor noise above 12 Hz: it was simulated, or smoothed; filters that smooth add to the "
-           "delay, so give recordings without");
+  return *middle / medians_per_deviation / std::sqrt(70.0) / sim::rad_per_deg;
+}
+
+void look_for_smoothing(std::span<const double> sway, double rate_hz, Warnings& warnings) {
+  if (const double length_s = moving_average_s(sway, rate_hz); length_s > 0.0) {
+    const std::string text = "the sway was smoothed by a moving average of " + three_digits(length_s) +
+                             " s, or each value was held as long: that takes away what tells the controller, and may "
+                             "add to the delay; give recordings without";
+    if (length_s > trained_average_s * (1.0 + 1e-6)) {
+      add_caution(warnings, "smooth", text);
+    } else {
+      add_info(warnings, "smooth", text);
+    }
+  } else if (rate_hz >= noise_rate_hz && sensor_noise_deg(sway, rate_hz) < smooth_deg) {
+    add_info(
+        warnings, "smooth",
+        "the sway holds no sensor noise above 12 Hz: it was simulated, or smoothed; filters that smooth add to the "
+        "delay, so give recordings without");
+  }
 }
 
 }  // namespace
 
-void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings) {
+void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s) {
   if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return;
-  look_for_frozen(sway_rad, rate_hz, warnings);
+  look_for_frozen(sway_rad, rate_hz, begin_s, warnings);
   const double step = look_for_steps(sway_rad, warnings);
-  look_for_spikes(sway_rad, rate_hz, step, warnings);
-  look_for_jumps(sway_rad, rate_hz, step, warnings);
-  look_for_noise(sway_rad, rate_hz, warnings);
+  look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
+  look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);
+  look_for_smoothing(sway_rad, rate_hz, warnings);
 }
 
 }  // namespace decid::dataset

@@ -12,7 +12,6 @@
 #include "base/error.hpp"
 #include "dataset/recording/clock.hpp"
 #include "dataset/recording/columns.hpp"
-#include "dataset/recording/quality.hpp"
 #include "dataset/recording/sway_source.hpp"
 #include "dataset/recording/table.hpp"
 #include "dataset/recording/trials.hpp"
@@ -42,20 +41,6 @@ std::string time_hint(const std::string& name, double rate_hz) {
                                   : "if it is in seconds, call it time_s, or give --rate";
 }
 
-/// Returns true if a time lies before the last one by more than a tenth of what all span: a recording begins there.
-bool goes_far_back(const Table& table, int column) {
-  constexpr std::size_t fewest = 20;
-  try {
-    const std::vector<double> time = table.times(column);
-    const auto [first, last] = std::ranges::minmax(time);
-    const double far = 0.1 * (last - first);
-    for (std::size_t i = 2; i < time.size() && time.size() >= fewest; ++i)  // a single wrong time comes and goes
-      if (time[i - 1] - time[i] > far && time[i - 1] - time[i - 2] < far) return true;
-  } catch (const Error&) {  // no times at all
-  }
-  return false;
-}
-
 /// Warns of a given rate that is not the file's own.
 void compare_rates(const Table& table, double given_hz, Recording& recording) {
   for (const StatedRate& stated : table.stated_rates())
@@ -67,7 +52,7 @@ void compare_rates(const Table& table, double given_hz, Recording& recording) {
     }
 }
 
-Clock find_clock(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
+Clock find_clock(const Table& table, int sway, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
                 "give the samples per second as --rate");
@@ -91,11 +76,16 @@ Clock find_clock(const Table& table, int time, const RecordingOptions& options, 
   Clock clock;
   try {
     clock = read_clock(table, time, recording.file, "--rate");
-  } catch (const SeveralRecordings& error) {  // A rate would join them.
-    throw Error(error.where(), error.problem(), remedy_for_several(""));
   } catch (const Error& error) {
-    if (goes_far_back(table, time))
-      throw Error(error.where(), error.problem() + ": the file holds several recordings", remedy_for_several(""));
+    const std::vector<std::size_t> starts = restarts(table, time);
+    if (!starts.empty())  // A rate would join them.
+      throw Error(error.where(),
+                  table.place_of(starts.front()) + ": " + name + " starts again: the file holds several recordings",
+                  remedy_for_several(table, sway, time, starts, options.trial_column));
+    const std::string exchanged = exchanged_with_time(table, time);
+    if (!exchanged.empty() && !options.rate_hz)
+      throw Error(error.where(), error.problem() + ", and '" + exchanged + "' holds times",
+                  "correct the header if the two names are exchanged");
     if (!options.rate_hz) throw;
     add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());
     return given;
@@ -262,7 +252,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   const SwaySource source = find_sway_source(table, time, options, recording);
   const int sway = source.columns.front();
   if (read->choose(sway)) time = find_time(table);
-  if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, recording.file);
+  if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, time, recording.file);
   if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
   const std::string& name = table.names()[static_cast<std::size_t>(sway)];
   if (sway == time) {  // the user has said what it is
@@ -277,13 +267,12 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
                     table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
                 "name the sway with --column, or give --rate and save it without that time");
   }
-  const Clock clock = find_clock(table, time, options, recording);
+  const Clock clock = find_clock(table, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
   const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
   const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
   check_size(signal, guessed, options.mean_is_upright, recording);
-  look_for_faults(signal.rad, recording.rate_hz, recording.warnings);
   if (options.invert_sway) {
     for (double& value : signal.rad) value = -value;
   }
@@ -315,7 +304,6 @@ Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
       throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
   check_size(sway, false, false, recording);
-  look_for_faults(sway.rad, rate_hz, recording.warnings);
   return recording;
 }
 

@@ -75,9 +75,8 @@ struct Recording {
 /// like changes, or times start again) without trial_column, a gap that is not to be filled, rows of different length,
 /// times that go back or jump and no rate given, a rate outside of 1 to 100,000 Hz, fewer than 2 samples, more than 10
 /// million, more than 1000 columns, a constant signal, sway beyond 90 degrees. Warns if the unit had to be assumed, if
-/// it looks wrong (peak beyond 20 degrees, or peak to peak under 0.001 degrees), if a rate given contradicts the time,
-/// and of what sensors and programs leave in samples: frozen stretches, coarse steps, single wrong samples, smoothing
-/// (quality.hpp).
+/// it looks wrong (peak beyond 20 degrees, or peak to peak under 0.001 degrees), and if a rate given contradicts the
+/// time.
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options);
 
 /// The recordings of a file by options.trial_column, in the order in which they begin: the values of the column ("2",

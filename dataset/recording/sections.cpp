@@ -1,9 +1,10 @@
-// Sections of a text: see sections.hpp. Only the first filled cell of each line is looked at.
+// Sections of a text: see sections.hpp.
 #include "dataset/recording/sections.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <set>
 
 #include "base/error.hpp"
 #include "dataset/recording/cells.hpp"
@@ -13,24 +14,31 @@ namespace decid::dataset {
 
 namespace {
 
-constexpr std::size_t rows_of_a_table = 3;
+/// Lines of a header may be a word and a number, too.
+constexpr std::size_t rows_of_a_table = 3, rows_that_begin_with_words = 20;
 
 std::string lower(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return text;
 }
 
-/// Returns the first filled cell, whatever separates the cells.
-std::string_view first_cell(std::string_view line) {
-  constexpr std::string_view between = ",;\t\" ";
-  const std::size_t begin = line.find_first_not_of(between);
-  if (begin == line.npos) return {};
-  return line.substr(begin, line.find_first_of(between, begin) - begin);
+using Cells = std::vector<std::string_view>;
+
+bool is_value(std::string_view cell) {
+  return parse_number(cell).is_number || clock_time(cell);
 }
 
-bool is_row(std::string_view line) {
-  const std::string_view cell = first_cell(line);
-  return parse_number(cell).is_number || clock_time(cell) || is_missing(cell);
+bool is_word(std::string_view cell) {
+  return !is_value(cell) && !is_missing(cell);
+}
+
+bool begins_with_value(const Cells& cells) {
+  const auto first = std::ranges::find_if(cells, [](std::string_view cell) { return !cell.empty(); });
+  return first != cells.end() && !is_word(*first);
+}
+
+std::size_t filled(const Cells& cells) {
+  return cells.size() - (cells.size() > 1 && cells.back().empty() ? 1 : 0);
 }
 
 /// Returns the line without separators at its end, if nothing separates cells within.
@@ -53,26 +61,46 @@ std::size_t line_ends(std::string_view text) {
 
 }  // namespace
 
+bool may_follow(const Cells& line, const Cells& row) {
+  if (begins_with_value(line)) return true;
+  if (filled(line) != filled(row)) return false;
+  if (is_word(line.front()) && is_word(row.front())) return std::ranges::any_of(line, is_value);
+  if (!is_word(line.front()) || !is_missing(row.front())) return false;
+  for (std::size_t i = 1; i < filled(row); ++i)
+    if (is_value(row[i]) && !is_value(line[i])) return false;
+  return true;
+}
+
 std::vector<Section> find_sections(std::string_view text) {
   std::vector<Section> sections(1);
-  std::size_t rows = 0, last_line = 0;
+  std::size_t rows = 0, alike = 0, last_line = 0;
+  std::string_view line_before;
+  Cells cells, row;
+  std::set<std::string_view> header;  // lines above the first rows
   for_each_line(text, [&](std::string_view line, std::size_t number) {
-    if (first_cell(line).empty()) return true;  // a spreadsheet's blank line
+    split(line, separator_of(line_before, line), cells);
+    if (std::ranges::all_of(cells, &std::string_view::empty)) return true;  // a spreadsheet's blank line
+    line_before = line;
     if (last_line == 0) {
       sections.back().name = name_of(line);
       sections.back().line = number;
     }
-    const bool may_begin = number != last_line + 1 || line.starts_with("Interval=");
+    const bool may_begin = number != last_line + 1 || line.starts_with("Interval=") || header.contains(line);
     last_line = number;
-    if (is_row(line)) {
-      ++rows;
-      return true;
+    const bool follows = !row.empty() && may_follow(cells, row);
+    alike = follows ? alike + 1 : 1;
+    const bool is_row = begins_with_value(cells) || (follows && begins_with_value(row));
+    if (is_row || alike >= rows_that_begin_with_words) {
+      rows = is_row ? rows + 1 : alike;
+    } else if (may_begin && rows >= rows_of_a_table) {
+      const auto begin = static_cast<std::size_t>(line.data() - text.data());
+      sections.back().end = begin;
+      sections.push_back({.name = name_of(line), .line = number, .begin = begin});
+      rows = 0;
+    } else if (rows == 0 && sections.size() == 1) {
+      header.insert(line);
     }
-    if (!may_begin || rows < rows_of_a_table) return true;
-    const auto begin = static_cast<std::size_t>(line.data() - text.data());
-    sections.back().end = begin;
-    sections.push_back({.name = name_of(line), .line = number, .begin = begin});
-    rows = 0;
+    row = cells;
     return true;
   });
   sections.back().end = text.size();

@@ -15,9 +15,13 @@ struct Section {
   std::size_t begin = 0, end = 0;  ///< in the text
 };
 
-/// Returns the sections of a text. A section begins at the first line, and, after three or more rows of numbers, at a
-/// line of words behind a blank line, or at LabChart's "Interval=". Lines of words behind the last table are a footer
-/// and belong to no section.
+/// Returns true for a line that may be a row of the table that has `row`. Its first filled cell is a number or a clock
+/// time; or both begin with a word ("s01,0.01,0.5"), or only the line does and has values wherever the row has them.
+bool may_follow(const std::vector<std::string_view>& line, const std::vector<std::string_view>& row);
+
+/// Returns the sections of a text. A section begins at the first line, and, after three or more rows (20, if they begin
+/// with a word), at a line of words behind a blank line, at one of the first header again, or at LabChart's
+/// "Interval=". Lines of words behind the last table are a footer and belong to no section.
 std::vector<Section> find_sections(std::string_view text);
 
 /// Returns "1 'Devices' (from line 1), 2 'Trajectories' (from line 20007)".

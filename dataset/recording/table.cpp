@@ -33,6 +33,13 @@ std::string read_standard_input() {
   return text;
 }
 
+/// Refuses options that say where the table of a text begins, for files of another format.
+void refuse_text_options(const std::string& where, const std::string& is, std::optional<int> skip_lines,
+                         const std::string& section) {
+  if (skip_lines) throw Error(where, "is a " + is + ", which has no lines above a table", "leave out --skip-lines");
+  if (!section.empty()) throw Error(where, "is a " + is + ", which has no sections", "leave out --section");
+}
+
 /// The first sheet of a workbook, with the rules for text.
 std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& where, std::optional<int> skip_lines,
                                   const std::string& section) {
@@ -89,12 +96,12 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
   if (is_xlsx(text)) return read_sheet(text, where, skip_lines, section);
   refuse_foreign(text, where, end);
   if (is_c3d(text, end)) {
-    if (!section.empty()) throw Error(where, "is a C3D file, which has no sections", "leave out --section");
+    refuse_text_options(where, "C3D file", skip_lines, section);
     return std::make_unique<C3dTable>(std::move(text), where);
   }
   if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
     if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
-    if (!section.empty()) throw Error(where, "is a MAT-file, which has no sections", "leave out --section");
+    refuse_text_options(where, "MAT-file", skip_lines, section);
     return std::make_unique<MatTable>(text, path);
   }
   if (text.starts_with("\x89HDF\r\n")) {

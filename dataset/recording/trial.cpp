@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "dataset/recording/columns.hpp"
+#include "dataset/recording/quality.hpp"
 #include "dataset/recording/resample.hpp"
 #include "dataset/recording/response_check.hpp"
 #include "dataset/recording/tilt_before.hpp"
@@ -267,6 +268,18 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
   }
 }
 
+/// Looks for faults in the samples that the trial is made of.
+void look_for_faults_within(Recording& recording, double from_hz, const Place& place, double rate_hz) {
+  const std::vector<double>& sway = recording.signals.at(com_sway).rad;
+  const auto sample_at = [&](long long k) {
+    const double at = std::round((place.start_s + static_cast<double>(k) / rate_hz) * from_hz);
+    return static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(sway.size())));
+  };
+  const std::size_t begin = sample_at(place.first), end = sample_at(place.last + 1);
+  look_for_faults(std::span(sway).subspan(begin, end - begin), from_hz, recording.warnings,
+                  static_cast<double>(begin) / from_hz);
+}
+
 /// Warns of what is not used of a longer recording and what is made up of a shorter one.
 void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
   const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
@@ -411,6 +424,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
     refuse_length(recording, protocol, place.start_s);
   }
+  look_for_faults_within(recording, from_hz, place, rate);
   const auto samples = static_cast<std::size_t>(needed);
   if (!same_rate)
     add_info(recording.warnings, "resampled",

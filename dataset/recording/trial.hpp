@@ -78,8 +78,9 @@ class ProtocolPlan {
 /// model for them: none are made up, since what changes from cycle to cycle is what the noise is read from. Throws too
 /// if start_s is not within the recording, or a tilt does not follow the protocol (correlation below 0.5) or follows it
 /// with the other sign; a tilt that was found by its name alone is left out then, and beside start_s, with a warning.
-/// Warns of what is cut, made up or resampled, of a correlation below 0.95 and of a gain that is off by more than 10%:
-/// these warnings are appended to the recording's.
+/// Warns of what is cut, made up or resampled, of a correlation below 0.95, of a gain that is off by more than 10%, and
+/// of what sensors and programs leave in the samples that are used: frozen stretches, coarse steps, single wrong
+/// samples, smoothing (quality.hpp). These warnings are appended to the recording's.
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
 Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const TrialOptions& options = {});
 

@@ -5,9 +5,11 @@
 #include <charconv>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "base/error.hpp"
+#include "dataset/recording/clock.hpp"
 #include "dataset/recording/columns.hpp"
 
 namespace decid::dataset {
@@ -36,6 +38,10 @@ RowLabels joined(const RowLabels& a, const RowLabels& b) {
   return both;
 }
 
+bool tell_apart(const RowLabels& labels) {
+  return labels.values.size() <= most_trials && 2 * labels.values.size() <= labels.of_row.size();
+}
+
 RowLabels labels_by(const Table& table, const std::vector<int>& columns, const std::string& by,
                     const std::string& where) {
   RowLabels labels = table.labels(columns.front());
@@ -44,11 +50,10 @@ RowLabels labels_by(const Table& table, const std::vector<int>& columns, const s
       throw Error(where, "the columns of --trial " + by + " differ in length", "name columns of one table");
     labels = joined(labels, table.labels(columns[i]));
   }
-  const std::size_t rows = labels.of_row.size(), values = labels.values.size();
-  if (values > most_trials || 2 * values > rows)
+  if (!tell_apart(labels))
     throw Error(where,
-                "'" + by + "' has " + std::to_string(values) + " values in " + std::to_string(rows) +
-                    " rows, and does not tell recordings apart",
+                "'" + by + "' has " + std::to_string(labels.values.size()) + " values in " +
+                    std::to_string(labels.of_row.size()) + " rows, and does not tell recordings apart",
                 "name as --trial a column with one value for each recording");
   return labels;
 }
@@ -63,6 +68,93 @@ std::optional<std::size_t> element_of(const TableArray& array, const std::string
 
 [[noreturn]] void refuse_unknown(const std::string& trial, const std::string& by, const std::string& where) {
   throw Error(where, "has no recording '" + trial + "' by --trial " + by, "name one that the file has");
+}
+
+bool is_named_trial(const Table& table, int column) {
+  std::string plain;
+  for (const std::string& word : words(table.own_name(column))) plain += word;
+  return one_of(plain, {"trial", "trials", "trialno", "trialnr", "trialnumber", "trialid", "trialindex", "block",
+                        "blockno", "blocknr", "blocknumber", "blockid", "subject", "subjectid", "participant",
+                        "participantid", "session", "repetition"});
+}
+
+/// A column whose values may tell recordings apart.
+struct Divider {
+  int column;
+  RowLabels labels;
+};
+
+/// The columns as long as the sway's, beside sway and time, that tell_apart; those called trial or the like first.
+std::vector<Divider> dividers(const Table& table, int sway, int time, bool named_only) {
+  std::vector<Divider> found, others;
+  for (int column = 0; column < table.columns(); ++column) {
+    const bool is_named = is_named_trial(table, column);
+    if (column == sway || column == time || table.rows(column) != table.rows(sway) || (named_only && !is_named))
+      continue;
+    try {
+      RowLabels labels = table.labels(column);
+      if (tell_apart(labels)) (is_named ? found : others).push_back({column, std::move(labels)});
+    } catch (const Error&) {  // an infinite number is no label
+    }
+  }
+  std::ranges::move(others, std::back_inserter(found));
+  return found;
+}
+
+/// The columns as --trial takes them: by their names, or by their numbers where a name has a comma or is not unique.
+std::string listed(const Table& table, const std::vector<int>& columns) {
+  std::string list;
+  for (const int column : columns) {
+    const std::string& name = table.names()[static_cast<std::size_t>(column)];
+    const bool is_clear = name.find(',') == std::string::npos && std::ranges::count(table.names(), name) == 1;
+    list += (list.empty() ? "" : ",") + (is_clear ? name : std::to_string(column + 1));
+  }
+  return list;
+}
+
+/// Adds the columns that tell more of the rows apart than those before them, until there are `wanted` groups. Returns
+/// nothing if there are fewer in the end.
+std::vector<int> fewest_columns(std::vector<Divider> all, std::size_t wanted) {
+  const auto groups = [](const RowLabels& labels) {
+    return labels.values.size() - static_cast<std::size_t>(std::ranges::count(labels.values, ""));
+  };
+  const auto whole = std::ranges::find_if(all, [&](const Divider& one) { return groups(one.labels) >= wanted; });
+  if (whole != all.end() && wanted > 0) return {whole->column};
+  std::vector<int> columns;
+  RowLabels labels;
+  for (const Divider& one : all) {
+    RowLabels more = columns.empty() ? one.labels : joined(labels, one.labels);
+    if (groups(more) <= std::max<std::size_t>(groups(labels), 1)) continue;
+    labels = std::move(more);
+    columns.push_back(one.column);
+    if (groups(labels) == wanted) break;
+  }
+  return groups(labels) >= wanted ? columns : std::vector<int>();
+}
+
+/// Labels of the stretches that begin at the rows of `begins`; nothing if a stretch has several.
+std::optional<RowLabels> of_stretches(const RowLabels& labels, const std::vector<std::size_t>& begins) {
+  RowLabels made{labels.values, {}};
+  for (std::size_t i = 0; i < begins.size(); ++i) {
+    const std::size_t end = i + 1 < begins.size() ? begins[i + 1] : labels.of_row.size();
+    for (std::size_t row = begins[i]; row < end; ++row)
+      if (labels.of_row[row] != labels.of_row[begins[i]]) return {};
+    made.of_row.push_back(labels.of_row[begins[i]]);
+  }
+  return made;
+}
+
+/// All rows can be one recording: there are no times, or they can be read as those of one.
+bool is_one_clock(const Table& table, int time) {
+  try {
+    return time < 0 || read_clock(table, time, "", "").rate_hz > 0.0;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+std::string remedy_by(const std::string& by) {
+  return "--trial '" + by + "' makes each of them one, in decid identify and decid fit";
 }
 
 }  // namespace
@@ -110,38 +202,49 @@ void keep_trial(Table& table, const std::string& by, const std::string& trial, c
   table.keep_rows(columns.front(), rows);
 }
 
-void refuse_several_trials(const Table& table, int sway, const std::string& where) {
-  if (!table.has_header() || !table.format_of_one().empty()) return;
-  for (int column = 0; column < table.columns(); ++column) {
-    std::string plain;
-    for (const std::string& word : words(table.own_name(column))) plain += word;
-    if (column == sway || table.rows(column) != table.rows(sway)) continue;
-    if (!one_of(plain, {"trial", "trials", "trialno", "trialnr", "trialnumber", "trialid", "trialindex", "block",
-                        "blockno", "blocknr", "blocknumber", "blockid", "subject", "subjectid", "participant",
-                        "participantid", "session", "repetition"}))
-      continue;
-    const RowLabels labels = table.labels(column);
-    std::optional<std::uint32_t> first;
-    for (std::size_t row = 0; row < labels.of_row.size(); ++row) {
-      const std::uint32_t label = labels.of_row[row];
-      if (labels.values[label].empty()) continue;
-      if (!first) first = label;
-      if (label == *first) continue;
-      const std::string& name = table.names()[static_cast<std::size_t>(column)];
-      throw Error(where,
-                  table.place_of(row) + ": '" + name + "' changes from '" + labels.values[*first] + "' to '" +
-                      labels.values[label] + "': the file holds several recordings",
-                  remedy_for_several(name));
-    }
-  }
+std::string remedy_for_several(const Table& table, int sway, int time, const std::vector<std::size_t>& starts,
+                               const std::string& by) {
+  std::vector<std::size_t> begins{0};
+  begins.insert(begins.end(), starts.begin(), starts.end());
+  std::vector<Divider> constant;
+  if (table.format_of_one().empty())
+    for (Divider& one : dividers(table, sway, time, false))
+      if (std::optional<RowLabels> labels = of_stretches(one.labels, begins))
+        constant.push_back({one.column, std::move(*labels)});
+  const std::vector<int> columns = fewest_columns(std::move(constant), begins.size());
+  if (!columns.empty()) return remedy_by(by.empty() ? listed(table, columns) : by + "," + listed(table, columns));
+  return "give each of them as a file of its own, or add a column that numbers them and name it as --trial to decid "
+         "identify or decid fit";
 }
 
-std::string remedy_for_several(const std::string& by) {
-  if (by.empty())
-    return "give each of them as a file of its own, or add a column that numbers them and name it as --trial to decid "
-           "identify or decid fit";
-  return "--trial '" + by +
-         "' makes each of them one, in decid identify and decid fit; --trial none reads all rows as one";
+void refuse_several_trials(const Table& table, int sway, int time, const std::string& where) {
+  if (!table.has_header() || !table.format_of_one().empty()) return;
+  std::vector<Divider> changing;
+  for (Divider& one : dividers(table, sway, time, true))
+    if (std::ranges::count_if(one.labels.values, [](const std::string& value) { return !value.empty(); }) > 1)
+      changing.push_back(std::move(one));
+  if (changing.empty()) return;
+  const RowLabels& labels = changing.front().labels;
+  const std::string& name = table.names()[static_cast<std::size_t>(changing.front().column)];
+  const std::vector<std::uint32_t>& of_row = labels.of_row;
+  const auto is_filled = [&](std::uint32_t label) { return !labels.values[label].empty(); };
+  const std::uint32_t first = *std::ranges::find_if(of_row, is_filled);
+  const auto other =
+      std::ranges::find_if(of_row, [&](std::uint32_t label) { return label != first && is_filled(label); });
+  const std::string problem = table.place_of(static_cast<std::size_t>(other - of_row.begin())) + ": '" + name +
+                              "' changes from '" + labels.values[first] + "' to '" + labels.values[*other] +
+                              "': the file holds several recordings";
+  const std::vector<std::size_t> starts = time < 0 ? std::vector<std::size_t>() : restarts(table, time);
+  if (!starts.empty()) throw Error(where, problem, remedy_for_several(table, sway, time, starts, ""));
+  const std::string advice = remedy_by(listed(table, fewest_columns(std::move(changing), 0)));
+  throw Error(where, problem, advice + (is_one_clock(table, time) ? "; --trial none reads all rows as one" : ""));
+}
+
+std::string exchanged_with_time(const Table& table, int time) {
+  for (int column = 0; column < table.columns(); ++column)
+    if (is_named_trial(table, column) && table.rows(column) == table.rows(time) && is_one_clock(table, column))
+      return table.names()[static_cast<std::size_t>(column)];
+  return {};
 }
 
 }  // namespace decid::dataset

@@ -23,10 +23,16 @@ std::vector<int> trial_columns(const Table& table, const std::string& by, const 
 void keep_trial(Table& table, const std::string& by, const std::string& trial, const std::string& where);
 
 /// Throws Error if a column called trial, block, subject or the like, as long as the sway's, changes: a file of several
-/// recordings.
-void refuse_several_trials(const Table& table, int sway, const std::string& where);
+/// recordings. The error advises what tells them apart.
+void refuse_several_trials(const Table& table, int sway, int time, const std::string& where);
 
-/// What to do about a file that holds several recordings; `by`: the column that tells them apart, if there is one.
-std::string remedy_for_several(const std::string& by);
+/// What to do about a file whose times start again at these rows: the --trial that tells its recordings apart, beside
+/// the columns of `by`, which was given; else to give each as a file of its own.
+std::string remedy_for_several(const Table& table, int sway, int time, const std::vector<std::size_t>& starts,
+                               const std::string& by);
+
+/// The column called trial or the like that has the times of one recording, where the column of time has none: their
+/// names may be exchanged. Empty if there is none.
+std::string exchanged_with_time(const Table& table, int time);
 
 }  // namespace decid::dataset

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <charconv>
+#include <functional>
 #include <map>
 #include <utility>
 #include <vector>
 
 #include "base/error.hpp"
+#include "dataset/recording/sections.hpp"
 #include "dataset/recording/table.hpp"
 #include "dataset/recording/xml_scanner.hpp"
 #include "dataset/recording/zip_member.hpp"
@@ -122,7 +124,6 @@ class SheetReader {
       if (xml_.name() == "row") begin_row();
       if (xml_.name() == "c") read_cell();
     }
-    if (width_ == 0) throw Error(where_, "has a first sheet without cells", "move the recording to the first sheet");
     return joined();
   }
 
@@ -159,6 +160,7 @@ class SheetReader {
       if (tag == Tag::close && xml_.name() == "c") break;
     }
     if (kind == "e") return {};
+    if (kind == "b") return value == "0" ? "FALSE" : "TRUE";
     if (kind != "s") return value;
     const std::size_t index = number_in(value, shared_.size());
     if (index >= shared_.size()) refuse_workbook(where_, "a cell's text is missing");
@@ -198,6 +200,24 @@ class SheetReader {
   std::size_t next_column_ = 0, width_ = 0, bytes_ = 0;
 };
 
+/// Throws Error if sheets behind the first one hold tables.
+void refuse_without_table(const std::vector<std::pair<std::string, std::string>>& sheets, const Parts& parts,
+                          const std::function<std::string(const std::string&)>& read, const std::string& where) {
+  std::string list;
+  for (std::size_t i = 1; i < sheets.size(); ++i) {
+    const auto part = parts.by_id.find(sheets[i].second);
+    try {
+      if (part == parts.by_id.end() || find_sections(read(part->second)).empty()) continue;
+    } catch (const Error&) {  // a chart, or one that is damaged
+      continue;
+    }
+    list += (list.empty() ? "'" : ", '") + sheets[i].first + "'";
+  }
+  if (!list.empty())
+    throw Error(where, "has no table in its first sheet '" + sheets[0].first + "', but in " + list,
+                "move the sheet of the recording to the first place, or save it as CSV");
+}
+
 }  // namespace
 
 bool is_xlsx(std::string_view bytes) {
@@ -212,9 +232,15 @@ Sheet read_xlsx(std::string_view bytes, const std::string& where) {
   const auto part = parts.by_id.find(sheets.front().second);
   if (part == parts.by_id.end()) refuse_workbook(where, "its first sheet is missing");
   const std::vector<std::string> shared = read_shared_strings(members, parts.shared_strings, where);
-  const std::string xml = members.read(part->second);
-  Sheet sheet{SheetReader(xml, shared, where).read(), {}};
+  const auto read = [&](const std::string& part_name) {
+    const std::string xml = members.read(part_name);
+    return SheetReader(xml, shared, where).read();
+  };
+  Sheet sheet{read(part->second), {}};
   for (const auto& [name, id] : sheets) sheet.sheets.push_back(name);
+  if (find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, where);
+  if (sheet.text.find_first_not_of('\n') == sheet.text.npos)
+    throw Error(where, "has a first sheet without cells", "move the recording to the first sheet");
   return sheet;
 }
 

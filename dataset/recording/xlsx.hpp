@@ -17,8 +17,9 @@ struct Sheet {
 };
 
 /// Reads the first sheet that is not hidden. Numbers stand as the workbook stores them, so dates and times are days;
-/// true is 1, false is 0; errors (#N/A) and missing cells are empty. Line k is row k. Throws Error for a workbook that
-/// is damaged or protected, a sheet without cells, and one of more than 1000 columns or 64 MiB.
+/// true and false are TRUE and FALSE; errors (#N/A) and missing cells are empty. Line k is row k. Throws Error for a
+/// workbook that is damaged or protected, a first sheet without a table where another has one, and one without cells,
+/// of more than 1000 columns or of more than 64 MiB.
 Sheet read_xlsx(std::string_view bytes, const std::string& where);
 
 }  // namespace decid::dataset

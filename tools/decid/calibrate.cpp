@@ -295,7 +295,7 @@ void run_conditions(const CalibrateOptions& options) {
   std::vector<std::string> inputs;
   ProtocolOptions named = options.protocol;
   if (!options.conditions.empty()) named.name = options.conditions;
-  sim::Protocol protocol = named.load(&inputs);
+  sim::Protocol protocol = named.load(options.common.quiet, &inputs);
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
@@ -337,7 +337,7 @@ void run_conditions(const CalibrateOptions& options) {
 
 void run_calibrate(const CalibrateOptions& options) {
   std::vector<std::string> inputs;
-  const sim::Protocol protocol = options.protocol.load(&inputs);
+  const sim::Protocol protocol = options.protocol.load(options.common.quiet, &inputs);
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   inputs.push_back(options.output);

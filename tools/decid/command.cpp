@@ -7,6 +7,7 @@
 #include <cctype>
 #include <charconv>
 #include <filesystem>
+#include <iostream>
 
 #include "base/error.hpp"
 #include "dataset/recording/protocol_file.hpp"
@@ -141,8 +142,16 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
       throw Error(output, "is read or written already in this call", "give the output another name");
 }
 
-sim::Protocol ProtocolOptions::load(std::vector<std::string>* files) const {
-  sim::Protocol protocol = dataset::load_protocol(name, files);
+sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files) {
+  Warnings warnings;
+  sim::Protocol protocol = dataset::load_protocol(name, files, &warnings);
+  for (const Warning& warning : warnings)
+    if (!quiet) std::cerr << "note: the tilt of " << name << ": " << warning.text << '\n';
+  return protocol;
+}
+
+sim::Protocol ProtocolOptions::load(bool quiet, std::vector<std::string>* files) const {
+  sim::Protocol protocol = read_protocol(name, quiet, files);
   if (!sensor_noise_deg.empty()) protocol.noise.sensor = {sensor_noise_deg.front(), sensor_noise_deg.back()};
   protocol.validate();
   return protocol;

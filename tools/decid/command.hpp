@@ -27,10 +27,13 @@ struct ProtocolOptions {
   std::string name = "default";
   std::vector<double> sensor_noise_deg;  ///< one level, or a range; empty: the protocol's own
 
-  /// files, unless null: gets the files that were read.
-  sim::Protocol load(std::vector<std::string>* files = nullptr) const;
+  /// As read_protocol().
+  sim::Protocol load(bool quiet, std::vector<std::string>* files = nullptr) const;
 };
 void add_protocol_options(const Command& command, ProtocolOptions& options);
+/// The protocol of a name or file. Prints on standard error what was left out of a measured tilt's file, unless
+/// `quiet`. files, unless null: gets the files that were read.
+sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files = nullptr);
 
 /// --seed, from 0 to 2^64 - 1.
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);

@@ -90,7 +90,7 @@ void make_dataset(const DatasetOptions& options) {
   figures.file = options.output;
   figures.version = version;
   std::vector<std::string> files;
-  figures.request = {options.protocol.load(&files), options.count, options.base, options.seed};
+  figures.request = {options.protocol.load(options.common.quiet, &files), options.count, options.base, options.seed};
   refuse_same_file(options.report, files);
   files.push_back(options.report);
   const dataset::NpzPartial partial = dataset::npz_partial(options.output);

@@ -14,7 +14,6 @@
 #include "base/json_object.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "dataset/recording/protocol_file.hpp"
 #include "dataset/recording/recording.hpp"
 #include "dataset/recording/trial.hpp"
 #include "nn/predictor.hpp"
@@ -178,7 +177,7 @@ std::optional<sim::Body> given_body(const ControllerOptions& options, const sim:
 /// are so far: the result's body, nothing if the result does not say, or the default body without a result.
 sim::Protocol controller_protocol(const ControllerOptions& options, const std::optional<sim::Body>& from) {
   const bool scales = !options.scale_to.empty(), is_result = !options.result.empty();
-  sim::Protocol protocol = dataset::load_protocol(scales ? options.scale_to : options.protocol);
+  sim::Protocol protocol = read_protocol(scales ? options.scale_to : options.protocol, options.common.quiet);
   sim::Body& body = protocol.experiment.body;
   const std::optional<sim::Body> given = given_body(options, from.value_or(sim::Body{}));
   if (!from && (scales || given || !are_one_body(body, sim::Body{})))

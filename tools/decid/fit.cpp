@@ -13,7 +13,6 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "dataset/recording/protocol_file.hpp"
 #include "identify/fit_recordings.hpp"
 #include "sim/protocol_json.hpp"
 #include "sim/segments.hpp"
@@ -158,7 +157,8 @@ sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
 void run_table(const FitOptions& options, const Command& command) {
   if (!is_root()) return;  // one answer, on one rank
   std::vector<std::string> inputs{options.frf};
-  const sim::Protocol named = dataset::load_protocol(options.protocol.empty() ? "default" : options.protocol, &inputs);
+  const sim::Protocol named =
+      read_protocol(options.protocol.empty() ? "default" : options.protocol, options.common.quiet, &inputs);
   check_outputs(options, inputs);
   FrfFit asked{.table = options.frf,
                .output = options.output,
@@ -352,7 +352,7 @@ void run_fit(FitOptions options, const Command& command) {
   inputs = recordings.distinct_files();
   inputs.insert(inputs.end(), {options.model, options.group});
   std::optional<sim::Protocol> given;
-  if (!options.protocol.empty()) given = dataset::load_protocol(options.protocol, &inputs);
+  if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
   check_outputs(options, inputs);
   const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
   const Model model = model_or_built_in(options.model);

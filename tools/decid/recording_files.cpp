@@ -190,6 +190,8 @@ std::string LeftOut::text() const {
 
 RecordingFiles recording_files(const std::vector<std::string>& arguments, const std::vector<std::string>& others,
                                bool recursive) {
+  if (std::ranges::count(arguments, "-") > 1)
+    throw Error("-", "standard input is named twice, and can be read only once", "name it once");
   std::vector<fs::path> used;
   for (const std::string& other : others)
     if (!other.empty()) used.push_back(place_of(other));

@@ -33,7 +33,8 @@ struct RecordingFiles {
 ///   number of folders; what it matches must end like a recording's if it is the last part.
 /// - Anything else: itself, whether it is there or not.
 /// Folders and patterns leave out `others`: what else the call reads or writes.
-/// Throws Error for a folder without a recording, one that cannot be read, and a pattern that matches nothing.
+/// Throws Error for a folder without a recording, one that cannot be read, a pattern that matches nothing, and standard
+/// input ("-") that is named twice.
 RecordingFiles recording_files(const std::vector<std::string>& arguments, const std::vector<std::string>& others,
                                bool recursive = false);
 

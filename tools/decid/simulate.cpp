@@ -10,7 +10,6 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/text.hpp"
-#include "dataset/recording/protocol_file.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
@@ -159,7 +158,7 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
 
 void simulate(const SimulateOptions& options) {
   std::vector<std::string> files;
-  sim::Protocol protocol = dataset::load_protocol(options.protocol, &files);
+  sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files);
   refuse_same_file(options.output, files);
   options.model == "dip" ? simulate_double(options, std::move(protocol))
                          : simulate_single(options, std::move(protocol));

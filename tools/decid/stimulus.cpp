@@ -6,7 +6,6 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "dataset/recording/protocol_file.hpp"
 #include "sim/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/trial_csv.hpp"
@@ -25,7 +24,7 @@ void stimulus(const StimulusOptions& options) {
     throw Error("stimulus", "has nothing to write",
                 "give -o stimulus.csv, --plot page.html or --write-protocol p.json");
   std::vector<std::string> files;
-  const sim::Protocol protocol = dataset::load_protocol(options.protocol, &files);
+  const sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files);
   for (const std::string& path : {options.output, options.plot, options.written_protocol}) {
     refuse_same_file(path, files);
     if (path.empty()) continue;

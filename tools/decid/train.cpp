@@ -269,7 +269,8 @@ void train(const TrainOptions& options) {
     throw Error("train", "needs trials", "give either --data data.npz or --stream");
   const TrainFiles files(options.output);
   std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
-  const sim::Protocol protocol = options.stream ? options.protocol.load(&read) : sim::default_protocol();
+  const sim::Protocol protocol =
+      options.stream ? options.protocol.load(options.common.quiet, &read) : sim::default_protocol();
   if (is_root()) check_files(options, read);
   TrainingSettings settings = settings_from(options);
   settings.ranks = ranks();

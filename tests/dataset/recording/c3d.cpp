@@ -264,6 +264,15 @@ TEST_CASE("C3D: channels faster than the points are brought to their rate, witho
   check_error(reading(gap.bytes(), {.column = "sway", .fill_gaps_s = 1.0}), {"frame 3", "sway (deg) is missing"});
 }
 
+TEST_CASE("C3D: lines above a table and sections are refused") {
+  RecordingOptions options = markers;
+  options.skip_lines = 1;
+  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out --skip-lines"});
+  options.skip_lines = {};
+  options.section = "1";
+  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out --section"});
+}
+
 TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and none are refused") {
   const auto rate = [](C3dFile file, std::optional<double> given = {}) {
     RecordingOptions options = markers;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tests/helpers.hpp"
+#include "tests/near.hpp"
 
 using namespace decid::dataset;
 
@@ -83,10 +84,22 @@ TEST_CASE("cells: dates of three kinds, and times of the day") {
                                  "2024-01 12:00:00",
                                  "2024_01_01 12:00:00",
                                  "1.2.3 12:00",
+                                 "05-Mae-2026 12:00:00",
+                                 "05-anF-2026 12:00:00",
+                                 "x sec",
+                                 "nan sec",
+                                 "12 h",
                                  "T12:00:00"}) {
     INFO(none);
     CHECK_FALSE(clock_time(none));
   }
+}
+
+TEST_CASE("cells: MATLAB's dates and durations are times") {
+  CHECK(decid::test::within(between("05-Mar-2026 12:03:04.250", "2026-03-05 12:03:05.250"), 1.0, 1e-9));
+  CHECK(decid::test::within(between("31-Dec-2025 23:59:59", "01-Jan-2026 00:00:00.5"), 1.5, 1e-9));
+  CHECK(decid::test::within(between("0.01 sec", "0.035 sec"), 0.025, 1e-12));
+  CHECK(decid::test::within(between("1 sec", "0.5 min"), 29.0, 1e-12));
 }
 
 TEST_CASE("cells: Fortran's exponents are numbers, other letters are not") {

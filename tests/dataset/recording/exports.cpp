@@ -43,6 +43,8 @@ TEST_CASE("files of other programs are called what they are") {
                           {"PK\x03\x04....xl/worksheets/sheet1.bin"s, "Excel"},
                           {"PK\x03\x04mimetypeapplication/vnd.oasis.opendocument"s, "OpenDocument"},
                           {"PK\x03\x04...."s, "ZIP"},
+                          {"PK\x03\x04....time.npy"s, "NumPy arrays (.npz)"},
+                          {"PK\x03\x04....sway.npy....parameters.npy"s, "decid evaluate --data"},
                           {"<?xml?>\n<mvnx version=\"4\">"s, "MVN"},
                           {"<html><table>"s, "HTML"},
                           {"<a/>"s, "XML"},
@@ -166,4 +168,23 @@ TEST_CASE("angles that wrap, and those that are 90 or 180 degrees upright") {
     check_error(reading(text), {"beyond lying flat", "--detrend offset"});
     CHECK(sway(text, {.mean_is_upright = true}).size() == 3);
   }
+}
+
+TEST_CASE("bars separate cells, and comments above a header state the rate") {
+  check_one_two_three("time|sway_deg\n0|1\n0.01|2\n0.02|3\n");
+  check_one_two_three("# made by lab\n# fs = 100 Hz\nsway_deg\n1\n2\n3\n");
+  check_one_two_three("Time,sway_deg\n0 sec,1\n0.01 sec,2\n0.02 sec,3\n");
+}
+
+TEST_CASE("angles in other units than degrees and radians are refused by their names") {
+  for (const char* unit : {"gon", "arcmin", "mdeg", "turns"}) {
+    const std::string text = std::string("time,sway (") + unit + ")\n0,1\n0.01,2\n0.02,3\n";
+    check_error(reading(text), {"neither in degrees nor in radians", unit});
+    check_one_two_three(text, {.unit = Unit::degree});
+  }
+}
+
+TEST_CASE("R's write.table names no column of row names") {
+  check_one_two_three("\"time\" \"sway_deg\"\n\"1\" 0 1\n\"2\" 0.01 2\n\"3\" 0.02 3\n");
+  check_one_two_three("time\tsway_deg\n1\t0\t1\n2\t0.01\t2\n3\t0.02\t3\n");
 }

@@ -43,6 +43,8 @@ TEST_CASE("variables of versions 4 and 5 are columns") {
   REQUIRE(recording.signals.at(platform_tilt).rad.size() == 20);
   CHECK(recording.signals.at(platform_tilt).rad[19] == -5.0 * sim::rad_per_deg);
   check_made(read_recording(made("v5.mat"), {}));
+  check_error(reading(made("v5.mat"), {.skip_lines = 1}), {"MAT-file", "leave out --skip-lines"});
+  check_error(reading(made("v5.mat"), {.section = "1"}), {"MAT-file", "leave out --section"});
   check_made(read_recording(made("v5.mat"), {.column = "k"}), 8.0);  // whole numbers
 }
 

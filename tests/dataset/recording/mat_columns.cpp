@@ -196,6 +196,15 @@ TEST_CASE("what holds signals and is not read is named with its kind") {
               {"none of sway", "not read: COM_x (1 x 20 sparse)", "vector of real numbers"});
 }
 
+TEST_CASE("a user's own variables beside LabChart's are columns too, LabChart's own are not") {
+  MatVariable begin = numbers("datastart", 1, 1), end = numbers("dataend", 1, 1);
+  begin.values = {1.0}, end.values = {40.0};
+  const MatColumns made = columns_of({numbers("data", 1, 40), begin, end, numbers("rangemin", 3, 1),
+                                      numbers("com", 4, 5), numbers("com_sway_deg", 40, 1), numbers("time", 40, 1)},
+                                     "lab.mat");
+  CHECK(names(made) == Strings{"channel 1", "com_sway_deg", "time"});
+}
+
 TEST_CASE("LabChart's channels lie within its data, once each") {
   const auto labchart = [](double first, double last, double next) {
     MatVariable begin = numbers("datastart", 2, 1), end = numbers("dataend", 2, 1);

@@ -1,4 +1,6 @@
 // Measured tilts of protocols: files, columns, units, rates and resampled cycles.
+#include "dataset/recording/measured_tilt.hpp"
+
 #include <cmath>
 #include <cstdio>
 
@@ -105,6 +107,12 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the unit of tilt", "measured.unit"});
   check("time,tilt_deg\n0,0\n0.01,50\n", file, {"p.json", "sample 1 is 50", "unit"});
   check("time\n0\n0.01\n0.02\n", file, {"t.csv", "a column of time but none of tilt", "measured.column"});
+  // What was left out of the file is told.
+  write_text(folder / "t.csv", "time,tilt_deg\n0,0\n0.01,1\n0.02,1\n0.03,0\n0.04,");
+  Warnings warnings;
+  CHECK(read_tilt_deg({.path = folder / "t.csv"}, 100.0, &warnings).size() == 4);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].code == "last_line_cut");
   // The sample rate's error comes first.
   const auto path = write_text(folder / "p.json", R"({"sample_rate_hz": -5, "measured": {"file": "t.csv"}})");
   check_error([&] { load_protocol(path.string()); }, {"sample_rate_hz", "is -5"});

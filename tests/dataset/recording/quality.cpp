@@ -112,6 +112,37 @@ TEST_CASE("jumps to another level are found, at any rate; single samples and fro
   for (const Warning& warning : found(frozen)) CHECK(warning.code != "jumps");
 }
 
+namespace {
+
+/// The mean of `length` samples that end in each.
+std::vector<double> averaged(const std::vector<double>& values, std::size_t length) {
+  std::vector<double> means(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k)
+    for (std::size_t i = 0; i < length; ++i) means[k] += values[k - std::min(i, k)] / static_cast<double>(length);
+  return means;
+}
+
+}  // namespace
+
+TEST_CASE("moving averages are found by the zeros of their spectrum, with their lengths, at any noise and rate") {
+  for (const double noise : {0.002, 0.1})
+    for (const auto& [length, text] : {std::pair<std::size_t, std::string>{5, "of 0.05 s"},
+                                       {11, "of 0.11 s"},
+                                       {25, "of 0.25 s"},
+                                       {50, "of 0.5 s"},
+                                       {100, "of 1 s"}}) {
+      check_only(found(averaged(sway(noise, 12000), length)), "smooth",
+                 length > 25 ? Severity::caution : Severity::info, text);
+    }
+  check_only(found(averaged(sway(0.1, 120'000), 500), 1000.0), "smooth", Severity::caution, "of 0.5 s");
+  check_only(found(averaged(sway(0.1, 4000), 12), 25.0), "smooth", Severity::caution, "of 0.48 s");
+  for (const double at_hz : {25.0, 50.0, 100.0, 1000.0}) CHECK(found(sway(0.02, 12000), at_hz).empty());
+  // A pulse has such a spectrum too.
+  std::vector<double> pulse = sway(0.002, 12000);
+  for (std::size_t k = 4000; k < 4050; ++k) pulse[k] += 3.0;
+  for (const Warning& warning : found(pulse)) CHECK(warning.code == "jumps");
+}
+
 TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
   check_only(found(sway(0.0)), "smooth", Severity::info, "no sensor noise");
   std::vector<double> values = sway(0.02), smooth = values;
@@ -121,6 +152,6 @@ TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
       for (std::size_t i = 0; i < 11; ++i) smooth[k] += values[k - i] / 11.0;
       if (k + 1 == values.size()) values = smooth;
     }
-  check_only(found(values), "smooth", Severity::info, "no sensor noise");
+  check_only(found(values), "smooth", Severity::info, "moving average of 0.11 s");
   for (const Warning& warning : found(sway(0.0), 20.0)) CHECK(warning.code != "smooth");  // it cannot be told
 }

@@ -82,3 +82,46 @@ TEST_CASE("a footer is no section: --section 1 leaves it out") {
   check_error(reading(text), {"other lines follow the table, from line 6 on: 'Mean,2'", "--section 1"});
   check_one_two_three(text, section("1"));
 }
+
+TEST_CASE("a table whose first column is text is one table, also behind blank lines and comments") {
+  std::string rows, dates, events = "event,time,sway_deg\n";
+  for (int k = 0; k < 40; ++k) {
+    const std::string values = std::to_string(k * 0.01) + "," + std::to_string(k % 5);
+    const std::string between = k % 10 == 9 ? "\n" : k % 10 == 4 ? "# pause\n" : "";
+    rows += (k < 20 ? "s01," : "s02,") + values + "\n" + between;
+    dates += "2026-03-05 10:00:0" + values + "\n" + between;
+    events += (k % 10 == 0 ? "step," : ",") + values + "\n" + between;
+  }
+  const std::string subjects = "id,time,sway_deg\n" + rows;
+  CHECK(find_sections(subjects).size() == 1);
+  CHECK(read(subjects).signals.samples() == 40);
+  CHECK(read(subjects, section("1")).signals.samples() == 40);
+  CHECK(find_sections(events).size() == 1);
+  CHECK(read(events).signals.samples() == 40);
+  // Their footers are left out as well, and another table is a section.
+  for (const std::string& table : {subjects, "time,sway_deg\n" + dates}) {
+    check_error(reading(table + "\nMean,2\n"), {"other lines follow the table", "'Mean,2'", "--section 1"});
+    CHECK(read(table + "\nMean,2\n", section("1")).signals.samples() == 40);
+  }
+  CHECK(find_sections(subjects + "\n" + subjects).size() == 2);
+  check_error(reading(subjects + "\n" + subjects), {"several tables: 1 (from line 1), 2 (from line"});
+  CHECK(read(subjects + "\n" + subjects, section("2")).signals.samples() == 40);
+}
+
+TEST_CASE("files joined with their headers are sections") {
+  const std::string one = "time,sway_deg\ns,deg\n0,1\n0.01,2\n0.02,3\n";
+  check_error(reading(one + one), {"several tables: 1 (from line 1), 2 (from line 6)"});
+  for (const char* number : {"1", "2"}) check_one_two_three(one + one, section(number));
+}
+
+TEST_CASE("--section 1 is not advised where it would not leave the lines out") {
+  const std::string few = "id,time,sway_deg\na,0,1\na,0.01,2\na,0.02,3\n\nMean,2\n";
+  try {
+    read(few);
+    FAIL("accepted");
+  } catch (const Error& error) {
+    CHECK(error.problem().find("from line 6 on: 'Mean,2'") != std::string::npos);
+    CHECK(error.remedy().find("--section") == std::string::npos);
+  }
+  check_one_two_three("id,time,sway_deg\na,0,1\na,0.01,2\na,0.02,3\n\n# Mean,2\n", {.column = "sway_deg"});
+}

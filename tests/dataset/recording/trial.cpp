@@ -101,6 +101,25 @@ TEST_CASE("a longer recording is cut, from where the option says, and what was c
   }
 }
 
+TEST_CASE("faults of the samples count where they are used, and from the recording's start") {
+  const sim::Protocol protocol = two_cycles();
+  const Random random(3, Stream::sensor_noise, 0);
+  Recording whole = ramp(0);
+  for (std::size_t k = 0; k < 3000; ++k) {
+    const bool at_rest = k < 1000 || k >= 2900, is_held = k >= 1500 && k < 1530;
+    whole.signals.at(com_sway).rad.push_back(0.01 * std::sin(0.02 * static_cast<double>(k)) + 2e-4 * random.normal(k));
+    if (at_rest || is_held) whole.signals.at(com_sway).rad[k] = at_rest ? 0.003 : whole.signals.at(com_sway).rad[1499];
+  }
+  const auto is_frozen = [&](double start_s, const char* text) {
+    Recording recording = whole;
+    bring_to_protocol(recording, protocol, {.start_s = start_s});
+    return warns(recording, text);
+  };
+  CHECK_FALSE(is_frozen(18.0, "stands still"));
+  CHECK(is_frozen(12.0, "stands still in 1 stretch, the longest 0.31 s, the first from 15 s on, 3.44% of"));
+  CHECK(is_frozen(5.0, "the first from 5 s on"));
+}
+
 TEST_CASE("up to 1% that is missing is mirrored, more is refused with the way to a model") {
   const sim::Protocol protocol = two_cycles();
   Recording recording = ramp(891);

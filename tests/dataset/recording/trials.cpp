@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "tests/dataset/recording/reading.hpp"
+#include "tests/near.hpp"
 
 using namespace decid;
 using namespace decid::dataset;
@@ -100,6 +101,88 @@ TEST_CASE("several recordings below each other are refused without --trial, with
   check_one_two_three("block,time,angle_deg\n1,0,1\n1,0.01,2\n2,0.02,3\n", {.is_one_trial = true});
   // A single wrong time is another fault.
   check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), {"line 5", "--rate"});
+}
+
+namespace {
+
+/// Rows "0.00,1" and so on of a recording of 0.3 s, behind `first`.
+std::string rows_behind(const std::string& first, double begin_s = 0.0) {
+  std::string text;
+  for (int k = 0; k < 30; ++k) text += first + std::to_string(begin_s + k * 0.01) + "," + std::to_string(k % 7) + "\n";
+  return text;
+}
+
+std::string remedy_of(const std::string& csv, const RecordingOptions& options = {}) {
+  try {
+    read(csv, options);
+  } catch (const Error& error) {
+    return error.remedy();
+  }
+  FAIL("accepted");
+  return {};
+}
+
+/// The --trial that the refusal of the file advises; each recording that it makes has 30 samples at 100 Hz.
+std::string advised(const std::string& csv, std::size_t recordings) {
+  const std::string remedy = remedy_of(csv);
+  INFO(remedy);
+  const std::size_t begin = remedy.find("--trial '");
+  REQUIRE(begin != std::string::npos);
+  const std::string by = remedy.substr(begin + 9, remedy.find('\'', begin + 9) - begin - 9);
+  CHECK(trials(csv, by).size() == recordings);
+  for (const std::string& trial : trials(csv, by)) {
+    const Recording recording = read(csv, {.trial_column = by, .trial = trial});
+    CHECK(recording.signals.samples() == 30);
+    CHECK(near(recording.rate_hz, 100.0, 1e-9));
+  }
+  return by;
+}
+
+bool advises(const std::string& csv, const std::string& advice, const RecordingOptions& options = {}) {
+  return remedy_of(csv, options).find(advice) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("the advised --trial works, and takes as many columns as tell the recordings apart") {
+  const auto four = [](const std::string& names, const std::vector<std::string>& firsts) {
+    std::string text = names + ",time,com_sway_deg\n";
+    for (const std::string& first : firsts) text += rows_behind(first + ",");
+    return text;
+  };
+  CHECK(advised(four("trial", {"1", "2"}), 2) == "trial");
+  CHECK(advised(four("condition", {"open", "closed"}), 2) == "condition");
+  CHECK(advised(four("subject,trial", {"a,1", "a,2", "b,1", "b,2"}), 4) == "subject,trial");
+  CHECK(advised(four("name,condition,lab", {"a,o,x", "a,c,x", "b,o,x", "b,c,x"}), 4) == "name,condition");
+  CHECK(advised(four("\"subject, id\",trial", {"a,1", "a,2", "b,1", "b,2"}), 4) == "1,trial");
+  CHECK(advised(four("block,block", {"1,1", "2,2"}), 2) == "1");
+  // Two of each subject's, which nothing tells apart; and trials whose numbers come again.
+  using Labelled = std::pair<std::string, std::vector<std::string>>;
+  for (const Labelled& one :
+       {Labelled{"subject", {"a", "a", "b", "b"}}, {"trial", {"1", "2", "1", "2"}}, {"subject", {"a", "a"}}}) {
+    CHECK_FALSE(advises(four(one.first, one.second), "--trial '"));
+    CHECK(advises(four(one.first, one.second), "a file of its own"));
+  }
+  // The column that was given is not enough.
+  CHECK(
+      advises(four("subject,run", {"a,1", "a,2"}), "--trial 'subject,run'", {.trial_column = "subject", .trial = "a"}));
+}
+
+TEST_CASE("--trial none is advised where all rows can be read as one recording, and nowhere else") {
+  const std::string head = "trial,time,com_sway_deg\n";
+  const std::string goes_on = head + rows_behind("1,") + rows_behind("2,", 0.3);
+  CHECK(advises(goes_on, "--trial none"));
+  CHECK(read(goes_on, {.is_one_trial = true}).signals.samples() == 60);
+  CHECK(advised(goes_on, 2) == "trial");
+  for (const std::string& not_one : {rows_behind("1,") + rows_behind("2,"), rows_behind("1,") + "Mean,,3\n"})
+    CHECK_FALSE(advises(head + not_one, "--trial none"));
+}
+
+TEST_CASE("a column called trial that holds the times is exchanged with the column of time") {
+  std::string text = "trial,time,com_sway_deg\n";
+  for (int k = 0; k < 30; ++k) text += std::to_string(k * 0.01) + ",1," + std::to_string(k % 7) + "\n";
+  check_error(reading(text), {"'time' stands still, and 'trial' holds times", "the two names are exchanged"});
+  CHECK(read(text, {.rate_hz = 100.0}).signals.samples() == 30);
 }
 
 TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {

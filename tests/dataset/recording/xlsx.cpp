@@ -53,7 +53,7 @@ TEST_CASE("a workbook of openpyxl is the recording of its CSV") {
 TEST_CASE("XLSX: cells of every kind, where they say that they are") {
   CHECK(
       text_of(R"(<row><c><v>1.5E-3</v></c><c t="b"><v>1</v></c><c t="str"><f>A1&amp;"x"</f><v>a&lt;b</v></c></row>)") ==
-      "1.5E-3\t1\ta<b\n");
+      "1.5E-3\tTRUE\ta<b\n");
   CHECK(
       text_of(
           R"(<row r="2"><c r="B2" t="s"><v>1</v></c></row><row r="4"><c r="D4" t="e"><v>#N/A</v></c><c r="E4"/></row>)",
@@ -92,6 +92,25 @@ TEST_CASE("XLSX: --section names tables of the first sheet, and no sheet") {
   for (const char* name : {"Sheet2", "one"})
     check_error([&] { read(zip(parts), {.section = name}); },
                 {"r.xlsx", "only the first sheet", "'one'", "leave out --section", name, "as CSV"});
+}
+
+TEST_CASE("XLSX: true and false are words; a first sheet without a table names those that have one") {
+  std::string rows =
+      R"(<row><c t="inlineStr"><is><t>time</t></is></c><c t="inlineStr"><is><t>sway_deg</t></is></c></row>)";
+  for (int k = 0; k < 5; ++k)
+    rows += "<row><c><v>" + std::to_string(k) + "E-2</v></c><c" + (k == 3 ? " t='b'" : "") + "><v>1</v></c></row>";
+  check_error([&] { read(workbook(rows)); }, {"line 5, sway_deg: 'TRUE' is not a finite number"});
+  std::map<std::string, std::string> parts =
+      workbook_parts("<row><c t='inlineStr'><is><t>Measured by Ann</t></is></c></row>");
+  parts["xl/workbook.xml"] = R"(<workbook><sheets><sheet name="Notes" r:id="r1"/><sheet name="Chart" r:id="r8"/>)"
+                             R"(<sheet name="Trial 7" r:id="r9"/></sheets></workbook>)";
+  parts["xl/_rels/workbook.xml.rels"] =
+      R"(<Relationships><Relationship Id="r1" Target="worksheets/sheet1.xml" Type="x/worksheet"/>)"
+      R"(<Relationship Id="r8" Target="none.xml" Type="x/chartsheet"/>)"
+      R"(<Relationship Id="r9" Target="worksheets/sheet2.xml" Type="x/worksheet"/></Relationships>)";
+  parts["xl/worksheets/sheet2.xml"] = "<worksheet><sheetData>" + rows + "</sheetData></worksheet>";
+  check_error([&] { read(zip(parts)); },
+              {"no table in its first sheet 'Notes', but in 'Trial 7'", "move the sheet", "as CSV"});
 }
 
 TEST_CASE("XLSX: archives that are stored or deflated, and what they may claim") {

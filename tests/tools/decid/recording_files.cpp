@@ -46,6 +46,16 @@ TEST_CASE("a folder stands for the recordings in it, in the order of their names
   CHECK(refusal(folder / "within.csv").find("within.csv: is a folder without a recording") != std::string::npos);
 }
 
+TEST_CASE("standard input is named once") {
+  CHECK(recording_files({"-", "a.csv"}) == Names{"-", "a.csv"});
+  try {
+    recording_files({"-", "a.csv", "-"});
+    FAIL("accepted");
+  } catch (const decid::Error& error) {
+    CHECK(error.problem().find("named twice") != std::string::npos);
+  }
+}
+
 TEST_CASE("a pattern stands for what it matches, unless a file has that very name") {
   const Folder folder;
   for (const char* name : {"s2.csv", "s1.csv", "s10.csv", "t1.csv", "s[1].csv"}) write_text(folder / name, "");
