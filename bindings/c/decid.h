@@ -182,6 +182,7 @@ typedef struct decid_read_options {
      files of several are refused. */
   const char* trial_column;
   const char* trial; /* which of them: a name of decid_trials_name; needed beside trial_column */
+  const double* missing_value; /* a number that stands for a missing value, besides those that are known; NULL: none */
 } decid_read_options;
 DECID_API void decid_read_defaults(decid_read_options* options, size_t size);
 

@@ -56,6 +56,7 @@ decid::dataset::RecordingOptions reading(const decid_read_options& asked, const 
   how.unit = unit_of(asked.unit, where);
   if (asked.rate_hz != 0.0) how.rate_hz = asked.rate_hz;
   how.fill_gaps_s = asked.fill_gaps_s;
+  if (asked.missing_value != nullptr) how.missing_value = *asked.missing_value;
   const std::string tilt = text_or_empty(asked.tilt_column);
   how.find_tilt = tilt != "none";
   if (how.find_tilt) how.tilt_column = tilt;

@@ -14,7 +14,7 @@
 %   "begin"                 where in the recording the protocol starts, s
 %   "model"                 a model file; otherwise the built-in model
 %   "column", "unit", "rate", "fill_gaps", "tilt_column", "tilt_unit", "invert_sway", "invert_tilt", "section",
-%   "trial_column", "trial"
+%   "trial_column", "trial", "missing", "skip_lines"
 %                           how a file is read: see decid_read
 %
 % result: a structure of trust ("usable", "caution", "not usable"), parameters (a structure array of name, unit, value, sd,

@@ -49,7 +49,7 @@ static void require(decid_status status) {
 
 #define READ_OPTIONS                                                                                          \
   "rate", "unit", "column", "fill_gaps", "tilt_column", "invert_sway", "invert_tilt", "tilt_unit", "section", \
-      "trial_column", "trial"
+      "trial_column", "trial", "missing", "skip_lines"
 #define IDENTIFY_OPTIONS READ_OPTIONS, "mass", "height", "begin", "detrend", "model"
 static const char* const identify_options[] = {IDENTIFY_OPTIONS, NULL};
 static const char* const fit_options[] = {IDENTIFY_OPTIONS, "protocol",     "prior_start", "prior_gain",
@@ -253,6 +253,9 @@ static void take_recording(const mxArray* source, const mxArray* options) {
     how.tilt_unit = choice(options, "tilt_unit", units);
     how.invert_sway = whole(options, "invert_sway", 0);
     how.invert_tilt = whole(options, "invert_tilt", 0);
+    how.skip_lines = whole(options, "skip_lines", -1);
+    const double missing = number(options, "missing", 0.0);
+    if (mxGetField(options, 0, "missing") != NULL) how.missing_value = &missing;
     take_part(options, &how);
     require(decid_recording_read(path, &how, &recording));
     return;

@@ -6,6 +6,8 @@
 %   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees
 %   "rate"                    Hz, instead of the column of time
 %   "fill_gaps"               missing values up to so many seconds are interpolated
+%   "missing"                 a number that stands for a missing value, besides those that are known
+%   "skip_lines"              lines of a text file above its table; otherwise found
 %   "invert_sway", "invert_tilt"   true: positive against the protocol's direction
 %   "section"                 of a text file that holds several tables, by name, or a number in quotes from 1
 %   "trial_column", "trial"   where a file holds several recordings: the column that tells them apart, and which of them

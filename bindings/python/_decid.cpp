@@ -71,7 +71,8 @@ Recording read_recording(const std::string& path, const OptionalText& column, in
                          double fill_gaps_s, const OptionalText& tilt_column, int tilt_unit, bool invert_sway,
                          bool invert_tilt, int skip_lines, double com_height_m, double body_height_m,
                          const std::array<OptionalText, 5>& columns, const OptionalText& section,
-                         const OptionalText& trial_column, const OptionalText& trial) {
+                         const OptionalText& trial_column, const OptionalText& trial,
+                         const std::optional<double>& missing) {
   decid_read_options options;
   decid_read_defaults(&options, sizeof options);
   options.column = text_or_null(column);
@@ -93,6 +94,7 @@ Recording read_recording(const std::string& path, const OptionalText& column, in
   options.section = text_or_null(section);
   options.trial_column = text_or_null(trial_column);
   options.trial = text_or_null(trial);
+  options.missing_value = missing ? &*missing : nullptr;
   decid_recording* made = nullptr;
   run([&] { return decid_recording_read(path.c_str(), &options, &made); });
   return Recording::of(made);

@@ -73,21 +73,26 @@ class LogSpectrum {
 };
 
 /// How far the mean logarithm of the power at the zeros of an average over `length_s` lies from the lower one of
-/// those beside it; 0 if fewer than two zeros can be seen.
-double fall_at_zeros(const LogSpectrum& spectrum, double length_s, double most_hz) {
+/// those beside it; 0 if fewer than two zeros can be seen. What the tilt's own spectrum lacks, at the multiples of one
+/// over `held_s`, tells nothing.
+double fall_at_zeros(const LogSpectrum& spectrum, double length_s, double most_hz, double held_s) {
   const double apart_hz = 1.0 / length_s, half_hz = half_width * apart_hz;
   double fall = 0.0;
   int zeros = 0;
   // A filter's spectrum that falls steeply does not rise behind a zero.
-  for (double k = std::ceil(lowest_hz * length_s); (k + 0.5) * apart_hz <= most_hz; k += 1.0, ++zeros)
+  for (double k = std::ceil(lowest_hz * length_s); (k + 0.5) * apart_hz <= most_hz; k += 1.0) {
+    const double of_tilt = k * apart_hz * held_s, nearest = std::floor(of_tilt + 0.5);
+    if (nearest > 0.0 && std::abs(of_tilt - nearest) < half_hz * held_s) continue;
+    ++zeros;
     fall += spectrum.mean(k * apart_hz, half_hz) -
             std::min(spectrum.mean((k - 0.5) * apart_hz, half_hz), spectrum.mean((k + 0.5) * apart_hz, half_hz));
+  }
   return zeros < 2 ? 0.0 : fall / zeros;
 }
 
 }  // namespace
 
-double moving_average_s(std::span<const double> sway_rad, double rate_hz) {
+double moving_average_s(std::span<const double> sway_rad, double rate_hz, double held_s) {
   constexpr double thinned_hz = 400.0, fewest_bins = 300.0;
   const std::size_t block = std::max<std::size_t>(1, static_cast<std::size_t>(rate_hz / thinned_hz));
   const double thin_hz = rate_hz / static_cast<double>(block);
@@ -106,7 +111,7 @@ double moving_average_s(std::span<const double> sway_rad, double rate_hz) {
   for (double length_s = 2.0 * step_s; length_s <= std::min(longest_s, most_of_part * part_s); length_s += step_s) {
     std::array<double, spectrum_parts> falls{};
     for (std::size_t part = 0; part < spectrum_parts; ++part)
-      falls[part] = fall_at_zeros(spectra[part], length_s, most_hz);
+      falls[part] = fall_at_zeros(spectra[part], length_s, most_hz, held_s);
     std::ranges::sort(falls);
     const double fall = falls[spectrum_parts / 2];
     if (!(fall < least)) continue;

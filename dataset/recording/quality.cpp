@@ -151,8 +151,8 @@ double sensor_noise_deg(std::span<const double> sway, double rate_hz) {
   return *middle / medians_per_deviation / std::sqrt(70.0) / sim::rad_per_deg;
 }
 
-void look_for_smoothing(std::span<const double> sway, double rate_hz, Warnings& warnings) {
-  if (const double length_s = moving_average_s(sway, rate_hz); length_s > 0.0) {
+void look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s, Warnings& warnings) {
+  if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0) {
     const std::string text = "the sway was smoothed by a moving average of " + three_digits(length_s) +
                              " s, or each value was held as long: that takes away what tells the controller, and may "
                              "add to the delay; give recordings without";
@@ -171,13 +171,14 @@ void look_for_smoothing(std::span<const double> sway, double rate_hz, Warnings& 
 
 }  // namespace
 
-void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s) {
+void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
+                     double held_s) {
   if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return;
   look_for_frozen(sway_rad, rate_hz, begin_s, warnings);
   const double step = look_for_steps(sway_rad, warnings);
   look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
   look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);
-  look_for_smoothing(sway_rad, rate_hz, warnings);
+  look_for_smoothing(sway_rad, rate_hz, held_s, warnings);
 }
 
 }  // namespace decid::dataset

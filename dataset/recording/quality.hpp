@@ -18,6 +18,8 @@ namespace decid::dataset {
 /// - smooth: no sensor noise between 12 and 25 Hz, where sway has nothing and sensors have: below 0.0003 degrees by the
 ///   median of fourth differences of samples averaged to about 50 Hz. It was smoothed or simulated. From 50 Hz on. Also
 ///   a moving average (moving_average.hpp) at any rate; a caution beyond 0.25 s, which no model was trained on.
-void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s = 0.0);
+///   held_s: how long each state of the platform's tilt lasts, or 0.
+void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s = 0.0,
+                     double held_s = 0.0);
 
 }  // namespace decid::dataset

@@ -269,15 +269,17 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
 }
 
 /// Looks for faults in the samples that the trial is made of.
-void look_for_faults_within(Recording& recording, double from_hz, const Place& place, double rate_hz) {
+void look_for_faults_within(Recording& recording, double from_hz, const Place& place, const sim::Protocol& protocol) {
   const std::vector<double>& sway = recording.signals.at(com_sway).rad;
   const auto sample_at = [&](long long k) {
-    const double at = std::round((place.start_s + static_cast<double>(k) / rate_hz) * from_hz);
+    const double at =
+        std::round((place.start_s + static_cast<double>(k) / protocol.experiment.sample_rate_hz) * from_hz);
     return static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(sway.size())));
   };
+  const auto* sequence = std::get_if<sim::Sequence>(&protocol.experiment.stimulus);
   const std::size_t begin = sample_at(place.first), end = sample_at(place.last + 1);
   look_for_faults(std::span(sway).subspan(begin, end - begin), from_hz, recording.warnings,
-                  static_cast<double>(begin) / from_hz);
+                  static_cast<double>(begin) / from_hz, sequence != nullptr ? sequence->state_s : 0.0);
 }
 
 /// Warns of what is not used of a longer recording and what is made up of a shorter one.
@@ -424,7 +426,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
     refuse_length(recording, protocol, place.start_s);
   }
-  look_for_faults_within(recording, from_hz, place, rate);
+  look_for_faults_within(recording, from_hz, place, protocol);
   const auto samples = static_cast<std::size_t>(needed);
   if (!same_rate)
     add_info(recording.warnings, "resampled",

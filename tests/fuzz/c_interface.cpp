@@ -111,6 +111,7 @@ struct Session {
   void read_recording() {
     decid_read_options options;
     decid_read_defaults(&options, sizeof options);
+    const double missing = number(data);
     if (data.ConsumeBool()) {
       options.column = text(data, kept);
       options.tilt_column = text(data, kept);
@@ -126,6 +127,7 @@ struct Session {
       options.section = text(data, kept);
       options.trial_column = text(data, kept);
       options.trial = text(data, kept);
+      options.missing_value = data.ConsumeBool() ? &missing : nullptr;
     }
     hostile_size(data, options);
     const std::string path = input.write(data.ConsumeRandomLengthString(400));

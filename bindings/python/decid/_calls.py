@@ -92,7 +92,7 @@ def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, r
          com_height: Optional[float] = None, leg: Optional[str] = None, trunk: Optional[str] = None,
          hip: Optional[str] = None, shoulder: Optional[str] = None, ankle: Optional[str] = None,
          height: Optional[float] = None, section: Union[str, int, None] = None, trial_column: Optional[str] = None,
-         trial: Union[str, int, None] = None) -> Recording:
+         trial: Union[str, int, None] = None, missing: Optional[float] = None) -> Recording:
     """Reads a CSV, MAT, C3D or .xlsx file.
 
     column, tilt_column: by name, or number from 1; both are found by name unless they are given; tilt_column "none": not
@@ -106,13 +106,14 @@ def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, r
     subject's height in m; or com_height, the height in m above the ankles at which column is a position. Positions count
     from the column ankle, or their means are upright; their unit may be "mm", "cm" or "m".
     rate: Hz, instead of the column of time. fill_gaps: missing values up to so many seconds are interpolated.
+    missing: a number that stands for a missing value, besides those that are known.
     invert_sway, invert_tilt: positive against the protocol's direction."""
     recording = Recording.__new__(Recording)
     recording._handle = _decid.read_recording(
         os.fspath(path), column, _number_of(_UNITS, unit, "unit"), 0.0 if rate is None else rate, fill_gaps, tilt_column,
         _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt, -1 if skip_lines is None else skip_lines,
         com_height or 0.0, height or 0.0, (leg, trunk, hip, shoulder, ankle), _text_of(section), trial_column,
-        _text_of(trial))
+        _text_of(trial), missing)
     return recording
 
 

@@ -135,6 +135,23 @@ TEST_CASE("sway of leg and trunk, of markers and of positions is the library's")
   check(options, {.column = "hip", .com_height_m = 3.0, .metres_per_unit = 1.0});
 }
 
+TEST_CASE("a number stands for a missing value where a caller says so") {
+  const TemporaryFolder folder;
+  std::string text = "time,sway_deg\n";
+  for (int k = 0; k < 60; ++k) text += format("%.2f,%.2f\n", k / 100.0, k == 30 ? -77.5 : 0.01 * k);
+  const auto path = write_text(folder / "gap.csv", text);
+  decid_read_options options;
+  decid_read_defaults(&options, sizeof options);
+  options.fill_gaps_s = 0.1;
+  const double missing = -77.5;
+  options.missing_value = &missing;
+  const OwnedRecording filled = read(path, &options);
+  CHECK(near(double{decid_recording_sway(filled.get())[30]}, 0.3 * sim::rad_per_deg, 1e-6));
+  options.missing_value = nullptr;
+  const OwnedRecording plain = read(path, &options);
+  CHECK(near(double{decid_recording_sway(plain.get())[30]}, -77.5 * sim::rad_per_deg, 1e-6));
+}
+
 TEST_CASE("a file's tables and its recordings are read as the library reads them") {
   const TemporaryFolder folder;
   const auto rows = [](int phase) {

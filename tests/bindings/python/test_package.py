@@ -96,6 +96,13 @@ class Identification(WithFolder):
             decid.read(path, hip="hip", shoulder="hip")
         self.assertIn("--mass and --height", refused.exception.remedy)
 
+    def test_a_number_stands_for_a_missing_value(self):
+        path = self.folder / "gap.csv"
+        path.write_text("time,sway_deg\n" + "".join(f"{k / 100},{-77.5 if k == 30 else k / 100}\n" for k in range(60)))
+        filled = decid.read(path, fill_gaps=0.1, missing=-77.5)
+        self.assertAlmostEqual(float(filled.sway[30]), np.radians(0.3), places=7)
+        self.assertAlmostEqual(float(decid.read(path, fill_gaps=0.1).sway[30]), np.radians(-77.5), places=6)
+
     def test_a_files_tables_and_its_recordings(self):
         rows = [f"{k / 100},{np.sin(k / 10)}" for k in range(60)]
         sections = self.folder / "sections.csv"

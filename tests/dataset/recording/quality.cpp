@@ -143,6 +143,18 @@ TEST_CASE("moving averages are found by the zeros of their spectrum, with their 
   for (const Warning& warning : found(pulse)) CHECK(warning.code == "jumps");
 }
 
+TEST_CASE("zeros of the tilt's spectrum are no moving average") {
+  const std::vector<double> held = averaged(sway(0.02, 12000), 25);
+  Warnings warnings;
+  look_for_faults(held, rate_hz, warnings, 0.0, 0.25);
+  CHECK(warnings.empty());
+  look_for_faults(held, rate_hz, warnings, 0.0, 0.2);
+  check_only(warnings, "smooth", Severity::info, "of 0.25 s");
+  warnings.clear();
+  look_for_faults(averaged(sway(0.02, 12000), 50), rate_hz, warnings, 0.0, 0.25);
+  check_only(warnings, "smooth", Severity::caution, "of 0.5 s");
+}
+
 TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
   check_only(found(sway(0.0)), "smooth", Severity::info, "no sensor noise");
   std::vector<double> values = sway(0.02), smooth = values;
