@@ -160,6 +160,12 @@ TEST_CASE("convolutions: random geometries") {
   }
 }
 
+// Kernels take 256 or 1152 taps at once.
+TEST_CASE("convolutions: blocks of taps that are full") {
+  check_conv(conv_shape(2, 3, {16, 17}, {16, 16}, {1, 1}, {0, 0}), 41);
+  check_conv(conv_shape(1, 2, {34, 34}, {34, 34}, {1, 1}, {0, 0}), 42);
+}
+
 TEST_CASE("convolutions: subnormal sums") {
   check_conv(conv_shape(4, 5, {7, 7}, {3, 3}, {1, 1}, {1, 1}), 31, 3e-21F);
   check_conv(conv_shape(4, 5, {7, 7}, {3, 3}, {2, 1}, {1, 1}), 32, 1e-22F);
