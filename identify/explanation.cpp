@@ -205,11 +205,11 @@ void warn_unless_following(Explanation& explanation) {
         format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "
                "would have (%.2f +- %.2f among its trials); was it this protocol, and in time with the recording?",
                following, mean, sd));
-  if (following > most)
+  if (following > most * mean)
     add_caution(explanation.warnings, "large_response",
                 format("the sway follows the protocol's tilt %.2f times as much as the identified controller would "
-                       "(+-%.2f among its trials): was the tilt larger, or the sway in another unit?",
-                       following, sd));
+                       "(%.2f +- %.2f among its trials): was the tilt larger, or the sway in another unit?",
+                       following, mean, sd));
 }
 
 }  // namespace decid

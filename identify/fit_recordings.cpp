@@ -48,10 +48,7 @@ class Fitter {
         request_(request),
         density_(protocol, request.priors),
         checker_(explainer_.simulator(), density_.block_s()) {
-    if (model == nullptr || !knows_body(*model, protocol.experiment.body)) return;
-    sim::Experiment same_body = protocol.experiment;
-    same_body.body = model->protocol.experiment.body;
-    if (same_body == model->protocol.experiment)
+    if (model != nullptr && knows_experiment(*model, protocol.experiment))
       network_.emplace(*model, for_body(*model, "the model", protocol.experiment.body));
   }
 

@@ -110,8 +110,8 @@ double Following::measure(const Simulated& simulated, std::span<const float> swa
     sum += follows / expected;
     squares += follows * follows / (expected * expected);
   }
-  *spread = {sum / count,
-             std::sqrt((squares - sum * sum / count) / (count - 1) + 0.5 * of_sensor / (expected * expected))};
+  *spread = {sum / count, std::sqrt(std::max(0.0, squares - sum * sum / count) / (count - 1) +
+                                    0.5 * of_sensor / (expected * expected))};
   return found / expected;
 }
 

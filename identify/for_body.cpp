@@ -36,6 +36,12 @@ bool knows_body(const Model& model, const sim::Body& body) {
   return height >= known.low * (1.0 - height_margin) && height <= known.high * (1.0 + height_margin);
 }
 
+bool knows_experiment(const Model& model, const sim::Experiment& experiment) {
+  sim::Experiment same_body = experiment;
+  same_body.body = model.protocol.experiment.body;
+  return knows_body(model, experiment.body) && same_body == model.protocol.experiment;
+}
+
 ForBody for_trials(const Model& model, const std::string& name, const sim::Protocol& trials, const std::string& file) {
   const sim::Body& body = trials.experiment.body;
   if (body == model.protocol.experiment.body || !knows_body(model, body)) {

@@ -26,6 +26,9 @@ struct ForBody {
 ForBody for_body(const Model& model, const std::string& name, const std::optional<sim::Body>& body);
 /// Whether for_body() takes the body.
 bool knows_body(const Model& model, const sim::Body& body);
+/// Whether the model's network answers to recordings of this experiment: its stimulus and rate, of a body that it
+/// knows.
+bool knows_experiment(const Model& model, const sim::Experiment& experiment);
 /// Of a data set's trials, in `file`. Throws Error if they are of another experiment than the model, but for the body,
 /// and as for_body() does.
 ForBody for_trials(const Model& model, const std::string& name, const sim::Protocol& trials, const std::string& file);

@@ -36,6 +36,11 @@ std::string time_hint(const std::string& name, double rate_hz) {
       return std::string("if it is in ") + unit + " (" + six_digits(std::round(then_hz * 1e3) / 1e3) +
              " Hz), call it " + name + end + ", or give --rate";
   }
+  for (const auto& [unit, of_s] : {std::pair{"minutes", 60.0}, {"hours", 3600.0}}) {
+    const double then_hz = rate_hz / of_s;
+    if (then_hz >= 20.0 && then_hz <= 2000.0)
+      return std::string("if it is in ") + unit + ", give --rate " + six_digits(std::round(then_hz * 1e3) / 1e3);
+  }
   if (is_sample_rate(rate_hz)) return "give --rate if these times are wrong";
   return rate_hz < lowest_rate_hz ? "if it is in milliseconds, call it time_ms, or give --rate"
                                   : "if it is in seconds, call it time_s, or give --rate";

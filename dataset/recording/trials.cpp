@@ -154,7 +154,7 @@ bool is_one_clock(const Table& table, int time) {
 }
 
 std::string remedy_by(const std::string& by) {
-  return "--trial '" + by + "' makes each of them one, in decid identify and decid fit";
+  return "--trial '" + by + "' makes each of them one";
 }
 
 }  // namespace

@@ -158,6 +158,7 @@ TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that ca
     id.following = following;
     id.following_mean = mean;
     id.following_sd = sd;
+    id.warnings.clear();
     warn_unless_following(id);
     return id.warnings.empty();
   };
@@ -167,6 +168,9 @@ TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that ca
   CHECK_FALSE(silent(0.29, 1.0, 0.1));
   CHECK(id.warnings.back().code == "hardly_follows");
   CHECK_FALSE(silent(2.1, 1.0, 0.1));
+  CHECK(id.warnings.back().code == "large_response");
+  CHECK(silent(0.6, 0.31, 0.05));
+  CHECK_FALSE(silent(0.7, 0.31, 0.05));
   CHECK(id.warnings.back().code == "large_response");
 }
 

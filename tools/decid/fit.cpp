@@ -14,6 +14,7 @@
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/fit_recordings.hpp"
+#include "identify/for_body.hpp"
 #include "sim/protocol_json.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
@@ -336,8 +337,8 @@ void write_results(const FitOptions& options, const MadeWith& with, const Fits& 
   const std::string json = recordings_json(with, fits.common, recordings, compared);
   if (!options.draws.empty()) write_draws(options.draws, fits.results);
   if (!options.report.empty())
-    write_file(options.report,
-               fit_report_html(version, options.request, std::move(pages), failed, page_groups(compared, recordings)));
+    write_file(options.report, fit_report_html(version, options.request, std::move(pages), failed,
+                                               page_groups(compared, recordings), with.other_answer));
   if (!options.table.empty()) write_file(options.table, results_table(recordings, table));
   if (!options.output.empty()) write_file(options.output, json);
   std::cout << (options.common.json ? json : text + groups_text(compared) + body_text(fits.common));
@@ -373,10 +374,10 @@ void run_fit(FitOptions options, const Command& command) {
   const Fits fits = fit_files(options, model, protocol, reading, journal ? &*journal : nullptr);
   if (!is_root()) return;
   refuse_alone(fits.common.recordings);
-  write_results(
-      options,
-      {model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers), beside_fit}, fits,
-      groups);
+  write_results(options,
+                {model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers),
+                 knows_experiment(model, fits.common.protocol.experiment) ? std::optional(beside_fit) : std::nullopt},
+                fits, groups);
   const bool failed =
       std::ranges::any_of(fits.common.recordings, [](const Identification& id) { return id.error.has_value(); });
   if (journal && !failed && fits.all_begun() && !interrupted()) journal->remove();

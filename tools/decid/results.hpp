@@ -1,6 +1,7 @@
 // What `decid identify` reports on recordings: as JSON for scripts, as text for people.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct MadeWith {
   std::string model;                 ///< its name
   std::string weights_sha256;        ///< of its weights
   std::vector<std::string> options;  ///< that were given and change the answers: "--unit rad"
-  OtherAnswer other_answer;
+  std::optional<OtherAnswer> other_answer = {};
 };
 
 /// Options that change no answer, and those that the JSON has otherwise.

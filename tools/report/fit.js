@@ -307,7 +307,7 @@ function fill(made, recording) {
 
 function footer() {
   document.getElementById("footer").append(
-    otherAnswer(),
+    ...otherAnswer(),
     element("p", {}, element("strong", {}, "This is not a diagnosis. "),
       "The intervals say what the recording tells about the parameters of a simplified model of posture control (a single inverted pendulum under disturbance estimation " +
       "and compensation, DEC), if that model is right. No model is people. They hold for the stated protocol and body only."),

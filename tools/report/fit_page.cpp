@@ -230,11 +230,12 @@ Json fit_page_recording(const Identification& recording, const FitFigures& fitte
 }
 
 std::string fit_report_html(const std::string& version, const FitRequest& request, std::vector<Json> recordings,
-                            const std::vector<std::string>& failed, const Json& groups) {
+                            const std::vector<std::string>& failed, const Json& groups,
+                            const std::optional<OtherAnswer>& other_answer) {
   Json data = {{"version", version},
                {"seed", request.settings.seed},
                {"groups", groups},
-               {"other_answer", other_answer_json(beside_fit)},
+               {"other_answer", other_answer_json(other_answer)},
                {"recordings", Json::array()},
                {"failed", failed}};
   for (Json& recording : recordings)

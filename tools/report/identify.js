@@ -342,7 +342,7 @@ function fill(made, recording) {
 function footer() {
   const { name, sha256, version, options, protocol } = report.model;
   document.getElementById("footer").append(
-    otherAnswer(),
+    ...otherAnswer(),
     element("p", {}, element("strong", {}, "This is not a diagnosis. "),
       "The numbers are a neural network\u2019s estimates of the parameters of a simplified model of posture control " +
       "(a single inverted pendulum under disturbance estimation and compensation, DEC). They describe the recording " +

@@ -11,8 +11,8 @@ struct OtherAnswer {
 
 inline constexpr OtherAnswer beside_identify{
     "decid fit",
-    "about half the squared error, and intervals that allow for start, drift and noise; some 10 s a recording"};
-inline constexpr OtherAnswer beside_fit{"decid identify",
-                                        "a second opinion within milliseconds, with about twice the squared error"};
+    "about a third of the squared error, and intervals that allow for start, drift and noise; some 10 s a recording"};
+inline constexpr OtherAnswer beside_fit{
+    "decid identify", "a second opinion within milliseconds, with about three times the squared error"};
 
 }  // namespace decid::tools

@@ -9,8 +9,9 @@
 
 namespace decid::tools {
 
-Json other_answer_json(const OtherAnswer& other) {
-  return {{"command", other.command}, {"adds", other.adds}};
+Json other_answer_json(const std::optional<OtherAnswer>& other) {
+  if (!other) return nullptr;
+  return {{"command", other->command}, {"adds", other->adds}};
 }
 
 Json described_parameters(const Identification& recording, const sim::Protocol& protocol,

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <optional>
 #include <span>
 
 #include "base/json_object.hpp"
@@ -12,8 +13,8 @@
 
 namespace decid::tools {
 
-/// {"command", "adds"}.
-Json other_answer_json(const OtherAnswer& other);
+/// {"command", "adds"}, or null.
+Json other_answer_json(const std::optional<OtherAnswer>& other);
 
 /// parameters_json() of its estimate, with "description", "low" and "high" of the range in `table`.
 Json described_parameters(const Identification& recording, const sim::Protocol& protocol,

@@ -27,8 +27,9 @@ const describeTilt = tilt => absent(tilt) ? "" : ` By the tilt measured (\u201c$
 
 // What the other command would add.
 function otherAnswer() {
+  if (absent(report.other_answer)) return [];
   const { command, adds } = report.other_answer;
-  return element("p", {}, "Another answer to the same recording: ", element("code", {}, command), `: ${adds}.`);
+  return [element("p", {}, "Another answer to the same recording: ", element("code", {}, command), `: ${adds}.`)];
 }
 
 // what: "Not identified".

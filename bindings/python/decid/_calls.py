@@ -38,6 +38,15 @@ def _text_of(name: Union[str, int, None]) -> Optional[str]:
     return None if name is None else str(name)
 
 
+def _samples_of(values: ArrayLike) -> np.ndarray:
+    hidden = int(np.count_nonzero(np.ma.getmaskarray(values))) if np.ma.isMaskedArray(values) else 0
+    if hidden:
+        raise _error("sway", f"has {hidden} masked samples", "fill them, with numpy.interp say, or give a file and fill_gaps")
+    if np.iscomplexobj(values):
+        raise _error("sway", "is complex", "give real numbers")
+    return np.asarray(values, dtype=np.float64)
+
+
 def set_threads(threads: int) -> None:
     """How many threads the calls of this thread work with; all cores unless it is said. No result depends on it."""
     _decid.set_threads(threads)
@@ -50,7 +59,7 @@ class Recording:
         """sway: (samples,), of the body's centre of mass, 0 upright; rate: Hz; unit: "deg", "rad" or "mrad". Copied."""
         if unit is None:
             raise _error("unit", "is not given", 'give "deg", "rad" or "mrad"')
-        self._handle = _decid.recording_of(np.asarray(sway, dtype=np.float64), rate, _number_of(_UNITS, unit, "unit"))
+        self._handle = _decid.recording_of(_samples_of(sway), rate, _number_of(_UNITS, unit, "unit"))
 
     @property
     def sway(self) -> np.ndarray:
@@ -86,12 +95,12 @@ class Recording:
         return f"Recording({len(self.sway)} samples{column} at {self.rate:g} Hz)"
 
 
-def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, rate: Optional[float] = None,
-         fill_gaps: float = 0.0, tilt_column: Optional[str] = None, tilt_unit: Optional[str] = None,
+def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] = None, rate: Optional[float] = None,
+         fill_gaps: float = 0.0, tilt_column: Union[str, int, None] = None, tilt_unit: Optional[str] = None,
          invert_sway: bool = False, invert_tilt: bool = False, *, skip_lines: Optional[int] = None,
-         com_height: Optional[float] = None, leg: Optional[str] = None, trunk: Optional[str] = None,
-         hip: Optional[str] = None, shoulder: Optional[str] = None, ankle: Optional[str] = None,
-         height: Optional[float] = None, section: Union[str, int, None] = None, trial_column: Optional[str] = None,
+         com_height: Optional[float] = None, leg: Union[str, int, None] = None, trunk: Union[str, int, None] = None,
+         hip: Union[str, int, None] = None, shoulder: Union[str, int, None] = None, ankle: Union[str, int, None] = None,
+         height: Optional[float] = None, section: Union[str, int, None] = None, trial_column: Union[str, int, None] = None,
          trial: Union[str, int, None] = None, missing: Optional[float] = None) -> Recording:
     """Reads a CSV, MAT, C3D or .xlsx file.
 
@@ -110,9 +119,11 @@ def read(path: Path, column: Optional[str] = None, unit: Optional[str] = None, r
     invert_sway, invert_tilt: positive against the protocol's direction."""
     recording = Recording.__new__(Recording)
     recording._handle = _decid.read_recording(
-        os.fspath(path), column, _number_of(_UNITS, unit, "unit"), 0.0 if rate is None else rate, fill_gaps, tilt_column,
+        os.fspath(path), _text_of(column), _number_of(_UNITS, unit, "unit"), 0.0 if rate is None else rate, fill_gaps,
+        _text_of(tilt_column),
         _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt, -1 if skip_lines is None else skip_lines,
-        com_height or 0.0, height or 0.0, (leg, trunk, hip, shoulder, ankle), _text_of(section), trial_column,
+        com_height or 0.0, height or 0.0, tuple(map(_text_of, (leg, trunk, hip, shoulder, ankle))), _text_of(section),
+        _text_of(trial_column),
         _text_of(trial), missing)
     return recording
 

@@ -99,7 +99,7 @@ class Identification(WithFolder):
     def test_a_number_stands_for_a_missing_value(self):
         path = self.folder / "gap.csv"
         path.write_text("time,sway_deg\n" + "".join(f"{k / 100},{-77.5 if k == 30 else k / 100}\n" for k in range(60)))
-        filled = decid.read(path, fill_gaps=0.1, missing=-77.5)
+        filled = decid.read(path, column=2, fill_gaps=0.1, missing=-77.5)
         self.assertAlmostEqual(float(filled.sway[30]), np.radians(0.3), places=7)
         self.assertAlmostEqual(float(decid.read(path, fill_gaps=0.1).sway[30]), np.radians(-77.5), places=6)
 
@@ -384,6 +384,10 @@ class Refusals(WithFolder):
             decid.identify(np.zeros((2, 3)), 100, "rad")
         with self.assertRaises(ValueError):
             decid.identify(["a"], 100, "rad")
+        values = np.sin(np.arange(12000) / 50)
+        self.refused("3 masked samples", decid.identify, np.ma.masked_array(values, mask=np.arange(12000) < 3), 100, "deg")
+        self.assertEqual(len(decid.Recording(np.ma.masked_array(values), 100, "deg").sway), 12000)
+        self.refused("complex", decid.Recording, values + 1j, 100, "deg")
 
     def test_a_part_of_a_file(self):
         path = self.folder / "long.csv"

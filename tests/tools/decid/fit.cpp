@@ -33,6 +33,7 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
   CHECK(result.out == read_text(folder / "o.json"));
+  CHECK(Json::parse(result.out).at("other_answer").is_null());  // the network does not know this protocol
   const Json recording = Json::parse(result.out)["recordings"].at(0);
   const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
   REQUIRE(recording["parameters"].size() == table.size());

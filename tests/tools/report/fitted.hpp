@@ -68,7 +68,7 @@ inline std::string fit_page(const std::string& version, const FittedRecordings& 
     const sim::ParameterTable ranges = all.identified.protocol.ranges();
     recordings.push_back(tools::fit_page_recording(id, all.fits[i], all.identified, ranges));
   }
-  return tools::fit_report_html(version, quick_request(), std::move(recordings), failed, nullptr);
+  return tools::fit_report_html(version, quick_request(), std::move(recordings), failed, nullptr, tools::beside_fit);
 }
 
 }  // namespace decid::test
