@@ -43,7 +43,8 @@ class TemporaryFolder {
 
 inline std::filesystem::path write_text(const std::filesystem::path& path, const std::string& text) {
   // ext4 writes a file that was truncated to the disk when it is closed, which takes milliseconds; a new one later.
-  if (std::filesystem::symlink_status(path).type() == std::filesystem::file_type::regular) std::filesystem::remove(path);
+  if (std::filesystem::symlink_status(path).type() == std::filesystem::file_type::regular)
+    std::filesystem::remove(path);
   std::ofstream stream(path, std::ios::binary);
   stream << text;
   REQUIRE(stream.good());
