@@ -30,9 +30,9 @@ bool begins_with_t(std::string_view name) {
 }
 
 std::optional<double> metres_of(std::string_view word) {
-  if (one_of(word, {"mm", "millimeter", "millimetre"})) return 1e-3;
-  if (one_of(word, {"cm", "centimeter", "centimetre"})) return 1e-2;
-  if (one_of(word, {"m", "meter", "metre"})) return 1.0;
+  if (one_of(word, {"mm", "millimeter", "millimetre", "millimeters", "millimetres"})) return 1e-3;
+  if (one_of(word, {"cm", "centimeter", "centimetre", "centimeters", "centimetres", "zentimeter"})) return 1e-2;
+  if (one_of(word, {"m", "meter", "metre", "meters", "metres"})) return 1.0;
   return {};
 }
 
@@ -46,6 +46,35 @@ std::string_view unit_behind(std::string_view name) {
   if (name.empty() || (name.back() != ')' && name.back() != ']')) return {};
   const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '[');
   return open == std::string_view::npos ? std::string_view() : name.substr(open + 1, name.size() - open - 2);
+}
+
+/// What has this unit, if that is neither an angle nor a length in mm, cm or m; nullptr for any other text: "AP",
+/// "left".
+const char* quantity_of_unit(std::string_view text) {
+  std::string unit = "|";
+  for (const char c : lower(std::string(text)))
+    if (c != ' ') unit += c;
+  if (unit.size() == 1) return nullptr;
+  unit += '|';
+  for (const auto& [quantity, units] :
+       {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|\xCE\xBCv|volt|volts|"},
+        {"a current", "|ma|ua|\u00B5a|\u03BCa|"},
+        {"a force", "|n|kn|lb|lbs|lbf|"},
+        {"a torque", "|nm|n*m|n.m|nmm|n*mm|n.mm|nm/kg|"},
+        {"a pressure", "|pa|kpa|"},
+        {"a velocity", "|m/s|mm/s|cm/s|"},
+        {"an acceleration", "|m/s^2|m/s2|g|"},
+        {"a mass", "|kg|"},
+        {"a share", "|%|%bw|percent|pct|prozent|"},
+        {"a temperature", "|\u00B0c|degc|celsius|\u00B0f|degf|"},
+        {"a frequency", "|hz|khz|"},
+        {"a length in neither mm, cm nor m", "|in|inch|inches|ft|feet|um|\xC2\xB5m|\xCE\xBCm|km|"},
+        {"in pixels", "|px|pixel|pixels|"},
+        {"in counts", "|counts|lsb|"},
+        {"in decibels", "|db|"},
+        {"in arbitrary units", "|a.u.|a.u|au|arb.u.|"}})
+    if (std::string_view(units).find(unit) != std::string_view::npos) return quantity;
+  return nullptr;
 }
 
 /// "sway_deg" of "sway_deg(:,2)", "sway_deg(2,:,1)" and "sway_deg{2}".
@@ -66,29 +95,27 @@ std::string_view without_index(std::string_view name) {
 const char* other_quantity(std::string_view name) {
   const std::vector<std::string> parts = words(name);
   const std::string& last = parts.back();
-  for (const std::string& word : parts)
+  const std::vector<std::string> all = words_in(name);
+  for (const std::string& word : all)
     if (one_of(word, {"cop", "copx", "copy", "copap", "copml"})) return centre_of_pressure;
-  const std::string_view unit = unit_behind(name);
-  for (const auto& [quantity, units] : {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|volts|"},
-                                        {"a force", "|n|kn|"},
-                                        {"a torque", "|nm|n*m|n.m|n m|nmm|n*mm|n.mm|n mm|nm/kg|"},
-                                        {"a pressure", "|pa|kpa|"},
-                                        {"a velocity", "|m/s|mm/s|cm/s|"},
-                                        {"an acceleration", "|m/s^2|m/s2|g|"},
-                                        {"a mass", "|kg|"},
-                                        {"a share", "|%|"}})
-    if (!unit.empty() && std::string_view(units).find(lower('|' + std::string(unit) + '|')) != std::string_view::npos)
-      return quantity;
+  if (const char* quantity = quantity_of_unit(unit_behind(name))) return quantity;
+  // Of letters that mean other things without brackets: "sway_in", "sway_PA" (a direction), "sway_ma" (an average).
+  if (parts.size() > 1 && last.size() > 1 && !one_of(last, {"in", "pa", "ma", "kn", "feet"}))
+    if (const char* quantity = quantity_of_unit(last)) return quantity;
   if (parts.size() > 1 && metres_of(last)) return "a length";
-  for (const std::string& word : parts) {
+  for (const std::string& word : all) {
     for (const char* quantity : {"velocity", "speed", "acceleration"})
       if (word.find(quantity) != std::string::npos)
         return word.ends_with("acceleration") ? "an acceleration" : "a velocity";
-    if (one_of(word, {"vel", "gyro", "gyr", "geschwindigkeit", "winkelgeschwindigkeit"})) return "a velocity";
-    if (one_of(word, {"acc", "accel", "accx", "accy", "accz", "beschleunigung"})) return "an acceleration";
+    if (one_of(word, {"vel", "swayvel", "comvel", "angvel", "dot", "gyro", "gyr", "geschwindigkeit",
+                      "winkelgeschwindigkeit"}))
+      return "a velocity";
+    if (one_of(word, {"acc", "accel", "accx", "accy", "accz", "ddot", "beschleunigung"})) return "an acceleration";
     if (one_of(word, {"torque", "moment", "drehmoment"})) return "a torque";
     if (one_of(word, {"force", "grf", "kraft"})) return "a force";
     if (word == "emg") return "muscle activity";
+    if (one_of(word, {"temperature", "temperatur"})) return "a temperature";
+    if (one_of(word, {"std", "sd", "stdev"})) return "a standard deviation";
   }
   // "deg/s", "deg_s", "rad per s", "deg/s^2"
   for (std::size_t i = 1; i < parts.size(); ++i) {
@@ -150,6 +177,24 @@ std::vector<std::string> words(std::string_view name) {
     }
   }
   if (parts.back().empty() && parts.size() > 1) parts.pop_back();
+  return parts;
+}
+
+std::vector<std::string> words_in(std::string_view name) {
+  std::vector<std::string> parts = words(name);
+  const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
+  const auto is_lower = [](char c) { return c >= 'a' && c <= 'z'; };
+  std::string text(name), spaced;
+  for (const char* centre : {"CoM", "CoG", "CoP"})  // a word each
+    for (std::size_t at = text.find(centre); at != text.npos; at = text.find(centre, at + 1)) text[at + 1] = 'O';
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool is_after_lower = i > 0 && is_lower(text[i - 1]);
+    const bool is_last_capital = i > 0 && is_upper(text[i - 1]) && i + 1 < text.size() && is_lower(text[i + 1]);
+    if (is_upper(text[i]) && (is_after_lower || is_last_capital)) spaced += ' ';
+    spaced += text[i];
+  }
+  for (std::string& part : words(spaced))
+    if (std::ranges::find(parts, part) == parts.end()) parts.push_back(std::move(part));
   return parts;
 }
 

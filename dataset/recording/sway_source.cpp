@@ -20,8 +20,12 @@ const std::string& name_of(const Table& table, int column) {
   return table.names()[static_cast<std::size_t>(column)];
 }
 
+/// Also "lankle" and "RKNEE", which are of a side.
 bool has_word(std::string_view name, std::initializer_list<std::string_view> list) {
-  return std::ranges::any_of(words(name), [&](const std::string& word) { return one_of(word, list); });
+  return std::ranges::any_of(words_in(name), [&](std::string_view word) {
+    const bool may_have_side = word.size() > 3 && (word.front() == 'l' || word.front() == 'r');
+    return one_of(word, list) || (may_have_side && one_of(word.substr(1), list));
+  });
 }
 
 /// A table of a frequency response has a line a frequency, no samples.
@@ -34,22 +38,47 @@ void refuse_response(const Table& table, const std::string& where) {
 }
 
 void refuse_ankle(const std::string& name, const std::string& where) {
-  if (other_quantity(name) != nullptr) return;                              // The error names that quantity.
-  if (one_of(words(name).front(), {"com", "cog", "sway", "body"})) return;  // "com_sway about the ankle"
-  if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "osg", "dorsiflexion", "plantarflexion"}))
+  if (other_quantity(name) != nullptr) return;              // The error names that quantity.
+  for (const char* whole : {"com", "cog", "sway", "body"})  // "com_sway about the ankle", "CoMAnkleAngle"
+    if (words(name).front().starts_with(whole)) return;
+  if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "sprunggelenkwinkel", "osg", "dorsiflexion",
+                       "plantarflexion"}))
     return;
   throw Error(where, name + " is an angle of the ankle by its name: the body's against the platform, not in space",
               "add the platform's tilt to it, and call the sum sway");
 }
 
-/// The model sways as a whole, about the ankles.
+/// The model sways as a whole, about the ankles, in one direction.
 void warn_of_part(const std::string& name, Recording& recording) {
-  for (const char* part :
-       {"head", "kopf", "neck", "trunk", "rumpf", "foot", "fuss", "fu\xC3\x9F", "knee", "knie", "thigh", "pelvis"})
-    if (has_word(name, {part}))
-      add_caution(recording.warnings, "sway_of_a_part",
-                  name + " is of the " + part +
-                      " by its name, and the sway that is identified is that of the body's centre of mass");
+  for (const char* part : {"head", "kopf", "neck", "trunk", "rumpf", "thorax", "spine", "foot", "fuss", "fu\xC3\x9F",
+                           "knee", "knie", "thigh", "pelvis", "hip"}) {
+    // A marker of the hip may stand for the centre of mass, the angle of its joint may not.
+    if (!has_word(name, {part}) || (part == std::string_view("hip") && !has_word(name, {"angle", "angles", "flexion"})))
+      continue;
+    add_caution(recording.warnings, "sway_of_a_part",
+                name + " is of the " + part +
+                    " by its name, and the sway that is identified is that of the body's centre of mass");
+  }
+  for (const char* other : {"ml", "lateral", "mediolateral", "yaw", "heading", "gaze", "eye", "target", "setpoint"})
+    if (has_word(name, {other}))
+      add_caution(recording.warnings, "not_this_sway",
+                  name + " is '" + other + "' by its name, and the sway that is identified is that forwards");
+}
+
+/// "COM_x", "C7 X", "com_position", "COM displacement"; not "sway_x" and "Trunk Angle X".
+bool is_position_name(const std::string& name) {
+  if (has_word(name, {"angle", "angles", "angular", "winkel", "rotation", "rot", "orientation", "euler", "pitch",
+                      "roll", "yaw", "tilt", "lean", "inclination", "neigung", "flexion"}))
+    return false;
+  if (has_word(name, {"displacement", "displacements", "position", "positions", "pos", "trajectory", "comx", "comy",
+                      "comz", "cogx", "cogy", "cogz"}))
+    return true;
+  const std::vector<std::string> parts = words(name);
+  if (parts.front() == "sway" || parts.front() == "body") return false;
+  const bool is_centre = one_of(parts.front(), {"com", "cog"});
+  return std::any_of(parts.begin() + 1, parts.end(), [&](const std::string& part) {
+    return one_of(part, {"x", "y", "z"}) || (is_centre && one_of(part, {"ap", "ml"}));
+  });
 }
 
 /// Displacements too: they may be the only column, and the unit is looked at later.
@@ -182,10 +211,16 @@ void unwrap(std::vector<double>& rad, const std::string& name, Recording& record
 /// Angles of leg or trunk, rad.
 std::vector<double> read_angles(const Table& table, int column, const RecordingOptions& options,
                                 const std::function<std::vector<double>(int)>& read, Recording& recording) {
+  const std::string& name = name_of(table, column);
   const double unit_rad = rad_in(angle_unit(table, column, options.unit, "--unit", recording));
+  if (!options.unit && !unit_in(name) && !table.unit() && is_position_name(name))
+    add_caution(recording.warnings, "perhaps_a_length",
+                name +
+                    " is a position by its name, and is read as degrees: if it is a length, give --com-height and "
+                    "--unit mm, cm or m; if not, --unit deg");
   std::vector<double> values = read(column);
   for (double& value : values) value *= unit_rad;
-  unwrap(values, name_of(table, column), recording);
+  unwrap(values, name, recording);
   return values;
 }
 

@@ -43,6 +43,76 @@ TEST_CASE("columns: quantities that are no angle are known by their names and un
   }
 }
 
+TEST_CASE("columns: units that are neither of an angle nor of a length in mm, cm or m") {
+  for (const auto& [name, expected] : {std::pair{"sway (in)", "a length in neither mm, cm nor m"},
+                                       {"sway [ inch ]", "a length in neither mm, cm nor m"},
+                                       {"COM_x (ft)", "a length in neither mm, cm nor m"},
+                                       {"sway (\xC2\xB5m)", "a length in neither mm, cm nor m"},
+                                       {"sway_inches", "a length in neither mm, cm nor m"},
+                                       {"sway (counts)", "in counts"},
+                                       {"sway (a.u.)", "in arbitrary units"},
+                                       {"sway [A. U.]", "in arbitrary units"},
+                                       {"sway (px)", "in pixels"},
+                                       {"sway_pixels", "in pixels"},
+                                       {"load (lbs)", "a force"},
+                                       {"sway (dB)", "in decibels"},
+                                       {"sway (mA)", "a current"},
+                                       {"sway (\u00B5A)", "a current"},
+                                       {"sway (\u00B0C)", "a temperature"},
+                                       {"sway (%BW)", "a share"},
+                                       {"sway (% BW)", "a share"},
+                                       {"sway_percent", "a share"},
+                                       {"sway (Hz)", "a frequency"},
+                                       {"sway_mV", "a voltage"},
+                                       {"sway_uV", "a voltage"},
+                                       {"sway_\u00B5V", "a voltage"},
+                                       {"sway_volt", "a voltage"}}) {
+    CAPTURE(std::string(name));
+    CHECK(quantity(name) == expected);
+  }
+  // An axis, a side, a number, a device; letters that are a unit in brackets only.
+  for (const char* name : {"sway (x)", "sway (left)", "sway (ML)", "sway (AP)", "sway (2)", "sway (Vicon)",
+                           "sway [IMU 3]", "sway ( )", "sway_in", "sway_PA", "sway_ma", "sway_v", "mV", "percent"}) {
+    CAPTURE(std::string(name));
+    CHECK(quantity(name).empty());
+  }
+}
+
+TEST_CASE("columns: units of length and angle in the plural") {
+  for (const auto& [name, metres] : {std::pair{"COM_x (millimeters)", 1e-3},
+                                     {"COM_x (millimetres)", 1e-3},
+                                     {"COM_x_centimeters", 1e-2},
+                                     {"COM_x [centimetres]", 1e-2},
+                                     {"COM_x meters", 1.0},
+                                     {"COM_x metres", 1.0}}) {
+    CAPTURE(std::string(name));
+    CHECK(metres_in_unit_of(name) == metres);
+    CHECK(quantity(name) == "a length");
+  }
+  CHECK(unit_in("sway (degrees)") == Unit::degree);
+  CHECK(unit_in("sway_radians") == Unit::radian);
+}
+
+TEST_CASE("columns: capitals begin words, in names and not in units") {
+  using Words = std::vector<std::string>;
+  CHECK(words_in("LAnkleAngle_deg") == Words{"lankleangle", "deg", "l", "ankle", "angle"});
+  CHECK(words_in("COMAngle") == Words{"comangle", "com", "angle"});
+  CHECK(words_in("CoMAngle") == Words{"comangle", "com", "angle"});
+  CHECK(words_in("com_sway") == Words{"com", "sway"});
+  CHECK(words_in("") == Words{""});
+  CHECK(words("sway (mDeg)") == Words{"sway", "mdeg"});
+  CHECK(quantity("SwayVel") == "a velocity");
+  CHECK(quantity("AnkleTorque") == "a torque");
+}
+
+TEST_CASE("columns: a derivative, a deviation, a temperature") {
+  CHECK(quantity("swayvel") == "a velocity");
+  CHECK(quantity("sway_dot") == "a velocity");
+  CHECK(quantity("sway_ddot") == "an acceleration");
+  CHECK(quantity("sway_std") == "a standard deviation");
+  CHECK(quantity("temperature") == "a temperature");
+}
+
 TEST_CASE("columns: names without their units") {
   CHECK(name_before_unit("KSP (deg)") == "KSP");
   CHECK(name_before_unit("KSP  [deg]") == "KSP");

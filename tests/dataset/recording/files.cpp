@@ -313,6 +313,62 @@ TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of ma
   check_error(reading(text, {.leg_column = "2", .trunk_column = "no"}), {"has no column 'no'", "--trunk"});
 }
 
+TEST_CASE("positions without a unit are read as degrees with a caution, angles without one") {
+  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
+  for (const std::string name : {"COM_x", "CoM X", "COMx", "COG_y", "COM_AP", "COM displacement", "com_position",
+                                 "com_pos", "HIP_x", "C7 X", "LASI:Z", "Trunk Position X"}) {
+    CAPTURE(name);
+    const Recording recording = read(text(name));
+    REQUIRE(warning(recording.warnings, "perhaps_a_length") != nullptr);
+    CHECK(warning(recording.warnings, "perhaps_a_length")->severity == Severity::caution);
+    CHECK(recording.signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
+    CHECK(warning(read(text(name), {.unit = Unit::degree}).warnings, "perhaps_a_length") == nullptr);
+    CHECK(warning(read(text(name + " (deg)")).warnings, "perhaps_a_length") == nullptr);
+  }
+  for (const char* name : {"sway", "com_sway", "COM_angle", "angle", "lean", "sway_x", "Euler X", "Trunk Angle X",
+                           "KSP", "body_sway", "sway (x)", "pitch"}) {
+    CAPTURE(std::string(name));
+    CHECK(warning(read(text(name)).warnings, "perhaps_a_length") == nullptr);
+  }
+  check_error(reading(text("COM_x (centimetres)")), {"is a length", "--com-height"});
+  const Recording metres = read(text("COM_x (centimetres)"), {.com_height_m = 1.0});
+  CHECK(near(metres.signals.at(com_sway).rad[1], std::asin(0.005), 1e-14));
+  for (const char* name : {"COM_x (in)", "sway [counts]", "sway_mV", "sway_percent", "swayvel", "sway_std"}) {
+    CAPTURE(std::string(name));
+    check_error(reading(text(name)), {name, "by its name", "--unit"});
+    CHECK(read(text(name), {.unit = Unit::degree}).signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
+  }
+}
+
+TEST_CASE("names of joints and parts are known between capitals and behind the letter of a side") {
+  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
+  for (const char* name : {"LAnkleAngles", "AbsAnkleAngle", "AnkleAngle_deg", "RANKLE_deg", "leftAnkleFlexion_deg",
+                           "Sprunggelenkwinkel_Grad"})
+    check_error(reading(text(name)), {name, "an angle of the ankle"});
+  for (const char* name : {"RKneeAngles", "RPelvisAngles", "LThoraxAngles", "HeadAngles", "SpineAngles_deg",
+                           "LHipAngles_deg", "rknee_deg"}) {
+    CAPTURE(std::string(name));
+    CHECK(warning(read(text(name)).warnings, "sway_of_a_part") != nullptr);
+  }
+  for (const char* name : {"CoMAngle", "CoMAnkleAngle_deg", "comAngle", "BodySway", "hip_sway_deg"}) {
+    CAPTURE(std::string(name));
+    CHECK(warning(read(text(name)).warnings, "sway_of_a_part") == nullptr);
+  }
+}
+
+TEST_CASE("another direction, and what is looked at or aimed at, is no sway forwards") {
+  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
+  for (const char* name :
+       {"COM_ML", "sway_ML_deg", "sway (ML)", "sway_lateral_deg", "yaw", "gaze", "target", "swayYaw", "HeadingDeg"}) {
+    CAPTURE(std::string(name));
+    const Recording recording = read(text(name));
+    REQUIRE(warning(recording.warnings, "not_this_sway") != nullptr);
+    CHECK(warning(recording.warnings, "not_this_sway")->severity == Severity::caution);
+  }
+  for (const char* name : {"sway_AP_deg", "pitch", "com_sway", "roll"})
+    CHECK(warning(read(text(name)).warnings, "not_this_sway") == nullptr);
+}
+
 TEST_CASE("an angle of the ankle, and a table of a frequency response, are refused by name") {
   for (const char* name : {"ankle_angle_deg", "Ankle (deg)", "Sprunggelenk [Grad]"})
     check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"),
