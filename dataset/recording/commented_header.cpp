@@ -38,15 +38,15 @@ std::vector<std::string_view> cells_of(std::string_view comment, char separator,
   return {};
 }
 
-bool is_name(std::string_view cell) {
+}  // namespace
+
+bool is_known_name(std::string_view cell) {
   if (is_time_name(cell) || unit_in(cell) || metres_in_unit_of(cell) || other_quantity(cell) != nullptr) return true;
   return std::ranges::any_of(words(cell), [](const std::string& word) {
     return one_of(word, {"sway", "com", "cog", "ksp", "tilt", "platform", "plattform", "angle", "winkel", "pitch",
                          "roll", "frame", "index"});
   });
 }
-
-}  // namespace
 
 std::vector<std::string> commented_names(std::string_view above, char separator, std::size_t columns) {
   std::vector<std::string_view> units;
@@ -57,7 +57,7 @@ std::vector<std::string> commented_names(std::string_view above, char separator,
       units = cells;
       continue;
     }
-    if (std::ranges::none_of(cells, is_name)) continue;
+    if (std::ranges::none_of(cells, is_known_name)) continue;
     // A remark above one column has several words: "sway of subject 3".
     if (columns == 1 && trim(cells[0]).find(' ') != std::string_view::npos && !unit_in(cells[0])) continue;
     std::vector<std::string> names;

@@ -14,6 +14,9 @@ namespace decid::dataset {
 /// none. Empty if there is none. `above`: the text up to the first row.
 std::vector<std::string> commented_names(std::string_view above, char separator, std::size_t columns);
 
+/// Returns true for a name that tells what a column is: a time, a unit, another quantity, sway, tilt, an angle.
+bool is_known_name(std::string_view cell);
+
 /// Adds the sample rates that the comments state.
 void add_commented_rates(std::string_view above, std::vector<StatedRate>& rates);
 

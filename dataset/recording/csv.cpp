@@ -14,6 +14,7 @@
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/commented_header.hpp"
 #include "dataset/recording/encoding.hpp"
+#include "dataset/recording/misfit_header.hpp"
 #include "dataset/recording/sections.hpp"
 
 namespace decid::dataset {
@@ -85,6 +86,10 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     preamble_ = preamble_behind(text_, static_cast<std::size_t>(*skip_lines));
   } else {
     preamble_ = find_preamble(text_);
+    if (!preamble_.misfit.problem.empty())
+      throw Error(where_, preamble_.misfit.problem,
+                  preamble_.misfit.remedy + "; or give --skip-lines " + std::to_string(preamble_.lines) +
+                      ": the columns then have numbers alone, and --column and --unit say what they are");
   }
   names_ = preamble_.names;
   check_columns(names_.size());
@@ -196,15 +201,10 @@ bool CsvTable::is_cut(std::string_view line) const {
 void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const {
   const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
   if (cells.size() == names_.size() || ends_in_separator) return;
-  const char* const between = separator_ == ';'    ? "semicolons"
-                              : separator_ == '\t' ? "tabs"
-                              : separator_ == ' '  ? "blanks"
-                              : separator_ == '|'  ? "bars"
-                                                   : "commas";
   throw Error(
       where_,
       "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
-          ", the lines before it " + std::to_string(names_.size()) + " (between " + between +
+          ", the lines before it " + std::to_string(names_.size()) + " (between " + separators_called(separator_) +
           ", as in its first lines)",
       "correct the line, put # before lines that are not data, or give --skip-lines N if the table begins below");
 }

@@ -83,6 +83,15 @@ bool lacks_times(const HeaderRows& rows) {
       rows, [](const Cells& row) { return row.size() > 1 && row[0] == "X_Columns" && row[1] == "No"; });
 }
 
+/// Adds the units of LabVIEW's last header above the row of names.
+void add_labview_units(const HeaderRows& rows, std::size_t row, Names& names) {
+  for (std::size_t i = row; i-- > 0;) {
+    if (rows[i].empty() || rows[i][0] != "Y_Unit_Label") continue;
+    for (std::size_t c = 1; c < std::min(rows[i].size(), names.size()); ++c) names[c] = with_unit(names[c], rows[i][c]);
+    return;
+  }
+}
+
 Names of_known_format(const HeaderRows& rows, std::size_t columns) {
   for (std::size_t i = rows.size(); i-- > 0;) {
     const Cells& row = rows[i];
@@ -93,6 +102,7 @@ Names of_known_format(const HeaderRows& rows, std::size_t columns) {
         row.size() >= columns) {
       Names names(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(columns));
       names[0] = row[0].empty() || lacks_times(rows) ? "" : "time (s)";
+      if (row[0] == "X_Value") add_labview_units(rows, i, names);
       return names;
     }
     if (row.size() >= 2 && row[1] == "CH1" && row.size() >= columns) return of_channels(rows, i, columns);

@@ -187,6 +187,13 @@ Preamble find_preamble(std::string_view text) {
     }
     Preamble found = preamble_of(text, lines[header].number - 1);
     add_section_rate(rows, found.rates);
+    if (header == first) {
+      bool in_quotes = false;
+      for (std::size_t line = 0; line + 1 < first; ++line) in_quotes ^= has_odd_quotes(lines[line].text);
+      const Line& above = lines[first - 1];
+      found.misfit =
+          misfit_header(above.text, above.number, separator, row.size() - (row.back().empty() ? 1 : 0), in_quotes);
+    }
     return found;
   }
   return {};

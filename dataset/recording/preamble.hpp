@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dataset/recording/misfit_header.hpp"
 #include "dataset/recording/recording.hpp"
 #include "dataset/recording/stated_rate.hpp"
 
@@ -17,6 +18,7 @@ struct Preamble {
   std::vector<StatedRate> rates = {};   ///< the sample rates that they state
   std::optional<Unit> unit = {};        ///< of angles without one in their names: OpenSim's "inDegrees=no"
   std::vector<std::string> names = {};  ///< of the columns, where the format has them in several lines; else empty
+  Misfit misfit = {};                   ///< a header above the table that is not its own
 };
 
 /// The lines above a table's header. The table begins where lines of as many cells follow each other of which half are

@@ -83,14 +83,14 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
     clock = read_clock(table, time, recording.file, "--rate");
   } catch (const Error& error) {
     const std::vector<std::size_t> starts = restarts(table, time);
+    const std::string exchanged = exchanged_with_time(table, starts.empty() ? -1 : sway, time);
+    if (!exchanged.empty() && !options.rate_hz)
+      throw Error(error.where(), error.problem() + ", and '" + exchanged + "' holds times",
+                  "correct the header if the two names are exchanged");
     if (!starts.empty())  // A rate would join them.
       throw Error(error.where(),
                   table.place_of(starts.front()) + ": " + name + " starts again: the file holds several recordings",
                   remedy_for_several(table, sway, time, starts, options.trial_column));
-    const std::string exchanged = exchanged_with_time(table, time);
-    if (!exchanged.empty() && !options.rate_hz)
-      throw Error(error.where(), error.problem() + ", and '" + exchanged + "' holds times",
-                  "correct the header if the two names are exchanged");
     if (!options.rate_hz) throw;
     add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());
     return given;

@@ -240,9 +240,10 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
   throw Error(where, problem, advice + (is_one_clock(table, time) ? "; --trial none reads all rows as one" : ""));
 }
 
-std::string exchanged_with_time(const Table& table, int time) {
+std::string exchanged_with_time(const Table& table, int sway, int time) {
   for (int column = 0; column < table.columns(); ++column)
-    if (is_named_trial(table, column) && table.rows(column) == table.rows(time) && is_one_clock(table, column))
+    if (column != time && (column == sway || is_named_trial(table, column)) && table.rows(column) == table.rows(time) &&
+        is_one_clock(table, column))
       return table.names()[static_cast<std::size_t>(column)];
   return {};
 }

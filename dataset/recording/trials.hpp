@@ -31,8 +31,8 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
 std::string remedy_for_several(const Table& table, int sway, int time, const std::vector<std::size_t>& starts,
                                const std::string& by);
 
-/// The column called trial or the like that has the times of one recording, where the column of time has none: their
-/// names may be exchanged. Empty if there is none.
-std::string exchanged_with_time(const Table& table, int time);
+/// The column of sway, or one called trial or the like, that has the times of one recording, where the column of time
+/// has none: their names may be exchanged. Empty if there is none.
+std::string exchanged_with_time(const Table& table, int sway, int time);
 
 }  // namespace decid::dataset

@@ -150,7 +150,7 @@ TEST_CASE("of two columns one of which is the platform's tilt, the other is the 
   CHECK(read("time,platform_deg,lean_deg\n0,0,1\n0.01,0.1,2\n").signals.at(com_sway).column == "lean_deg");
   check_error(reading("time,lean_deg,other_deg\n0,1,0\n0.01,2,0.1\n"), {"several columns that may be the sway"});
   // Decimal commas between commas: four cells where two names are.
-  check_error(reading("time,lean\n0,01,0,12\n0,02,0,13\n0,03,0,14\n"), {"several columns", "semicolons"});
+  check_error(reading("time,lean\n0,01,0,12\n0,02,0,13\n0,03,0,14\n"), {"2 names", "4 columns", "semicolons"});
 }
 
 TEST_CASE("a unit that is not the name's is used, and warned of") {
@@ -163,6 +163,33 @@ TEST_CASE("a unit that is not the name's is used, and warned of") {
   CHECK(found->text.starts_with("sway_deg has another unit"));
   CHECK(warning(read("time,sway (V)\n0,.1\n0.01,.2\n", {.unit = Unit::radian}).warnings, "unit_differs") != nullptr);
   CHECK(warning(read("time,sway_deg\n0,.1\n0.01,.2\n", {.unit = Unit::degree}).warnings, "unit_differs") == nullptr);
+}
+
+TEST_CASE("a header with other names than columns is refused, so that no unit is lost") {
+  const std::string rows = "0.00,1.0\n0.01,2.0\n0.02,3.0\n", blanks = "0 1\n0.01 2\n0.02 3\n";
+  for (const auto& [header, found] :
+       {std::pair{"time,COM_x_cm,note", "3 names between commas"}, std::pair{"COM_x_cm", "1 name"},
+        std::pair{"time,COPx,COPy", "3 names"}, std::pair{"time;COM_x_cm", "2 names between semicolons"},
+        std::pair{"time\tCOPx", "2 names between tabs"}, std::pair{"time,angular velocity,x", "3 names"},
+        std::pair{"time;sway (deg)", "2 names"}, std::pair{"s;cm", "2 names"}, std::pair{"time cop deg", "3 names"},
+        std::pair{"COP", "1 name"}, std::pair{"sway_rad,tilt_rad,note", "3 names"}}) {
+    const std::string text = header + ("\n" + rows);
+    check_error(reading("Lab 3\n\n" + text), {"line 3, '", found, "2 columns between commas", "--skip-lines 3"});
+    // What the error advises.
+    check_one_two_three("Lab 3\n\n" + text, {.unit = Unit::degree, .skip_lines = 3});
+    check_one_two_three(text, {.column = "2", .unit = Unit::degree, .skip_lines = 1});
+  }
+  check_error(reading("time COM x cm\n" + blanks), {"line 1, 'time COM x cm'", "4 names between blanks", "2 columns"});
+  check_error(reading("Time (s) Sway (cm)\n" + blanks), {"4 names between blanks"});
+  for (const char* header : {"\"time\n(s)\",\"COM x\n(cm)\"\n", "\"time\n(s)\",\"CoP\n(deg)\"\n"})
+    check_error(reading(header + rows), {"line 3, '(", "names of several lines", "--skip-lines 3"});
+  for (const char* above :
+       {"Subject: time, COM, cm", "fs=100, time, deg", "Trial 3, second day, eyes closed", "Day,1", "Anna",
+        "Postural sway, subject Anna, first day", "sway of the platform in deg", "Sway angle",
+        "time course of the platform's tilt", "height 65\"", "Sex,m,Anna", "Force plate,2,x"}) {
+    CAPTURE(above);
+    check_one_two_three(std::string(above) + "\n" + rows);
+  }
 }
 
 TEST_CASE("a damaged row is not taken for a line above the table") {

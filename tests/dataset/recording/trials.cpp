@@ -185,6 +185,12 @@ TEST_CASE("a column called trial that holds the times is exchanged with the colu
   CHECK(read(text, {.rate_hz = 100.0}).signals.samples() == 30);
 }
 
+TEST_CASE("a column of sway that holds the times is exchanged with the column of time") {
+  std::string text = "com_sway_deg,time\n";
+  for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 30 * 0.01) + "\n";
+  check_error(reading(text), {"'time' ", "'com_sway_deg' holds times", "the two names are exchanged"});
+}
+
 TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {
   OneRecording table;
   const RowLabels labels = table.labels(0);
