@@ -38,7 +38,7 @@ std::string time_hint(const std::string& name, double rate_hz) {
   }
   for (const auto& [unit, of_s] : {std::pair{"minutes", 60.0}, {"hours", 3600.0}}) {
     const double then_hz = rate_hz / of_s;
-    if (then_hz >= 20.0 && then_hz <= 2000.0 && is_sample_rate(then_hz))
+    if (then_hz >= 20.0 && then_hz <= 2000.0 && std::abs(then_hz - std::round(then_hz)) < 1e-3)
       return std::string("if it is in ") + unit + ", give --rate " + six_digits(std::round(then_hz * 1e3) / 1e3);
   }
   if (is_sample_rate(rate_hz)) return "give --rate if these times are wrong";
