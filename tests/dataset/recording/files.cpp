@@ -184,7 +184,7 @@ TEST_CASE("a header with other names than columns is refused, so that no unit is
   for (const char* header : {"\"time\n(s)\",\"COM x\n(cm)\"\n", "\"time\n(s)\",\"CoP\n(deg)\"\n"})
     check_error(reading(header + rows), {"line 3, '(", "names of several lines", "--skip-lines 3"});
   for (const char* above :
-       {"Subject: time, COM, cm", "fs=100, time, deg", "Trial 3, second day, eyes closed", "Day,1", "Anna",
+       {"Subject: time, COM, cm", "fs=100, time, deg", "Trial 3, second day, eyes closed", "Day,1,x", "Anna",
         "Postural sway, subject Anna, first day", "sway of the platform in deg", "Sway angle",
         "time course of the platform's tilt", "height 65\"", "Sex,m,Anna", "Force plate,2,x"}) {
     CAPTURE(above);
