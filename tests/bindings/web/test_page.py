@@ -208,7 +208,7 @@ class Uses(Page):
         self.drop([("new.mat", hdf5)])
         self.assertIn("-v7", self.chromium.evaluate("at('problems').textContent"))
         self.drop([("set.npz", b"PK\x03\x04 and so on")])
-        self.assertIn("data set, not a recording", self.chromium.evaluate("at('problems').textContent"))
+        self.assertIn("set.npz: is an archive of NumPy arrays", self.chromium.evaluate("at('problems').textContent"))
 
     def test_a_hundred_at_once(self):
         content = (self.folder / "trial3.csv").read_bytes()
@@ -536,7 +536,7 @@ class Messages(Page):
                 self.assertFalse(self.chromium.evaluate("results.has(outputs.html)"), "this is an answer, not an error")
 
     def test_fields_and_what_a_page_lacks_are_named(self):
-        self.assertIn("\u201cSway column\u201d", self.check(self.table("time,load_kg")))
+        self.assertIn("\u201cUnit of the sway\u201d", self.check(self.table("time,load_kg")))
         several = self.check(self.table("time,x,y", lambda t: f"{t},{t % 1},{t % 2}"))
         self.assertIn("\u201cSway column\u201d", several)
         self.assertIn("\u2039leg\u203a", several)
@@ -564,7 +564,7 @@ class Messages(Page):
         self.check(longer, {"tilt-column": "none"})
 
     def test_a_failed_recording_among_others(self):
-        self.drop(self.read("trial3.csv") + [("x.csv", self.table("time,load_kg"))])
+        self.drop(self.read("trial3.csv") + [("x.csv", self.table("time,x,y", lambda t: f"{t},{t % 1},{t % 2}"))])
         self.assertIn("x.csv", self.problems())
         self.assertNotIn("--", self.problems())
         self.assertTrue(b"--column" in self.result("html"))  # a failure does not print pages
