@@ -48,8 +48,8 @@ std::string_view unit_behind(std::string_view name) {
   return open == std::string_view::npos ? std::string_view() : name.substr(open + 1, name.size() - open - 2);
 }
 
-/// What has this unit, if that is neither an angle nor a length in mm, cm or m; nullptr for any other text: "AP",
-/// "left".
+/// Returns the quantity that a unit measures ("mV": "a voltage"). Returns nullptr for units of angles, for mm, cm and
+/// m, and for text that is no unit ("AP", "left").
 const char* quantity_of_unit(std::string_view text) {
   std::string unit = "|";
   for (const char c : lower(std::string(text)))
@@ -99,7 +99,7 @@ const char* other_quantity(std::string_view name) {
   for (const std::string& word : all)
     if (one_of(word, {"cop", "copx", "copy", "copap", "copml"})) return centre_of_pressure;
   if (const char* quantity = quantity_of_unit(unit_behind(name))) return quantity;
-  // Of letters that mean other things without brackets: "sway_in", "sway_PA" (a direction), "sway_ma" (an average).
+  // Without brackets these letters often mean something else: "sway_PA" is a direction, "sway_ma" a moving average.
   if (parts.size() > 1 && last.size() > 1 && !one_of(last, {"in", "pa", "ma", "kn", "feet"}))
     if (const char* quantity = quantity_of_unit(last)) return quantity;
   if (parts.size() > 1 && metres_of(last)) return "a length";

@@ -33,14 +33,14 @@ std::string three_digits(double value);
 /// A column's name in its parts, lower case: "COM_x (deg)" -> com, x, deg. An index of MATLAB's at its end is none of
 /// them: "sway_deg(:,2)" -> sway, deg.
 std::vector<std::string> words(std::string_view name);
-/// Those, and the words that capitals begin within them: "LAnkleAngle_deg" -> lankleangle, deg, l, ankle, angle. Not
-/// for units ("mV").
+/// Returns words(name), then the parts that begin with a capital: "LAnkleAngle_deg" -> lankleangle, deg, l, ankle,
+/// angle. It splits units too ("mV"), so read units with words().
 std::vector<std::string> words_in(std::string_view name);
 bool one_of(std::string_view word, std::initializer_list<std::string_view> list);
 /// The unit that a name ends in, if any.
 std::optional<Unit> unit_in(std::string_view name);
-/// What a column is by its name, if that is no angle: "a length", "a torque", "in counts"; nullptr otherwise. Columns
-/// called "m" alone are not.
+/// Returns the quantity in a column that holds no angle by its name: "a length", "a torque", "in counts". Returns
+/// nullptr for all other names, and for a column called just "m".
 const char* other_quantity(std::string_view name);
 /// That of a force plate's point of force, an angle or a length by its unit.
 inline constexpr char centre_of_pressure[] = "a centre of pressure";

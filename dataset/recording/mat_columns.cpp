@@ -64,7 +64,7 @@ bool is_rate(const std::string& plain) {
                         "sample_frequency"});
 }
 
-/// What LabChart and Qualisys write beside the samples, and the samples themselves. Other variables are the user's own.
+// Variables that LabChart and Qualisys write. All others are the user's own and become columns.
 constexpr std::string_view labchart_variables =
     "|data|datastart|dataend|titles|rangemin|rangemax|unittext|unittextmap|samplerate|tickrate|blocktimes|scaleunits|"
     "scaleoffset|firstsampleoffset|com|comtext|";

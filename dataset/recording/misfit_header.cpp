@@ -15,7 +15,7 @@ namespace {
 
 using Names = std::vector<std::string_view>;
 
-/// The separator of names: the table's if the line has it.
+/// Returns the separator between the names of a line; the table's separator comes first.
 char separator_of_names(std::string_view line, char of_table) {
   for (const char each : {of_table, ';', '\t', '|', ','})
     if (line.find(each) != line.npos) return each;
@@ -28,7 +28,7 @@ bool is_unit_alone(std::string_view name) {
   return unit.size() > 1 || (!unit.empty() && unit != name);
 }
 
-/// A time, or what tells how the numbers are to be read.
+/// Returns true for the name of a time, and for a name with a unit or a quantity, which decides how numbers are read.
 bool is_telling(std::string_view name) {
   return is_time_name(name) || unit_in(name) || metres_in_unit_of(name) || other_quantity(name) != nullptr ||
          is_unit_alone(name);

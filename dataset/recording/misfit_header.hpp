@@ -22,7 +22,7 @@ Misfit misfit_header(std::string_view line, std::size_t line_number, char separa
 /// Returns true if the line opens or closes a quote that it does not close or open.
 bool has_odd_quotes(std::string_view line);
 
-/// What separates cells, for people: "semicolons".
+/// Returns the plural noun for a separator of cells, as messages use it: "semicolons".
 const char* separators_called(char separator);
 
 }  // namespace decid::dataset

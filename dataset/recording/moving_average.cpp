@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/math.hpp"
+#include "dataset/recording/block_means.hpp"
 #include "sim/fft.hpp"
 
 namespace decid::dataset {
@@ -21,24 +22,14 @@ constexpr double half_width = 0.1;
 /// The sway is looked at in parts, of which most have to agree: a rectangular pulse, as of an occluded marker, has such
 /// a spectrum too.
 constexpr std::size_t spectrum_parts = 3;
-/// Longest length by the part's: each stretch of the spectrum then holds six bins.
+/// Longest length that is looked for, in shares of a part: each stretch of the spectrum then holds six bins.
 constexpr double most_of_part = 1.0 / 30.0;
 /// White noise gives 0, a moving average -4.3: the mean of
 /// log(sin(pi x)^2) over |x| < 0.1.
 constexpr double least_fall = -1.5;
 
-/// Means of neighbours, at about 400 Hz or the rate itself.
-std::vector<double> thinned(std::span<const double> sway, std::size_t block) {
-  std::vector<double> means(sway.size() / block);
-  for (std::size_t i = 0; i < means.size(); ++i) {
-    for (std::size_t k = 0; k < block; ++k) means[i] += sway[i * block + k];
-    means[i] /= static_cast<double>(block);
-  }
-  return means;
-}
-
-/// The logarithm of the power of a sway, times the frequency squared, by which the average lowers it; summed from bin 0
-/// on.
+/// Sums of the logarithms of (power times frequency squared) over the bins of a sway's spectrum. The factor undoes the
+/// fall of a moving average's response with frequency.
 class LogSpectrum {
  public:
   LogSpectrum(std::vector<double> sway, double rate_hz)
@@ -72,9 +63,9 @@ class LogSpectrum {
   std::vector<double> sums_;
 };
 
-/// How far the mean logarithm of the power at the zeros of an average over `length_s` lies from the lower one of
-/// those beside it; 0 if fewer than two zeros can be seen. What the tilt's own spectrum lacks, at the multiples of one
-/// over `held_s`, tells nothing.
+/// Returns the depth of the zeros of a moving average over `length_s`: the mean logarithm of the power at the zeros
+/// less the lower one of those halfway to the neighbouring zeros. Returns 0 for fewer than two zeros. Zeros of the
+/// tilt's own spectrum, at the multiples of 1 / held_s, are left out.
 double fall_at_zeros(const LogSpectrum& spectrum, double length_s, double most_hz, double held_s) {
   const double apart_hz = 1.0 / length_s, half_hz = half_width * apart_hz;
   double fall = 0.0;
@@ -97,7 +88,7 @@ double moving_average_s(std::span<const double> sway_rad, double rate_hz, double
   const std::size_t block = std::max<std::size_t>(1, static_cast<std::size_t>(rate_hz / thinned_hz));
   const double thin_hz = rate_hz / static_cast<double>(block);
   const double most_hz = std::min(highest_hz, 0.5 * thin_hz);
-  const std::vector<double> sway = thinned(sway_rad, block);
+  const std::vector<double> sway = block_means(sway_rad, block);
   const std::size_t samples = sway.size() / spectrum_parts;
   const double part_s = static_cast<double>(samples) / thin_hz;
   if (part_s * most_hz < fewest_bins) return 0.0;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "dataset/recording/block_means.hpp"
 #include "dataset/recording/columns.hpp"
 #include "dataset/recording/jumps.hpp"
 #include "dataset/recording/moving_average.hpp"
@@ -33,8 +34,7 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_
     runs.push_back(k - begin);
     begin = k;
   }
-  // The run in which a sample usually is: half of the samples outside the longest are in shorter ones. Mostly that
-  // is 1.
+  // Median length of a run, weighted by its samples; the longest run does not count. It is 1 for most recordings.
   std::size_t usual = 1;
   const std::size_t others = sway.size() - std::ranges::max(runs);
   if (2 * static_cast<std::size_t>(std::ranges::count(runs, std::size_t{1})) < others) {
@@ -131,14 +131,10 @@ void look_for_spikes(std::span<const double> sway, double rate_hz, double step, 
                   ": leave them empty and give --fill-gaps, or cut the recording");
 }
 
-/// In degrees, between 12 and 25 Hz.
+/// Returns the standard deviation of the noise between 12 and 25 Hz, in degrees.
 double sensor_noise_deg(std::span<const double> sway, double rate_hz) {
   const auto block = static_cast<std::size_t>(rate_hz / noise_rate_hz);
-  std::vector<double> mean(sway.size() / block);
-  for (std::size_t i = 0; i < mean.size(); ++i) {
-    for (std::size_t k = 0; k < block; ++k) mean[i] += sway[i * block + k];
-    mean[i] /= static_cast<double>(block);
-  }
+  const std::vector<double> mean = block_means(sway, block);
   // White noise of variance 1 has fourth differences of variance 1 + 16 + 36 + 16 + 1; their median, unlike their mean
   // square, is that of the sensor whatever single samples do.
   constexpr double medians_per_deviation = 0.6745;

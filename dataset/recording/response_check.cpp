@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "dataset/recording/block_means.hpp"
 #include "dataset/recording/columns.hpp"
 #include "sim/protocol.hpp"
 
@@ -56,15 +57,6 @@ void solve(std::array<std::array<double, N>, N> a, std::array<double, N>& b) {
     for (std::size_t k = i + 1; k < N; ++k) b[i] -= a[k][i] * b[k];
     b[i] *= a[i][i];
   }
-}
-
-std::vector<double> block_means(std::span<const double> values, std::size_t block) {
-  std::vector<double> means(values.size() / block);
-  for (std::size_t i = 0; i < means.size(); ++i) {
-    for (std::size_t k = 0; k < block; ++k) means[i] += values[i * block + k];
-    means[i] /= static_cast<double>(block);
-  }
-  return means;
 }
 
 using Filter = std::array<double, order>;

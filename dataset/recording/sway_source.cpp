@@ -20,7 +20,7 @@ const std::string& name_of(const Table& table, int column) {
   return table.names()[static_cast<std::size_t>(column)];
 }
 
-/// Also "lankle" and "RKNEE", which are of a side.
+/// Returns true if the name has one of the words, also behind the letter of a side: "lankle", "RKNEE".
 bool has_word(std::string_view name, std::initializer_list<std::string_view> list) {
   return std::ranges::any_of(words_in(name), [&](std::string_view word) {
     const bool may_have_side = word.size() > 3 && (word.front() == 'l' || word.front() == 'r');

@@ -213,8 +213,7 @@ std::string remedy_for_several(const Table& table, int sway, int time, const std
         constant.push_back({one.column, std::move(*labels)});
   const std::vector<int> columns = fewest_columns(std::move(constant), begins.size());
   if (!columns.empty()) return remedy_by(by.empty() ? listed(table, columns) : by + "," + listed(table, columns));
-  return "give each of them as a file of its own, or add a column that numbers them and name it as --trial to decid "
-         "identify or decid fit";
+  return "give each of them as a file of its own, or add a column that numbers them and name it as --trial";
 }
 
 void refuse_several_trials(const Table& table, int sway, int time, const std::string& where) {
