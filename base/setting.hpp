@@ -7,12 +7,11 @@
 
 namespace decid {
 
-/// Returns what a message calls the setting of this name: the name itself, or what name_settings() was given makes of
-/// it.
+/// Returns the name of a setting for messages: the name itself, or the result of the function that name_settings() got.
 std::string setting(std::string_view name);
 
-/// Has every later message call settings by what `called` returns. For a program with options of its own, once, before
-/// it calls anything else of the library; nullptr: by their names.
+/// Makes later messages name settings by the result of `called`; nullptr: by their own names. A program with options
+/// calls this once, before any other function of the library.
 void name_settings(std::string (*called)(std::string_view name));
 
 }  // namespace decid

@@ -124,7 +124,7 @@ void average(std::span<double> sway, std::size_t length, bool causal) {
   }
 }
 
-/// The parabola through three values one apart, so far beyond the first of them.
+/// Extrapolates the parabola through three neighbouring values: `beyond` steps away from `first`, opposite to `second`.
 double on_parabola(double first, double second, double third, double beyond) {
   const double step = first - second, bend = step - (second - third);
   return first + beyond * step + 0.5 * beyond * (beyond + 1.0) * bend;

@@ -46,7 +46,7 @@ struct ConditionInfo {
 };
 const ConditionInfo& info(Condition condition);
 
-/// What the body does before a recording begins.
+/// Motion of the body before a recording begins.
 enum class Before { at_rest, moving };
 
 /// Shifts a recording, of 3 samples at least, to begin `samples` later, with cubics between samples. at_rest: the first

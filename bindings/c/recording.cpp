@@ -36,7 +36,7 @@ std::optional<double> metres_per(int unit) {
   return {};
 }
 
-/// What of a file is read: which of its tables, which of its recordings.
+/// Copies the options that choose a table and a recording of the file. Throws Error if they contradict each other.
 void choose_part(const decid_read_options& asked, const char* where, decid::dataset::RecordingOptions& how) {
   if (asked.skip_lines >= 0) how.skip_lines = asked.skip_lines;
   how.section = text_or_empty(asked.section);

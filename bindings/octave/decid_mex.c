@@ -231,7 +231,7 @@ static mxArray* result_to_octave(void) {
 
 /* ---- Commands ---- */
 
-/* Which of a file's tables, and which of its recordings. */
+/* Copies the options that choose a table and a recording of the file. */
 static void take_part(const mxArray* options, decid_read_options* how) {
   how->section = text(options, "section");
   how->trial_column = text(options, "trial_column");

@@ -240,9 +240,8 @@ Json condition_json(const FitConditionFigures& row, const sim::ParameterTable& t
 
 std::string conditions_text(const Json& rows) {
   std::string text =
-      "| condition | size | trials | MSE | predicted | network's MSE | coverage of 90% | usable | caution | not usable "
-      "| "
-      "usable, beyond 5 sd | network's answer | mean s | longest s |\n"
+      "| condition | size | trials | MSE | predicted | network's MSE | coverage of 90% | usable | caution |"
+      " not usable | usable, beyond 5 sd | network's answer | mean s | longest s |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Json& row : rows) {
     const bool known = !row.at("figures").is_null();

@@ -14,7 +14,7 @@ struct GroupMember {
   std::string group;   ///< empty: the recording is not compared
   std::string person;  ///< the recording itself where the table has no column of people
 };
-/// A line of the table that is of none of the recordings.
+/// A line of the table that names none of the recordings.
 struct UnusedLine {
   std::size_t line;  ///< of the file, from 1
   std::string file;  ///< what it names

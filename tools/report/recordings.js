@@ -25,7 +25,7 @@ const describeTilt = tilt => absent(tilt) ? "" : ` By the tilt measured (\u201c$
   `${fixed(tilt.delay_s, 3)} s after the recording (correlation ${fixed(tilt.correlation, 3)}, gain ${fixed(tilt.gain, 3)}).`;
 
 
-// What the other command would add.
+// Returns the paragraph about the other command; none if it cannot answer.
 function otherAnswer() {
   if (absent(report.other_answer)) return [];
   const { command, adds } = report.other_answer;
