@@ -11,7 +11,7 @@ struct OtherAnswer {
 
 inline constexpr OtherAnswer beside_identify{
     "decid fit",
-    "about a third of the squared error, and intervals that allow for start, drift and noise; some 10 s a recording"};
+    "about a third of the squared error, and intervals that allow for start, drift and noise; some 12 s a recording"};
 inline constexpr OtherAnswer beside_fit{
     "decid identify", "a second opinion within milliseconds, with about three times the squared error"};
 
