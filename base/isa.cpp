@@ -8,7 +8,7 @@
 #include <cpuid.h>
 #endif
 #if defined(__wasm__)
-#include "base/relaxed.hpp"
+#include "base/math/relaxed.hpp"
 #endif
 
 namespace decid {

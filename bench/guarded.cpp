@@ -16,10 +16,10 @@
 #include "bench/nn/planes.hpp"
 #include "bench/sim/trials.hpp"
 #include "dataset/image/image.hpp"
-#include "identify/posterior/density.hpp"
 #include "identify/recordings.hpp"
 #include "identify/training/presets.hpp"
 #include "nn/predictor.hpp"
+#include "posterior/density/density.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/fft.hpp"
 #include "sim/noise.hpp"
@@ -178,7 +178,7 @@ void add_files(Guarded& all) {
     };
   all["file/read_recording"] = []() -> Work {
     const auto file = std::make_shared<RecordedFile>();
-    return [file] { dataset::read_recording(file->path(), {}); };
+    return [file] { recording::read_recording(file->path(), {}); };
   };
   all["file/identify"] = []() -> Work {
     const auto file = std::make_shared<RecordedFile>();

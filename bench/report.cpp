@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "base/files/file.hpp"
 #include "embedded/bench_report_js.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 
 namespace {
 

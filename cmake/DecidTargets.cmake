@@ -102,7 +102,7 @@ function(decid_library name)
 endfunction()
 
 # decid_soname(result library): the name that the linker would write down for a shared library, for one that is not
-# linked but loaded where it is needed (base/shared_library.hpp).
+# linked but loaded where it is needed (base/files/shared_library.hpp).
 function(decid_soname result library)
   execute_process(COMMAND ${CMAKE_READELF} -d ${library} OUTPUT_VARIABLE dynamic COMMAND_ERROR_IS_FATAL ANY)
   if(NOT dynamic MATCHES "\\(SONAME\\)[^[]*\\[([^]]+)\\]")

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/math/random.hpp"
 #include "base/parallel.hpp"
-#include "base/random.hpp"
 
 namespace decid::dataset {
 namespace {

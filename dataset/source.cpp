@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/files/sha256.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
-#include "base/sha256.hpp"
 
 namespace decid::dataset {
 namespace {

@@ -64,7 +64,7 @@ def network(metadata, tensors, images):
 
 
 def mixture_mean(outputs, components, parameters):
-    """The mean share of each parameter's range: that of Phi(x), x a mixture of Gaussians (identify/mixture.hpp)."""
+    """The mean share of each parameter's range: that of Phi(x), x a mixture of Gaussians (identify/network/mixture.hpp)."""
     parts = outputs.reshape(components, -1)
     weights = numpy.exp(parts[:, 0] - parts[:, 0].max())
     shares = numpy.zeros(parameters)

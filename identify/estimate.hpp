@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/warning.hpp"
-#include "dataset/recording/trial.hpp"
-#include "identify/distribution.hpp"
+#include "identify/network/distribution.hpp"
+#include "recording/trial.hpp"
 #include "sim/frf.hpp"
 #include "sim/parameters.hpp"
 
@@ -22,7 +22,7 @@ struct Estimate {
   /// How sure the network is of them; `parameters` are its means. Empty if the model's head gives point estimates
   /// alone.
   std::optional<ParameterDistribution> distribution = {};
-  dataset::Trial trial;      ///< what was identified: the recording at the protocol's rate and length
+  recording::Trial trial;    ///< what was identified: the recording at the protocol's rate and length
   std::vector<float> image;  ///< of the trial, before row scaling, channel-major; its shape is the model's
   /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.
   double distance = std::numeric_limits<double>::quiet_NaN();

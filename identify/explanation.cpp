@@ -184,10 +184,10 @@ sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment) {
 FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, const Answer& answer,
                                        std::span<const float> fitted_rad, std::span<const float> tilt_rad,
                                        const sim::Body& body) {
-  const dataset::Trial& trial = answer.trial;
+  const recording::Trial& trial = answer.trial;
   FrequencyResponses found;
   found.cycles = analysis.cycles();
-  const dataset::Signal<float>* measured = trial.signals.find(dataset::platform_tilt);
+  const recording::Signal<float>* measured = trial.signals.find(recording::platform_tilt);
   found.recorded = analysis.measure(trial.sway_rad(), measured ? measured->rad : tilt_rad);
   if (fitted_rad.size() == trial.sway_rad().size()) found.model = analysis.measure(fitted_rad, tilt_rad);
   found.linear = analysis.linear(answer.parameters, body);

@@ -17,7 +17,7 @@ namespace decid {
 /// Parameters, and the trial that they are to explain.
 struct Answer {
   const sim::Parameters& parameters;
-  const dataset::Trial& trial;
+  const recording::Trial& trial;
 };
 
 /// The plans for trials of one protocol, made once: immutable, so one serves all threads.

@@ -58,7 +58,7 @@ class Fitter {
   FitFigures fit(Identification& id, const posterior::OnProgress& progress) {
     FitFigures figures;
     const auto begin = std::chrono::steady_clock::now();
-    const dataset::Trial& trial = id.estimate.trial;
+    const recording::Trial& trial = id.estimate.trial;
     const Density& density = trial.tilt ? with_known_start(moved_before(id.estimate)) : density_;
     const posterior::Observation observation = density.observe(trial.sway_rad());
     figures.posterior = posterior::sample(density, observation, request_.settings, {}, progress);

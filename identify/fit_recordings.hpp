@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "identify/posterior/inferred.hpp"
 #include "identify/predictive_check.hpp"
 #include "identify/recordings.hpp"
+#include "posterior/density/inferred.hpp"
 
 namespace decid {
 

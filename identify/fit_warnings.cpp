@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "base/math.hpp"
+#include "base/math/math.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
 

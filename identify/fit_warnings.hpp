@@ -6,7 +6,7 @@
 
 #include "base/warning.hpp"
 #include "identify/estimate.hpp"
-#include "identify/posterior/posterior.hpp"
+#include "posterior/posterior.hpp"
 
 namespace decid {
 

@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "identify/student_t.hpp"
+#include "identify/network/student_t.hpp"
 
 namespace decid {
 namespace {

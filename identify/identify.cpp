@@ -109,7 +109,7 @@ Identifier::Identifier(const Identifier& other)
       at_once_(other.at_once_),
       predictor_(other.predictor_.shared_inference(), at_once_) {}
 
-std::vector<Estimate> Identifier::estimate(std::vector<dataset::Trial> trials) {
+std::vector<Estimate> Identifier::estimate(std::vector<recording::Trial> trials) {
   const dataset::ImageMaker& maker = model_.images();
   const auto values = static_cast<std::size_t>(maker.shape().size());
   const auto outputs = static_cast<std::size_t>(model_.network.output_shape().size());
@@ -158,9 +158,9 @@ std::vector<Explanation> Identifier::explain(std::span<const Estimate> estimates
 
 Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz, const IdentifyOptions& options,
                   const std::optional<sim::Body>& body) {
-  dataset::Recording recording = dataset::recording_of(sway_rad, rate_hz);
-  dataset::Trial trial = dataset::bring_to_protocol(recording, model.protocol, options);
-  std::vector<dataset::Trial> trials;
+  recording::Recording recording = recording::recording_of(sway_rad, rate_hz);
+  recording::Trial trial = recording::bring_to_protocol(recording, model.protocol, options);
+  std::vector<recording::Trial> trials;
   trials.push_back(std::move(trial));
   Estimate estimate =
       std::move(Identifier(model, for_body(model, "the model", body), 1).estimate(std::move(trials)).front());

@@ -12,18 +12,18 @@
 
 #include "identify/estimate.hpp"
 #include "identify/explanation.hpp"
-#include "identify/for_body.hpp"
-#include "identify/model.hpp"
+#include "identify/network/for_body.hpp"
+#include "identify/network/model.hpp"
 #include "nn/predictor.hpp"
 
 namespace decid {
 
 /// Where in the samples the protocol starts, and what is subtracted from them.
-using IdentifyOptions = dataset::TrialOptions;
+using IdentifyOptions = recording::TrialOptions;
 
 /// The estimate from a recording of the model's protocol. sway_rad: sway of the body's centre of mass, rad, 0 upright,
 /// positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate and length
-/// (dataset::bring_to_protocol). body: the subject's; empty: the model's own is assumed (for_body.hpp). Throws Error
+/// (recording::bring_to_protocol). body: the subject's; empty: the model's own is assumed (for_body.hpp). Throws Error
 /// for samples that are too short, not finite, or constant, and for a body of a height that the model does not know.
 /// Safe to call from many threads at once.
 Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
@@ -57,7 +57,7 @@ class Identifier {
   /// The network's estimates, in the order of the trials: each image is drawn once, the network run once.
   /// A trial's estimate does not depend on the others. Throws Error for a trial of another length than the protocol's,
   /// and for one with a value that is not finite.
-  std::vector<Estimate> estimate(std::vector<dataset::Trial> trials);
+  std::vector<Estimate> estimate(std::vector<recording::Trial> trials);
   /// explain(), for several at once.
   std::vector<Explanation> explain(std::span<const Estimate> estimates) const;
 

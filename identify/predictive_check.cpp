@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
+#include "base/math/math.hpp"
 #include "base/text.hpp"
 #include "identify/explanation.hpp"
 
@@ -216,7 +216,7 @@ std::vector<CheckedFigure> PredictiveChecker::compare(const Shown& recorded, std
   return figures;
 }
 
-PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws, const dataset::Trial& trial,
+PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws, const recording::Trial& trial,
                                          std::uint64_t seed) const {
   if (draws.empty() || trial.sway_rad().size() != tilt_rad_.size())
     throw Error("predictive check", format("%zu draws, %zu samples", draws.size(), trial.sway_rad().size()),
@@ -244,7 +244,7 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
     if (shown) standing.push_back(std::move(*shown));
   check.standing = static_cast<int>(standing.size());
   if (check.standing < fewest_standing) return check;
-  const auto* measured = trial.signals.find(dataset::platform_tilt);
+  const auto* measured = trial.signals.find(recording::platform_tilt);
   check.figures = compare(show(trial.sway_rad(), measured ? measured->rad : tilt_rad_), standing);
   std::vector<double> blocks;
   for (const Shown& shown : standing) blocks.insert(blocks.end(), shown.blocks_rad.begin(), shown.blocks_rad.end());

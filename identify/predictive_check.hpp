@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "dataset/recording/trial.hpp"
-#include "identify/posterior/inferred.hpp"
+#include "posterior/density/inferred.hpp"
+#include "recording/trial.hpp"
 #include "sim/frf.hpp"
 #include "sim/simulate.hpp"
 
@@ -50,7 +50,8 @@ class PredictiveChecker {
 
   /// draws: some; trial: of the protocol's samples. The same bits for any number of threads. Throws Error if there are
   /// no draws or another number of samples.
-  PredictiveCheck check(std::span<const posterior::State> draws, const dataset::Trial& trial, std::uint64_t seed) const;
+  PredictiveCheck check(std::span<const posterior::State> draws, const recording::Trial& trial,
+                        std::uint64_t seed) const;
 
  private:
   struct Shown;  // what is compared of one sway

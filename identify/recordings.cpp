@@ -18,7 +18,7 @@ constexpr std::size_t recordings_at_once = 32;
 /// Fills in the answers of those that could be read.
 void identify_read(Identifier& identifier, std::vector<Identification>& recordings) {
   std::vector<Identification*> usable;
-  std::vector<dataset::Trial> trials;
+  std::vector<recording::Trial> trials;
   for (Identification& id : recordings) {
     if (id.error) continue;
     usable.push_back(&id);
@@ -53,14 +53,14 @@ Warnings Identification::warnings() const {
 }
 
 std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>& files,
-                                        const dataset::RecordingOptions& options) {
+                                        const recording::RecordingOptions& options) {
   if (options.trial_column.empty()) return {files.begin(), files.end()};
   std::vector<std::vector<RecordingSource>> found(files.size());
   parallel_for(static_cast<int>(files.size()), [&](int place) {
     const auto i = static_cast<std::size_t>(place);
     if (files[i] == "-") return;
     try {
-      for (const std::string& trial : dataset::trials_of(files[i], options)) found[i].emplace_back(files[i], trial);
+      for (const std::string& trial : recording::trials_of(files[i], options)) found[i].emplace_back(files[i], trial);
     } catch (const Error&) {
       found[i] = {files[i]};
     }
@@ -78,23 +78,23 @@ std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>
 std::vector<Identification> read_recordings(const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
                                             const ReadOptions& options) {
   std::vector<Identification> all(sources.size());
-  dataset::RecordingOptions reading = options.recording;
-  reading.mean_is_upright = options.trial.detrend != dataset::Detrend::none;
-  const dataset::ProtocolPlan plan(protocol);
+  recording::RecordingOptions reading = options.recording;
+  reading.mean_is_upright = options.trial.detrend != recording::Detrend::none;
+  const recording::ProtocolPlan plan(protocol);
   parallel_for(static_cast<int>(sources.size()), [&](int place) {
     const auto i = static_cast<std::size_t>(place);
     Identification& id = all[i];
     id.file = sources[i].name();
     id.truth = options.truth;
     try {
-      dataset::RecordingOptions its_own = reading;
+      recording::RecordingOptions its_own = reading;
       its_own.trial = sources[i].trial;
       // Throws what sources_of() met.
-      if (!its_own.trial_column.empty() && its_own.trial.empty()) dataset::trials_of(sources[i].file, its_own);
-      dataset::Recording recording = dataset::read_recording(sources[i].file, its_own);
-      id.estimate.trial = dataset::bring_to_protocol(recording, plan, options.trial);
-      id.column = recording.signals.at(dataset::com_sway).column;
-      if (const auto* tilt = recording.signals.find(dataset::platform_tilt)) id.tilt_column = tilt->column;
+      if (!its_own.trial_column.empty() && its_own.trial.empty()) recording::trials_of(sources[i].file, its_own);
+      recording::Recording recording = recording::read_recording(sources[i].file, its_own);
+      id.estimate.trial = recording::bring_to_protocol(recording, plan, options.trial);
+      id.column = recording.signals.at(recording::com_sway).column;
+      if (const auto* tilt = recording.signals.find(recording::platform_tilt)) id.tilt_column = tilt->column;
       id.estimate.warnings = std::move(recording.warnings);
     } catch (const Error& error) {
       const bool is_file = error.where() == sources[i].file.string();

@@ -30,12 +30,12 @@ struct RecordingSource {
 /// The recordings of files: each file is one, or as many as options.trial_column tells apart. A file that cannot be
 /// read is one, whose error read_recordings() has. Throws Error for standard input, which can be read only once.
 std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>& files,
-                                        const dataset::RecordingOptions& options);
+                                        const recording::RecordingOptions& options);
 
 /// How recordings are to be read.
 struct ReadOptions {
-  dataset::RecordingOptions recording;
-  dataset::TrialOptions trial;
+  recording::RecordingOptions recording;
+  recording::TrialOptions trial;
   std::optional<sim::Parameters> truth;  ///< known parameters, to be shown beside
   std::optional<sim::Body> body = {};    ///< of the subject; empty: the protocol's is assumed
 };

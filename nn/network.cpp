@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "base/error.hpp"
-#include "base/random.hpp"
-#include "base/sha256.hpp"
+#include "base/files/sha256.hpp"
+#include "base/math/random.hpp"
 #include "nn/architecture.hpp"
 
 namespace decid::nn {

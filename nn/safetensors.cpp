@@ -9,8 +9,8 @@
 #include <iterator>
 
 #include "base/error.hpp"
-#include "base/json_object.hpp"
-#include "base/sha256.hpp"
+#include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
 
 namespace decid::nn {
 namespace {

@@ -5,7 +5,7 @@
 #include <charconv>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
+#include "base/math/math.hpp"
 
 namespace decid::nn {
 

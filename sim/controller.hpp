@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "sim/checker.hpp"
+#include "sim/protocol/checker.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid::sim {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/math_lanes.hpp"
+#include "base/math/math_lanes.hpp"
 #include "sim/controller.hpp"
 
 namespace decid::sim {

@@ -14,7 +14,7 @@
 
 #include <span>
 
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "sim/segments.hpp"
 #include "sim/simulate.hpp"
 

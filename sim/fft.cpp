@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
+#include "base/math/math.hpp"
 #include "sim/kernels/generic_fft.hpp"
 #include "sim/kernels/kernels.hpp"
 

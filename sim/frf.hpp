@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "sim/experiment.hpp"
 #include "sim/fft.hpp"
 #include "sim/parameters.hpp"
+#include "sim/protocol/experiment.hpp"
 
 namespace decid::sim {
 

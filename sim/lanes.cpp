@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "sim/checker.hpp"
 #include "sim/controller.hpp"
+#include "sim/protocol/checker.hpp"
 
 namespace decid::sim {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
-#include "sim/checker.hpp"
+#include "base/math/math.hpp"
 #include "sim/kernels/generic_fft.hpp"
 #include "sim/kernels/kernels.hpp"
+#include "sim/protocol/checker.hpp"
 
 namespace decid::sim {
 namespace {

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "sim/fft.hpp"
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::sim {
 

@@ -4,7 +4,7 @@
 // mass, radii of gyration) and figure 4.1 (segment lengths as parts of the height).
 #pragma once
 
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::sim {
 

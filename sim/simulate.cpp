@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
+#include "base/math/math.hpp"
 #include "base/parallel.hpp"
 #include "sim/controller.hpp"
 #include "sim/lanes.hpp"

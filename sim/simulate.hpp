@@ -12,10 +12,10 @@
 #include <memory>
 #include <span>
 
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "sim/noise.hpp"
 #include "sim/parameters.hpp"
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::sim {
 

@@ -1,8 +1,8 @@
-// Random numbers, written once on a vector type V (base/doubles.hpp) and compiled once per instruction set.
+// Random numbers, written once on a vector type V (base/math/doubles.hpp) and compiled once per instruction set.
 #pragma once
 
 #include "base/kernels/kernels.hpp"
-#include "base/math_lanes.hpp"
+#include "base/math/math_lanes.hpp"
 
 namespace decid {
 namespace {

@@ -28,7 +28,7 @@ KERNELS = {
     "sim/kernels/": "/trials|fft|noise|image",
     "dataset/image/kernels/": "image",
     "base/kernels/": "noise",
-    "identify/posterior/kernels/": "posterior",
+    "posterior/kernels/": "posterior",
 }
 KERNEL_SUITES = ("bench_nn_kernels", "bench_sim", "bench_posterior")
 

@@ -5,9 +5,9 @@
 #include "base/parallel.hpp"
 #include "base/version.hpp"
 #include "bindings/c/handles.hpp"
-#include "identify/calibration.hpp"
-#include "identify/for_body.hpp"
-#include "identify/prediction.hpp"
+#include "identify/network/for_body.hpp"
+#include "identify/network/prediction.hpp"
+#include "identify/studies/calibration.hpp"
 #include "identify/training/training.hpp"
 
 using namespace decid::c;

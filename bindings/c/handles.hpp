@@ -47,9 +47,9 @@ struct decid_trials {
 };
 
 struct decid_recording {
-  explicit decid_recording(decid::dataset::Recording of);
+  explicit decid_recording(decid::recording::Recording of);
 
-  decid::dataset::Recording recording;
+  decid::recording::Recording recording;
   std::vector<decid_warning> warnings;
 };
 

@@ -11,22 +11,22 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-decid::dataset::Detrend detrend_of(int detrend, const char* where) {
+decid::recording::Detrend detrend_of(int detrend, const char* where) {
   switch (detrend) {
     case DECID_DETREND_NONE:
-      return decid::dataset::Detrend::none;
+      return decid::recording::Detrend::none;
     case DECID_DETREND_OFFSET:
-      return decid::dataset::Detrend::offset;
+      return decid::recording::Detrend::offset;
     case DECID_DETREND_LINEAR:
-      return decid::dataset::Detrend::linear;
+      return decid::recording::Detrend::linear;
   }
   throw decid::Error(where, decid::format("there is no detrending %d", detrend), "give a value of decid_detrend");
 }
 
 /// What identify and fit have in common of their options.
 template <class Options>
-decid::dataset::TrialOptions trial_options(const Options& asked, const char* where) {
-  decid::dataset::TrialOptions options;
+decid::recording::TrialOptions trial_options(const Options& asked, const char* where) {
+  decid::recording::TrialOptions options;
   if (!std::isnan(asked.begin_s)) options.start_s = asked.begin_s;
   options.detrend = detrend_of(asked.detrend, where);
   return options;
@@ -163,13 +163,13 @@ namespace {
 
 /// A recording as a trial of a protocol: what read_recordings() makes of a file.
 decid::Identification brought(const decid_recording& recording, const decid::sim::Protocol& protocol,
-                              const decid::dataset::TrialOptions& options) {
+                              const decid::recording::TrialOptions& options) {
   decid::Identification id;
-  decid::dataset::Recording own = recording.recording;  // takes warnings
+  decid::recording::Recording own = recording.recording;  // takes warnings
   id.file = own.file.empty() ? "recording" : own.file;
-  id.estimate.trial = decid::dataset::bring_to_protocol(own, protocol, options);
-  id.column = own.signals.at(decid::dataset::com_sway).column;
-  if (const auto* tilt = own.signals.find(decid::dataset::platform_tilt)) id.tilt_column = tilt->column;
+  id.estimate.trial = decid::recording::bring_to_protocol(own, protocol, options);
+  id.column = own.signals.at(decid::recording::com_sway).column;
+  if (const auto* tilt = own.signals.find(decid::recording::platform_tilt)) id.tilt_column = tilt->column;
   id.estimate.warnings = std::move(own.warnings);
   return id;
 }
@@ -181,7 +181,7 @@ std::unique_ptr<decid_result> identify(const decid_model& model, const decid_rec
   decid::Identifier identifier =
       body ? decid::Identifier(model.model, decid::for_body(model.model, model.name, body)) : *model.identifier;
   decid::Identification id = brought(recording, model.model.protocol, trial_options(asked, where));
-  std::vector<decid::dataset::Trial> trials;
+  std::vector<decid::recording::Trial> trials;
   trials.push_back(std::move(id.estimate.trial));
   decid::Estimate estimate = std::move(identifier.estimate(std::move(trials)).front());
   decid::Warnings warnings = std::move(id.estimate.warnings);
@@ -323,7 +323,7 @@ const float* values_of(const std::vector<float>& values, size_t* samples) {
 
 const float* decid_result_sway(const decid_result* result, size_t* samples) {
   if (result == nullptr) return values_of({}, samples);
-  return values_of(result->identification.estimate.trial.signals.find(decid::dataset::com_sway)->rad, samples);
+  return values_of(result->identification.estimate.trial.signals.find(decid::recording::com_sway)->rad, samples);
 }
 const float* decid_result_fitted(const decid_result* result, size_t* samples) {
   if (result == nullptr) return values_of({}, samples);

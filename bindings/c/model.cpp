@@ -1,5 +1,5 @@
 // Models in C.
-#include "base/file.hpp"
+#include "base/files/file.hpp"
 #include "bindings/c/handles.hpp"
 
 using namespace decid::c;

@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "bindings/c/handles.hpp"
-#include "dataset/recording/protocol_file.hpp"
-#include "sim/protocol_json.hpp"
+#include "recording/protocol_file.hpp"
+#include "sim/protocol/protocol_json.hpp"
 
 using namespace decid::c;
 
@@ -68,7 +68,7 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
 decid_status decid_protocol_load(const char* name_or_path, decid_protocol** protocol) {
   return made(protocol, "decid_protocol_load", [&] {
     const std::string name = &given(name_or_path, "decid_protocol_load", "name_or_path");
-    return std::make_unique<decid_protocol>(decid::dataset::load_protocol(name));
+    return std::make_unique<decid_protocol>(decid::recording::load_protocol(name));
   });
 }
 void decid_protocol_free(decid_protocol* protocol) {

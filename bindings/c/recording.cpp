@@ -1,15 +1,15 @@
 // Recordings in C.
 #include "bindings/c/handles.hpp"
-#include "dataset/recording/columns.hpp"
+#include "recording/table/columns.hpp"
 
 using namespace decid::c;
 
-decid_recording::decid_recording(decid::dataset::Recording of)
+decid_recording::decid_recording(decid::recording::Recording of)
     : recording(std::move(of)), warnings(to_c(recording.warnings)) {}
 
 namespace {
 
-using decid::dataset::Unit;
+using decid::recording::Unit;
 
 std::optional<Unit> unit_of(int unit, const char* where) {
   switch (unit) {
@@ -37,7 +37,7 @@ std::optional<double> metres_per(int unit) {
 }
 
 /// Copies the options that choose a table and a recording of the file. Throws Error if they contradict each other.
-void choose_part(const decid_read_options& asked, const char* where, decid::dataset::RecordingOptions& how) {
+void choose_part(const decid_read_options& asked, const char* where, decid::recording::RecordingOptions& how) {
   if (asked.skip_lines >= 0) how.skip_lines = asked.skip_lines;
   how.section = text_or_empty(asked.section);
   if (how.skip_lines && !how.section.empty())
@@ -50,8 +50,8 @@ void choose_part(const decid_read_options& asked, const char* where, decid::data
     throw decid::Error(where, "trial stands alone", "give trial_column, which tells recordings apart, or neither");
 }
 
-decid::dataset::RecordingOptions reading(const decid_read_options& asked, const char* where) {
-  decid::dataset::RecordingOptions how;
+decid::recording::RecordingOptions reading(const decid_read_options& asked, const char* where) {
+  decid::recording::RecordingOptions how;
   how.column = text_or_empty(asked.column);
   how.unit = unit_of(asked.unit, where);
   if (asked.rate_hz != 0.0) how.rate_hz = asked.rate_hz;
@@ -96,9 +96,9 @@ decid_status decid_recording_read(const char* path, const decid_read_options* op
   constexpr const char* where = "decid_recording_read";
   return made(recording, where, [&] {
     const std::string file = &given(path, where, "path");
-    const decid::dataset::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
-    if (!how.trial_column.empty() && how.trial.empty()) refuse_unnamed(decid::dataset::trials_of(file, how), file);
-    return std::make_unique<decid_recording>(decid::dataset::read_recording(file, how));
+    const decid::recording::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
+    if (!how.trial_column.empty() && how.trial.empty()) refuse_unnamed(decid::recording::trials_of(file, how), file);
+    return std::make_unique<decid_recording>(decid::recording::read_recording(file, how));
   });
 }
 
@@ -106,10 +106,10 @@ decid_status decid_trials_read(const char* path, const decid_read_options* optio
   constexpr const char* where = "decid_trials_read";
   return made(trials, where, [&] {
     const std::string file = &given(path, where, "path");
-    const decid::dataset::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
+    const decid::recording::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
     if (how.trial_column.empty())
       throw decid::Error(where, "no column tells recordings apart", "give its name as trial_column");
-    return std::make_unique<decid_trials>(decid_trials{decid::dataset::trials_of(file, how)});
+    return std::make_unique<decid_trials>(decid_trials{decid::recording::trials_of(file, how)});
   });
 }
 void decid_trials_free(decid_trials* trials) {
@@ -132,9 +132,9 @@ decid_status decid_recording_of(const double* sway, size_t samples, double rate_
                          "give DECID_DEGREES or another");
     const double* const first = &given(sway, where, "sway");
     std::vector<double> sway_rad(first, first + samples);
-    const double factor = decid::dataset::rad_in(*known);
+    const double factor = decid::recording::rad_in(*known);
     for (double& value : sway_rad) value *= factor;
-    return std::make_unique<decid_recording>(decid::dataset::recording_of(sway_rad, rate_hz));
+    return std::make_unique<decid_recording>(decid::recording::recording_of(sway_rad, rate_hz));
   });
 }
 
@@ -159,15 +159,15 @@ const double* signal_of(const decid_recording* recording, const char* name) {
 }  // namespace
 
 const double* decid_recording_sway(const decid_recording* recording) {
-  return signal_of(recording, decid::dataset::com_sway);
+  return signal_of(recording, decid::recording::com_sway);
 }
 const double* decid_recording_tilt(const decid_recording* recording) {
-  return signal_of(recording, decid::dataset::platform_tilt);
+  return signal_of(recording, decid::recording::platform_tilt);
 }
 const char* decid_recording_column(const decid_recording* recording) {
   if (recording == nullptr) return nullptr;
   if (recording->recording.file.empty()) return "";
-  return recording->recording.signals.find(decid::dataset::com_sway)->column.c_str();
+  return recording->recording.signals.find(decid::recording::com_sway)->column.c_str();
 }
 size_t decid_recording_warnings(const decid_recording* recording) {
   return recording == nullptr ? 0 : recording->warnings.size();

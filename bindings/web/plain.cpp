@@ -1,11 +1,11 @@
 // What stands for the kernels of relaxed vectors in a program that has to run where there are none: nothing there may
 // name one of their instructions.
-#include "base/exact_fma.hpp"
 #include "base/kernels/kernels.hpp"
-#include "base/relaxed.hpp"
+#include "base/math/exact_fma.hpp"
+#include "base/math/relaxed.hpp"
 #include "dataset/image/kernels/image.hpp"
-#include "identify/posterior/kernels/kernels.hpp"
 #include "nn/kernels/isa.hpp"
+#include "posterior/kernels/kernels.hpp"
 #include "sim/kernels/kernels.hpp"
 
 namespace decid {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "base/per_thread.hpp"
 #include "dataset/image/kernels/image.hpp"
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "dataset/image/channel.hpp"
-#include "sim/experiment.hpp"
 #include "sim/fft.hpp"
+#include "sim/protocol/experiment.hpp"
 
 namespace decid::dataset {
 

@@ -6,7 +6,7 @@
 #include "base/per_thread.hpp"
 #include "dataset/image/image.hpp"
 #include "dataset/image/kernels/image.hpp"
-#include "sim/stimulus.hpp"
+#include "sim/protocol/stimulus.hpp"
 
 namespace decid::dataset {
 

@@ -2,7 +2,7 @@
 #include "dataset/npz/arrays.hpp"
 
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "base/files/file.hpp"
 #include "dataset/npz/npz_parts.hpp"
 
 namespace decid::dataset {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "base/disk_file.hpp"
+#include "base/files/disk_file.hpp"
 #include "dataset/sets/generator.hpp"
 
 namespace decid::dataset {

@@ -4,7 +4,7 @@
 
 #include <zip.h>
 
-#include "base/shared_library.hpp"
+#include "base/files/shared_library.hpp"
 
 namespace decid::dataset {
 

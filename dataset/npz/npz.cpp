@@ -9,14 +9,14 @@
 #include <memory>
 #include <new>
 
-#include "base/disk_file.hpp"
 #include "base/error.hpp"
-#include "base/json_object.hpp"
+#include "base/files/disk_file.hpp"
+#include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
 #include "dataset/npz/libzip.hpp"
 #include "dataset/npz/npz_parts.hpp"
-#include "sim/protocol_json.hpp"
+#include "sim/protocol/protocol_json.hpp"
 
 namespace decid::dataset {
 

@@ -9,14 +9,14 @@
 #include <system_error>
 
 #include "base/error.hpp"
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
 #include "dataset/npz/journal.hpp"
 #include "dataset/npz/npz.hpp"
 #include "dataset/npz/npz_parts.hpp"
 #include "dataset/sets/generator.hpp"
-#include "sim/protocol_json.hpp"
+#include "sim/protocol/protocol_json.hpp"
 
 namespace decid::dataset {
 namespace {

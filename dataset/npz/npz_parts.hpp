@@ -10,7 +10,7 @@
 
 #include "dataset/npz/npy.hpp"
 #include "dataset/npz/zip.hpp"
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::dataset {
 

@@ -2,11 +2,11 @@
 #include <bit>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
-#include "base/json_object.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
 #include "dataset/npz/npz.hpp"
 #include "dataset/npz/npz_parts.hpp"
-#include "sim/protocol_json.hpp"
+#include "sim/protocol/protocol_json.hpp"
 
 namespace decid::dataset {
 

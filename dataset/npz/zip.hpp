@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "base/disk_file.hpp"
+#include "base/files/disk_file.hpp"
 
 namespace decid::dataset {
 

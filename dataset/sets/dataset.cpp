@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "dataset/sets/generator.hpp"
 
 namespace decid::dataset {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 
 namespace decid::iterative {
 namespace {

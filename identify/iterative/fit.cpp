@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
+#include "base/math/math.hpp"
 #include "base/text.hpp"
 #include "identify/iterative/cmaes.hpp"
 #include "identify/iterative/proposal.hpp"

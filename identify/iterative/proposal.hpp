@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "sim/parameters.hpp"
 
 namespace decid::iterative {

@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "base/files/file.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "sim/protocol_json.hpp"
+#include "sim/protocol/protocol_json.hpp"
 
 namespace decid {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "base/text.hpp"
 
 namespace decid {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "identify/head.hpp"
+#include "identify/network/head.hpp"
 #include "sim/fft.hpp"
 
 namespace decid {

@@ -7,7 +7,7 @@
 
 #include "dataset/image/image.hpp"
 #include "nn/sgd.hpp"
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid {
 

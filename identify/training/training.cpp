@@ -13,7 +13,7 @@
 #include "base/setting.hpp"
 #include "base/text.hpp"
 #include "dataset/feed.hpp"
-#include "identify/prediction.hpp"
+#include "identify/network/prediction.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"
 #include "nn/schedule.hpp"

@@ -12,7 +12,7 @@
 #include "base/communicator.hpp"
 #include "base/error.hpp"
 #include "dataset/source.hpp"
-#include "identify/model.hpp"
+#include "identify/network/model.hpp"
 #include "identify/training/log.hpp"
 #include "identify/training/presets.hpp"
 

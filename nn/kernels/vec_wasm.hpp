@@ -1,6 +1,6 @@
 // A quarter of the 16 lanes with WebAssembly's vectors. Where these are relaxed, their multiply-add is one instruction
-// (base/relaxed.hpp asks whether it rounds once); where they are not, it is computed in double and rounded once, as in
-// vec_baseline.hpp.
+// (base/math/relaxed.hpp asks whether it rounds once); where they are not, it is computed in double and rounded once,
+// as in vec_baseline.hpp.
 #pragma once
 
 #include <wasm_simd128.h>

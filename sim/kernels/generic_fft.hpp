@@ -1,11 +1,11 @@
-// The passes of the Fourier transforms, written once on a vector type V (base/doubles.hpp) for `lanes` signals side by
-// side: part p (0 real, 1 imaginary) of value n of lane l is at [(2 n + p) lanes + l]. One lane is the plain transform.
-// Only multiplications and additions, in one order: the bits are the same for any V and any number of lanes.
+// The passes of the Fourier transforms, written once on a vector type V (base/math/doubles.hpp) for `lanes` signals
+// side by side: part p (0 real, 1 imaginary) of value n of lane l is at [(2 n + p) lanes + l]. One lane is the plain
+// transform. Only multiplications and additions, in one order: the bits are the same for any V and any number of lanes.
 // Method: Stockham's autosort, decimation in frequency (Van Loan, Computational Frameworks for the FFT, 1992, 1.7);
 // a general odd radix folds x[j] and x[p - j], which share their cosines and sines.
 #pragma once
 
-#include "base/doubles.hpp"
+#include "base/math/doubles.hpp"
 #include "sim/kernels/fft.hpp"
 
 namespace decid::sim {

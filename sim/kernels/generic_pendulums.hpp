@@ -1,8 +1,8 @@
-// The pendulums' steps, written once on a vector type V (base/doubles.hpp) and compiled once per instruction set.
+// The pendulums' steps, written once on a vector type V (base/math/doubles.hpp) and compiled once per instruction set.
 // In an unnamed namespace and without the standard library, as all that is compiled for more than the baseline.
 #pragma once
 
-#include "base/doubles.hpp"
+#include "base/math/doubles.hpp"
 #include "sim/kernels/pendulums.hpp"
 
 namespace decid::sim {

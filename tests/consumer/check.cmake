@@ -52,7 +52,7 @@ endif()
 refuse("it has no component 'imgae'; the components installed here are base, sim, posterior, nn" -D WANTED=imgae,nn)
 
 # No header that is private is there.
-foreach(header base/json_object.hpp sim/stimulus_json.hpp dataset/npz/zip.hpp nn/kernels/generic.hpp)
+foreach(header base/files/json_object.hpp sim/protocol/stimulus_json.hpp dataset/npz/zip.hpp nn/kernels/generic.hpp)
   if(EXISTS ${scratch}/moved/include/decid/${header})
     message(FATAL_ERROR "${header} is installed")
   endif()

@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
   const long stride = argc == 3 ? std::atol(argv[2]) : 1;
   const std::string protocol_file = seeds / "protocol/tiny.json", model_file = seeds / "model/net.safetensors";
   const std::string recording_file = seeds / "recording/trial.csv", data_file = seeds / "npz/tiny.npz";
-  const std::string mat_file = std::filesystem::path(argv[1]) / "tests/dataset/recording/mat/v7_struct.mat";
+  const std::string mat_file = std::filesystem::path(argv[1]) / "tests/recording/mat/v7_struct.mat";
   decid_protocol* protocol = nullptr;
   decid_model* model = nullptr;
   decid_recording* recording = nullptr;

@@ -153,7 +153,7 @@ def make_inputs(decid, folder, repository):
         found["value"] = value
     (folder / "result.json").write_text(json.dumps(result))
     for name in ("v5.mat", "v73_h5py.mat"):
-        (folder / name).write_bytes((repository / "tests/dataset/recording/mat" / name).read_bytes())
+        (folder / name).write_bytes((repository / "tests/recording/mat" / name).read_bytes())
 
 
 def main():

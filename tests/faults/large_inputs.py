@@ -204,7 +204,7 @@ def mats():
         "version 4, many variables": lambda: b"".join(many(lambda i: mat_4(f"v{i}", 1, 2))),
         "version 4, most columns": lambda: mat_4("all", 2, SIZE // 2 - 100, 50, 1),
         "version 7.3, nothing else": lambda: b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n" + b"\0" * (SIZE - 600),
-        "version 7.3 and zeros": lambda: (SEEDS.parents[1] / "dataset/recording/mat/v73_h5py.mat").read_bytes().ljust(SIZE, b"\0"),
+        "version 7.3 and zeros": lambda: (SEEDS.parents[1] / "recording/mat/v73_h5py.mat").read_bytes().ljust(SIZE, b"\0"),
     }
 
 

@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   while (rounds < 2 * warm_up || elapsed() < seconds) {
     // Both kinds of 7.3 and 5 in turn: the former is read in a child.
     const char* const mat = rounds % 2 == 0 ? "v5.mat" : "v73_h5py.mat";
-    round(seeds, root / "tests/dataset/recording/mat" / mat, folder, static_cast<uint64_t>(rounds));
+    round(seeds, root / "tests/recording/mat" / mat, folder, static_cast<uint64_t>(rounds));
     ++rounds;
     kb = resident_kb();
     used = used_kb();

@@ -1,7 +1,7 @@
 // Calibrations that decid calibrate --resume goes on from.
-#include "base/file.hpp"
-#include "base/json_object.hpp"
-#include "sim/protocol_json.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tools/decid/calibrated_trials.hpp"
 

@@ -1,6 +1,6 @@
 // Comparisons of methods, as decid study reads them back.
-#include "base/json_object.hpp"
-#include "sim/protocol.hpp"
+#include "base/files/json_object.hpp"
+#include "sim/protocol/protocol.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tools/report/comparison_page.hpp"
 

@@ -1,5 +1,5 @@
 // Tables of frequency responses.
-#include "identify/frf/table.hpp"
+#include "posterior/frf/table.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;

@@ -1,7 +1,7 @@
 // Settings of images as JSON, of experiments of some lengths; those that are accepted can be written and read back.
 #include "dataset/image/image.hpp"
 
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;

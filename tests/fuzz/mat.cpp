@@ -4,9 +4,9 @@
 
 #include <cstring>
 
-#include "dataset/recording/mat_5.hpp"
-#include "dataset/recording/mat_73.hpp"
-#include "dataset/recording/recording.hpp"
+#include "recording/formats/mat/mat_5.hpp"
+#include "recording/formats/mat/mat_73.hpp"
+#include "recording/recording.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;
@@ -38,21 +38,21 @@ std::string compressed(std::string_view file) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("recording.mat");
   const std::string_view bytes = fuzz::text_of(data, size);
-  std::vector<dataset::MatVariable> variables;
-  if (dataset::from_bytes(bytes, variables)) REQUIRE_THAT(dataset::to_bytes(variables) == bytes);
-  const dataset::MatVersion version = dataset::mat_version(bytes);
-  if (version == dataset::MatVersion::v73) return 0;
+  std::vector<recording::MatVariable> variables;
+  if (recording::from_bytes(bytes, variables)) REQUIRE_THAT(recording::to_bytes(variables) == bytes);
+  const recording::MatVersion version = recording::mat_version(bytes);
+  if (version == recording::MatVersion::v73) return 0;
   const auto read = [](std::string_view content) {
     const std::filesystem::path& path = input.write(content);
-    fuzz::accepts([&] { dataset::read_recording(path, {.column = "1", .rate_hz = 50.0}); });
+    fuzz::accepts([&] { recording::read_recording(path, {.column = "1", .rate_hz = 50.0}); });
     for (const char* trials : {"trials", "data", "block", "trial"})
       fuzz::accepts([&] {
-        const dataset::RecordingOptions options{.trial_column = trials, .trial = "2"};
-        dataset::trials_of(path, options);
-        dataset::read_recording(path, options);
+        const recording::RecordingOptions options{.trial_column = trials, .trial = "2"};
+        recording::trials_of(path, options);
+        recording::read_recording(path, options);
       });
   };
   read(bytes);
-  if (version == dataset::MatVersion::v5) read(compressed(bytes));
+  if (version == recording::MatVersion::v5) read(compressed(bytes));
   return 0;
 }

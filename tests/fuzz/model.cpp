@@ -1,6 +1,6 @@
 // Model files and checkpoints, as they are and with the hash of their content set right. One that is read can be
 // written, and then has the same bytes whenever it is read and written again.
-#include "identify/model.hpp"
+#include "identify/network/model.hpp"
 
 #include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"

@@ -1,6 +1,6 @@
 // Protocols as JSON, by the strict reader and by the one for what people write. One that is accepted can be written and
 // read back, and simulated.
-#include "sim/protocol_json.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "sim/simulate.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -1,7 +1,7 @@
 // Recordings as text: all dialects of CSV, OpenSim's .mot and .trc, brought to a protocol.
-#include "dataset/recording/recording.hpp"
+#include "recording/recording.hpp"
 
-#include "dataset/recording/trial.hpp"
+#include "recording/trial.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;
@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const sim::Protocol protocol = sim::short_protocol();
   const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
   // Its length picks the options, so that a seed is a file as people have it.
-  dataset::RecordingOptions options;
+  recording::RecordingOptions options;
   if (size % 2 == 1) options.column = "2";
   if (size % 3 == 1) options.rate_hz = 50.0;
   if (size % 5 == 1) options.fill_gaps_s = 1.0;
@@ -19,17 +19,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size % 11 == 1) options.skip_lines = 2;
   if (size % 13 == 1) options.section = "2";
   fuzz::accepts([&] {
-    dataset::RecordingOptions first_trial = options;
+    recording::RecordingOptions first_trial = options;
     first_trial.trial_column = "trial";
-    const std::vector<std::string> trials = dataset::trials_of(path, first_trial);
+    const std::vector<std::string> trials = recording::trials_of(path, first_trial);
     REQUIRE_THAT(!trials.empty());
     first_trial.trial = trials.front();
-    dataset::read_recording(path, first_trial);
+    recording::read_recording(path, first_trial);
   });
   fuzz::accepts([&] {
-    dataset::Recording recording = dataset::read_recording(path, options);
+    recording::Recording recording = recording::read_recording(path, options);
     REQUIRE_THAT(recording.signals.samples() >= 2);
-    dataset::bring_to_protocol(recording, protocol);
+    recording::bring_to_protocol(recording, protocol);
   });
   return 0;
 }

@@ -1,6 +1,6 @@
 // Results of decid identify, as decid export controller reads them back.
 #include "tests/fuzz/fuzz.hpp"
-#include "tools/decid/identified.hpp"
+#include "tools/decid/results/identified.hpp"
 
 using namespace decid;
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
+#include "base/files/sha256.hpp"
 #include "base/isa.hpp"
-#include "base/sha256.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using namespace decid::test;

@@ -1,18 +1,18 @@
 // Files of every format as decid 0.2.0 wrote them are read, with the values that they had then. A later version adds a
 // folder of its own files beside 0.2.0 and leaves that alone: it is never made anew.
-#include "base/json_object.hpp"
-#include "base/sha256.hpp"
+#include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
 #include "dataset/npz/journal.hpp"
 #include "dataset/npz/npz.hpp"
-#include "dataset/recording/protocol_file.hpp"
-#include "dataset/recording/recording.hpp"
 #include "identify/identify.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"
-#include "sim/protocol_json.hpp"
+#include "recording/protocol_file.hpp"
+#include "recording/recording.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
 #include "tools/decid/calibrated_trials.hpp"
-#include "tools/decid/identified.hpp"
+#include "tools/decid/results/identified.hpp"
 #include "tools/report/comparison_page.hpp"
 
 using namespace decid;
@@ -59,10 +59,10 @@ TEST_CASE("data sets and their journals of 0.2.0") {
 }
 
 TEST_CASE("protocols and recordings of 0.2.0") {
-  const sim::Protocol protocol = dataset::load_protocol(file("protocol.json").string());
+  const sim::Protocol protocol = recording::load_protocol(file("protocol.json").string());
   CHECK(protocol.samples() == 80);
   CHECK(sim::to_json(protocol) == sim::to_json(dataset::read_npz(file("data.npz")).protocol));
-  const dataset::Recording recording = dataset::read_recording(file("trial.csv"), {});
+  const recording::Recording recording = recording::read_recording(file("trial.csv"), {});
   CHECK(recording.rate_hz == 20.0);
   CHECK(recording.signals.samples() == 80);
 }

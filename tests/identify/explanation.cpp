@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "tests/near.hpp"
 
 namespace decid {
@@ -41,13 +41,13 @@ std::vector<double> trial(const sim::Parameters& parameters, std::uint64_t item)
   return sway;
 }
 
-dataset::Trial as_trial(const std::vector<double>& sway) {
-  return dataset::trial_of({sway.begin(), sway.end()});
+recording::Trial as_trial(const std::vector<double>& sway) {
+  return recording::trial_of({sway.begin(), sway.end()});
 }
 
 /// `sway`, explained by `parameters`.
 Explanation recording(const std::vector<double>& sway, const sim::Parameters& parameters) {
-  const dataset::Trial made = as_trial(sway);
+  const recording::Trial made = as_trial(sway);
   return explainer().explain({parameters, made});
 }
 
@@ -60,7 +60,7 @@ bool warns(const Explanation& explanation, const std::string& part) {
 
 TEST_CASE("explanation: without noise the controller's responses are its own") {
   const sim::Parameters parameters = controller(0.0);
-  const dataset::Trial own = as_trial(trial(parameters, 0));
+  const recording::Trial own = as_trial(trial(parameters, 0));
   const Explanation found = explainer().explain({parameters, own});
   CHECK(found.fitted_rad == own.sway_rad());
   CHECK(found.rms_residual_deg == 0.0);
@@ -176,7 +176,7 @@ TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that ca
 
 TEST_CASE("explanation: one of many is the same as alone") {
   std::vector<sim::Parameters> parameters;
-  std::vector<dataset::Trial> trials;
+  std::vector<recording::Trial> trials;
   for (int i = 0; i < 11; ++i) {  // more than are simulated together
     parameters.push_back(controller(0.05 * i));
     trials.push_back(as_trial(trial(parameters.back(), static_cast<std::uint64_t>(i))));
@@ -204,7 +204,7 @@ TEST_CASE("explanation: a stimulus without a frequency response says so once") {
   std::vector<double> sway(static_cast<std::size_t>(stepped.samples()));
   const sim::Parameters parameters = controller(0.0);
   REQUIRE(stepped.run(parameters, Random(5, Stream::vestibular_noise, 0), sway).valid);
-  const dataset::Trial own = as_trial(sway);
+  const recording::Trial own = as_trial(sway);
   const Explanation found = explains.explain({parameters, own});
   CHECK(!found.frf.has_value());
   CHECK(std::ranges::count_if(found.warnings, [](const Warning& w) { return w.code == "no_frequency_response"; }) == 1);

@@ -5,8 +5,8 @@
 
 #include <numeric>
 
-#include "tests/identify/posterior/quick.hpp"
-#include "tests/identify/posterior/trial.hpp"
+#include "tests/posterior/quick.hpp"
+#include "tests/posterior/trial.hpp"
 
 namespace decid {
 

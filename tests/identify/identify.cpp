@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "base/files/file.hpp"
 #include "base/text.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "identify/recordings.hpp"
@@ -43,11 +43,11 @@ std::vector<double> samples(int trial) {
   return {sway.begin(), sway.end()};
 }
 
-std::vector<dataset::Trial> trials(int count) {
-  std::vector<dataset::Trial> made;
+std::vector<recording::Trial> trials(int count) {
+  std::vector<recording::Trial> made;
   for (int i = 0; i < count; ++i) {
     const auto sway = data().trial(i);
-    made.push_back(dataset::trial_of({sway.begin(), sway.end()}));
+    made.push_back(recording::trial_of({sway.begin(), sway.end()}));
   }
   return made;
 }
@@ -148,7 +148,7 @@ TEST_CASE("identify: another rate, another start, another length") {
   for (double& value : raised) value += 0.06;
   const Estimate offset = identify(model(), raised, 100.0);
   CHECK(std::ranges::any_of(offset.warnings, [](const Warning& w) { return w.code == "sway_off_upright"; }));
-  CHECK(std::ranges::none_of(identify(model(), raised, 100.0, {.detrend = dataset::Detrend::offset}).warnings,
+  CHECK(std::ranges::none_of(identify(model(), raised, 100.0, {.detrend = recording::Detrend::offset}).warnings,
                              [](const Warning& w) { return w.code == "sway_off_upright"; }));
   for (const Warning& warning : offset.warnings) CHECK(warning.text.find("--") == std::string::npos);
 
@@ -178,9 +178,9 @@ TEST_CASE("identify: what is no recording is refused") {
   for (double& value : degrees) value /= sim::rad_per_deg / 100;
   check_error([&] { identify(model(), degrees, 100.0); }, {"beyond lying flat", "radians"});
   Identifier identifier(model());
-  CHECK_THROWS_AS(identifier.estimate({dataset::trial_of(std::vector<float>(100, 0.0F))}), Error);
+  CHECK_THROWS_AS(identifier.estimate({recording::trial_of(std::vector<float>(100, 0.0F))}), Error);
   for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    std::vector<dataset::Trial> two = trials(2);
+    std::vector<recording::Trial> two = trials(2);
     two[1].sway_rad()[12099] = value;
     check_error([&] { identifier.estimate(two); }, {"trial 1", "not finite"});
   }
@@ -220,7 +220,7 @@ TEST_CASE("identify: sway that is too large for a body is warned of once") {
   };
   CHECK(about_size(identify(model(), large, 100.0)) == 1);
   Identifier identifier(model());
-  CHECK(about_size(identifier.estimate({dataset::trial_of({large.begin(), large.end()})}).front()) == 1);
+  CHECK(about_size(identifier.estimate({recording::trial_of({large.begin(), large.end()})}).front()) == 1);
 }
 
 TEST_CASE("identify: where the response cannot be measured, the warning says so in words") {

@@ -110,7 +110,7 @@ TEST_CASE("sources: a file is one recording, or one for each trial; one that can
   const std::vector<RecordingSource> whole = sources_of({file, none}, {});
   REQUIRE(whole.size() == 2);
   CHECK(whole[0].name() == file.string());
-  const dataset::RecordingOptions by_run{.trial_column = "run"};
+  const recording::RecordingOptions by_run{.trial_column = "run"};
   const std::vector<RecordingSource> trials = sources_of({file, none, file}, by_run);
   REQUIRE(trials.size() == 5);
   CHECK(trials[0].name() == file.string() + "#a");

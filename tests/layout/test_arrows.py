@@ -61,14 +61,14 @@ class Arrows(unittest.TestCase):
         self.check_refused("tests/base/a.cpp:1", tests__base__a='#include "tests/sim/tiny.hpp"')
 
     def test_the_program_stands_on_the_libraries(self):
-        self.check_clean(tools__decid__a='#include "tools/report/svg.hpp"\n#include <CLI/CLI.hpp>')
+        self.check_clean(tools__decid__a='#include "tools/report/figures/svg.hpp"\n#include <CLI/CLI.hpp>')
         self.check_refused("tools/report/a.cpp:1", tools__report__a='#include "tools/decid/command.hpp"')
-        self.check_refused("identify/a.cpp:1", identify__a='#include "tools/report/svg.hpp"')
+        self.check_refused("identify/a.cpp:1", identify__a='#include "tools/report/figures/svg.hpp"')
 
     def test_other_libraries_have_their_place(self):
         self.check_clean(dataset__npz__a="#include <zip.h>", identify__a="#include <Eigen/Dense>")
         self.check_refused("only tools/decid may include the command-line parser", identify__a="#include <CLI/CLI.hpp>")
-        self.check_refused("only dataset/recording may include matio", dataset__image__a="#include <matio.h>")
+        self.check_refused("only recording may include matio", dataset__image__a="#include <matio.h>")
         self.check_refused("only dataset/npz may include libzip", dataset__image__a="#include <zip.h>")
         self.check_refused("only identify may include Eigen", nn__a="#include <Eigen/Dense>")
 
@@ -76,10 +76,10 @@ class Arrows(unittest.TestCase):
         self.check_refused("is not written from the root", sim__a='#include "fft.hpp"')
 
     def test_a_header_with_a_value_of_json_includes_its_type(self):
-        self.check_refused("identify/a.hpp:3: a value of Json needs base/json_object.hpp",
-                           identify__a_hpp='#include "base/json.hpp"\nstruct A {\n  Json value;\n};')
-        self.check_clean(identify__a_hpp='#include "base/json_object.hpp"\nstruct A {\n  Json value;\n};',
-                         identify__b_hpp='#include "base/json.hpp"\nJson made(const Json& from);')
+        self.check_refused("identify/a.hpp:3: a value of Json needs base/files/json_object.hpp",
+                           identify__a_hpp='#include "base/files/json.hpp"\nstruct A {\n  Json value;\n};')
+        self.check_clean(identify__a_hpp='#include "base/files/json_object.hpp"\nstruct A {\n  Json value;\n};',
+                         identify__b_hpp='#include "base/files/json.hpp"\nJson made(const Json& from);')
 
     def test_an_option_in_a_librarys_message_is_refused(self):
         for line in ('throw Error(where, "is none", "give --rate");', 'f("a", "--rate", b);', '      : "two (--fill-gaps) of them";'):

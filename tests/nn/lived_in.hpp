@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "nn/network.hpp"
 
 namespace decid::nn::testing {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "tests/thread_ranks.hpp"
 

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "base/file.hpp"
+#include "base/files/file.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;

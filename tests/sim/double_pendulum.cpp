@@ -12,7 +12,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "base/sha256.hpp"
+#include "base/files/sha256.hpp"
 #include "tests/near.hpp"
 #include "tests/sim/double_constants.hpp"
 

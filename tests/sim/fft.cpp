@@ -11,7 +11,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 
 using decid::sim::Complex;
 using decid::sim::Fft;

@@ -1,7 +1,7 @@
 // A body model with fourteen parameters that nothing simulates: whatever needs the table alone works with it.
 #pragma once
 
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 
 namespace decid::test {

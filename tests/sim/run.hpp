@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid::test {

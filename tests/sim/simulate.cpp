@@ -10,7 +10,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "base/sha256.hpp"
+#include "base/files/sha256.hpp"
 #include "sim/controller.hpp"
 #include "tests/helpers.hpp"
 #include "tests/near.hpp"

@@ -1,7 +1,7 @@
 // Short protocols of sines for tests.
 #pragma once
 
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::test {
 

@@ -1,7 +1,7 @@
 // The shortest experiment, for tests that need many trials of one.
 #pragma once
 
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::test {
 

@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
-#include "base/json_object.hpp"
-#include "sim/protocol_json.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {

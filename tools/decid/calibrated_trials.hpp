@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "base/json.hpp"
-#include "identify/calibration.hpp"
+#include "base/files/json.hpp"
+#include "identify/studies/calibration.hpp"
 
 namespace decid::tools {
 

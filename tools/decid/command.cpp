@@ -10,8 +10,8 @@
 #include <iostream>
 
 #include "base/error.hpp"
-#include "dataset/recording/protocol_file.hpp"
-#include "sim/protocol_json.hpp"
+#include "recording/protocol_file.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/ranks.hpp"
 
 namespace decid::tools {
@@ -144,7 +144,7 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
 
 sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files) {
   Warnings warnings;
-  sim::Protocol protocol = dataset::load_protocol(name, files, &warnings);
+  sim::Protocol protocol = recording::load_protocol(name, files, &warnings);
   for (const Warning& warning : warnings)
     if (!quiet) std::cerr << "note: the tilt of " << name << ": " << warning.text << '\n';
   return protocol;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 #include "tools/decid/options.hpp"
 
 namespace decid::tools {

@@ -5,9 +5,9 @@
 #include <string_view>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
-#include "base/json_object.hpp"
-#include "base/sha256.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
 
 namespace decid::tools {
 namespace {

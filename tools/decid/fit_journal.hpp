@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 
-#include "base/disk_file.hpp"
-#include "base/json_object.hpp"
+#include "base/files/disk_file.hpp"
+#include "base/files/json_object.hpp"
 #include "identify/recordings.hpp"
 
 namespace decid::tools {

@@ -11,10 +11,10 @@
 #include <string_view>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "base/files/file.hpp"
 #include "base/text.hpp"
-#include "dataset/recording/cells.hpp"
-#include "dataset/recording/encoding.hpp"
+#include "recording/formats/encoding.hpp"
+#include "recording/table/cells.hpp"
 #include "tools/decid/ranks.hpp"
 
 namespace decid::tools {
@@ -47,7 +47,7 @@ std::vector<Cells> rows_of(const std::string& text, char separator) {
 }
 
 std::string trimmed(const std::string& text) {
-  return std::string(dataset::trim(text));
+  return std::string(recording::trim(text));
 }
 
 std::string lower_case(std::string text) {
@@ -110,7 +110,7 @@ std::optional<std::size_t> person_column(const std::string& file, const Cells& n
 }
 
 Table read_table(const std::string& name) {
-  std::string text = dataset::to_utf8(read_file(name, most_bytes), name);
+  std::string text = recording::to_utf8(read_file(name, most_bytes), name);
   if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);  // Excel's own line
   Table table{0, 0, {}, rows_of(text, separator_of(text))};
   const Cells& names = table.rows.front();

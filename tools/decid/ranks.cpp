@@ -17,11 +17,11 @@
 #include <thread>
 #include <utility>
 
-#include "base/disk_file.hpp"
 #include "base/error.hpp"
+#include "base/files/disk_file.hpp"
+#include "base/files/sha256.hpp"
 #include "base/isa.hpp"
 #include "base/parallel.hpp"
-#include "base/sha256.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #ifdef DECID_MPI

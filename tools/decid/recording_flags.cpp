@@ -15,9 +15,9 @@ namespace {
 /// What --tilt-column and --trial say to have none.
 constexpr const char* no_column = "none";
 
-std::optional<dataset::Unit> unit_of(const std::string& name) {
+std::optional<recording::Unit> unit_of(const std::string& name) {
   if (name != "deg" && name != "rad") return {};
-  return name == "rad" ? dataset::Unit::radian : dataset::Unit::degree;
+  return name == "rad" ? recording::Unit::radian : recording::Unit::degree;
 }
 
 std::optional<double> metres_of(const std::string& unit) {
@@ -60,8 +60,8 @@ ReadOptions RecordingFlags::read_options() const {
   made.recording.invert_sway = invert == "sway" || invert == "both";
   made.recording.invert_tilt = invert == "tilt" || invert == "both";
   made.trial.start_s = begin;
-  if (detrend == "offset") made.trial.detrend = dataset::Detrend::offset;
-  if (detrend == "linear") made.trial.detrend = dataset::Detrend::linear;
+  if (detrend == "offset") made.trial.detrend = recording::Detrend::offset;
+  if (detrend == "linear") made.trial.detrend = recording::Detrend::linear;
   const bool names_tilt = !made.recording.tilt_column.empty();
   if (!made.recording.find_tilt && (!tilt_unit.empty() || made.recording.invert_tilt)) {
     throw Error("--tilt-unit, --invert", "no tilt is read", "name its column with --tilt-column");
@@ -142,7 +142,7 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
       .add_option(
           "--fill-gaps", flags.fill_gaps,
           "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
-      .range(0.0, dataset::longest_gap_s);
+      .range(0.0, recording::longest_gap_s);
   command.add_option("--missing", flags.missing,
                      "Number that stands for a missing value; default: 9999, -9.99e33 and others where they are plain");
   command.add_option("--begin,--start", flags.begin, "Where the protocol starts, in seconds after the first sample")

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/disk_file.hpp"
 #include "base/error.hpp"
-#include "base/file.hpp"
+#include "base/files/disk_file.hpp"
+#include "base/files/file.hpp"
 
 namespace decid::tools {
 

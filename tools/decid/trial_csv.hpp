@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::tools {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "identify/model.hpp"
+#include "identify/network/model.hpp"
 #include "nn/inference.hpp"
 
 namespace decid::tools {

@@ -6,7 +6,7 @@
 
 #include <span>
 
-#include "identify/prediction.hpp"
+#include "identify/network/prediction.hpp"
 #include "tools/firmware/plan.hpp"
 
 namespace decid::tools {
@@ -22,7 +22,7 @@ void quantise(FirmwarePlan& plan, const Model& model);
 /// plan has any. Returns the last layer's outputs.
 std::vector<float> run_plan(const FirmwarePlan& plan, std::span<const float> image);
 
-/// predict() (identify/model.hpp) with this network in place of the model's.
+/// predict() (identify/network/model.hpp) with this network in place of the model's.
 std::vector<float> predict_planned(const FirmwarePlan& plan, const Model& model, int trials, const Sways& sways);
 
 }  // namespace decid::tools

@@ -8,7 +8,7 @@
 #include <type_traits>
 
 #include "base/error.hpp"
-#include "base/math.hpp"
+#include "base/math/math.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "embedded/firmware_api.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "identify/for_body.hpp"
+#include "identify/network/for_body.hpp"
 #include "tools/firmware/plan.hpp"
 
 namespace decid::tools {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "identify/model.hpp"
+#include "identify/network/model.hpp"
 
 namespace decid::tools {
 

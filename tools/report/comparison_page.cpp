@@ -2,12 +2,12 @@
 #include "tools/report/comparison_page.hpp"
 
 #include "base/error.hpp"
-#include "base/file.hpp"
-#include "base/json_object.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "embedded/comparison_js.hpp"
 #include "embedded/method_table_js.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {

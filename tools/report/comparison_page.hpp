@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "base/json.hpp"
-#include "identify/comparison.hpp"
+#include "base/files/json.hpp"
+#include "identify/studies/comparison.hpp"
 
 namespace decid::tools {
 

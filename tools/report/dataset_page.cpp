@@ -1,9 +1,9 @@
 // The report of a data set: see dataset_page.hpp. page.cpp makes the page, dataset.js draws it.
 #include "tools/report/dataset_page.hpp"
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "embedded/dataset_js.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 
 namespace decid::tools {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "base/json.hpp"
+#include "base/files/json.hpp"
 #include "dataset/sets/dataset.hpp"
 
 namespace decid::tools {

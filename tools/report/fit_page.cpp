@@ -5,13 +5,13 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "embedded/density_css.hpp"
 #include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
 #include "embedded/recordings_js.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 #include "tools/report/parameters_json.hpp"
 #include "tools/report/recording_json.hpp"
 

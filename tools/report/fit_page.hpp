@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "identify/fit_recordings.hpp"
 #include "tools/report/other_answer.hpp"
 

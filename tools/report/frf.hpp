@@ -1,7 +1,7 @@
 // Frequency responses of an identification, as JSON and as figures that people read off a Bode diagram.
 #pragma once
 
-#include "base/json.hpp"
+#include "base/files/json.hpp"
 #include "identify/estimate.hpp"
 
 namespace decid::tools {

@@ -1,19 +1,19 @@
 // Pages: see page.hpp. Text is escaped, so that a file's name cannot leave the block of data; and if it did, the page's
 // content security policy (W3C, Content Security Policy Level 3) lets no script run but the page's own, by their
 // hashes.
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 
 #include <cmath>
 #include <utility>
 
 #include "base/error.hpp"
-#include "base/json_object.hpp"
-#include "base/sha256.hpp"
+#include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
 #include "embedded/chart_js.hpp"
 #include "embedded/report_common_js.hpp"
 #include "embedded/report_css.hpp"
 #include "embedded/report_page.hpp"
-#include "tools/report/png.hpp"
+#include "tools/report/figures/png.hpp"
 
 namespace decid::tools {
 namespace {

@@ -1,5 +1,5 @@
 // Self-contained HTML pages that open offline: what all reports share.
-// A page is its data as a JSON block and scripts that draw it: tools/report/common.js and one of the page's own.
+// A page is its data as a JSON block and scripts that draw it: tools/report/page/common.js and one of the page's own.
 // Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in pages that use it.
 #pragma once
 
@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/json_object.hpp"
-#include "sim/protocol.hpp"
+#include "base/files/json_object.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::tools {
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "base/warning.hpp"
 #include "identify/training/training.hpp"
 

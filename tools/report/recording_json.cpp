@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "base/json_object.hpp"
-#include "tools/report/page.hpp"
+#include "base/files/json_object.hpp"
+#include "tools/report/page/page.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
@@ -28,7 +28,7 @@ Json described_parameters(const Identification& recording, const sim::Protocol& 
 }
 
 Json tilt_to_json(const Identification& recording) {
-  const std::optional<dataset::TiltMatch>& tilt = recording.estimate.trial.tilt;
+  const std::optional<recording::TiltMatch>& tilt = recording.estimate.trial.tilt;
   if (!tilt) return nullptr;
   return {{"column", recording.tilt_column},
           {"delay_s", page_number(tilt->delay_s)},

@@ -6,10 +6,10 @@
 #include <optional>
 #include <span>
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "identify/recordings.hpp"
 #include "tools/report/other_answer.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 
 namespace decid::tools {
 
@@ -19,7 +19,8 @@ Json other_answer_json(const std::optional<OtherAnswer>& other);
 /// parameters_json() of its estimate, with "description", "low" and "high" of the range in `table`.
 Json described_parameters(const Identification& recording, const sim::Protocol& protocol,
                           const sim::ParameterTable& table);
-/// Adds "mean", "sd", "interval50" and "interval90" of a quantity. Found: as in tools/decid/posterior_results.hpp.
+/// Adds "mean", "sd", "interval50" and "interval90" of a quantity. Found: as in
+/// tools/decid/results/posterior_results.hpp.
 template <class Found>
 void add_intervals(Json& json, const Found& found, int quantity) {
   const auto interval = [&](double share) {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "embedded/stimulus_js.hpp"
 #include "sim/fft.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 
 namespace decid::tools {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::tools {
 

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numeric>
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "embedded/method_table_js.hpp"
 #include "embedded/study_js.hpp"
 #include "tools/report/comparison_page.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "base/json.hpp"
-#include "tools/report/study_figures.hpp"
+#include "base/files/json.hpp"
+#include "tools/report/figures/study_figures.hpp"
 
 namespace decid::tools {
 

@@ -1,9 +1,9 @@
 // The page of a training: see training_page.hpp. training.js draws it.
 #include "tools/report/training_page.hpp"
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "embedded/training_js.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/page/page.hpp"
 
 namespace decid::tools {
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "identify/origin.hpp"
+#include "identify/network/origin.hpp"
 #include "identify/training/log.hpp"
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::tools {
 

@@ -175,7 +175,7 @@ function showProgress(line) {
 let reportAddress = null;
 function show(stays) {
   at("bar-title").textContent = (answered.command === "fit" ? "Posterior of " : "") + answered.title;
-  // From here the frame cannot be reached: the report prints itself, and says when it is drawn (tools/report/common.js).
+  // From here the frame cannot be reached: the report prints itself, and says when it is drawn (tools/report/page/common.js).
   if (reportAddress !== null) URL.revokeObjectURL(reportAddress);
   reportAddress = URL.createObjectURL(new Blob([shownReport(results.get(outputs.html), answered.names)], { type: "text/html" }));
   at("report").src = reportAddress;

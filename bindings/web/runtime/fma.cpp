@@ -1,7 +1,7 @@
 // fma() of a double, which the linker puts before the C library's (--wrap): that works on integers, this on relaxed
-// vectors where these round once, else on base/exact_fma.hpp. All have the same bits.
-#include "base/exact_fma.hpp"
-#include "base/relaxed.hpp"
+// vectors where these round once, else on base/math/exact_fma.hpp. All have the same bits.
+#include "base/math/exact_fma.hpp"
+#include "base/math/relaxed.hpp"
 
 extern "C" {
 double __real_fma(double a, double b, double c);

@@ -1,7 +1,8 @@
-// Images of windows' spectra, written once on a vector type V (base/doubles.hpp) and compiled once per instruction set.
+// Images of windows' spectra, written once on a vector type V (base/math/doubles.hpp) and compiled once per instruction
+// set.
 #pragma once
 
-#include "base/math_lanes.hpp"
+#include "base/math/math_lanes.hpp"
 #include "dataset/image/kernels/image.hpp"
 
 namespace decid::dataset {

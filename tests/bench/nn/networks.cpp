@@ -4,10 +4,10 @@
 #include <doctest/doctest.h>
 
 #include "dataset/image/image.hpp"
-#include "identify/head.hpp"
-#include "identify/model.hpp"
+#include "identify/network/head.hpp"
+#include "identify/network/model.hpp"
 #include "identify/training/presets.hpp"
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 
 using namespace decid;
 

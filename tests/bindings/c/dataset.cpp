@@ -1,8 +1,8 @@
 // Data sets and evaluation through C: the files and figures of the library.
 #include <cmath>
 
-#include "identify/calibration.hpp"
-#include "identify/prediction.hpp"
+#include "identify/network/prediction.hpp"
+#include "identify/studies/calibration.hpp"
 #include "identify/training/training.hpp"
 #include "tests/bindings/c/owned.hpp"
 

@@ -39,10 +39,10 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   CHECK(told.front() >= 0.0);
   CHECK(told.back() <= 1.0);
 
-  dataset::Recording own = dataset::recording_of(sway_rad, 100.0);
+  recording::Recording own = recording::recording_of(sway_rad, 100.0);
   const Model model = built_in_model();
   std::vector<Identification> read(1);
-  read.front().estimate.trial = dataset::bring_to_protocol(own, model.protocol);
+  read.front().estimate.trial = recording::bring_to_protocol(own, model.protocol);
   FitRequest request;
   request.settings.most_draws = request.settings.least_draws = 8;
   request.priors.moved_before = true;

@@ -103,10 +103,10 @@ TEST_CASE("sway of leg and trunk, of markers and of positions is the library's")
     text += format("%.2f,%.6f,%.6f,%.6f,%.6f\n", k / 100.0, std::sin(0.1 * k), std::cos(0.3 * k), std::sin(0.1 * k),
                    std::cos(0.2 * k));
   const auto path = write_text(folder / "parts.csv", text);
-  const auto check = [&](const decid_read_options& options, const dataset::RecordingOptions& same_options) {
+  const auto check = [&](const decid_read_options& options, const recording::RecordingOptions& same_options) {
     const OwnedRecording made = read(path, &options);
-    const dataset::Recording expected = dataset::read_recording(path, same_options);
-    const auto& rad = expected.signals.at(dataset::com_sway).rad;
+    const recording::Recording expected = recording::read_recording(path, same_options);
+    const auto& rad = expected.signals.at(recording::com_sway).rad;
     REQUIRE(decid_recording_samples(made.get()) == rad.size());
     CHECK(std::equal(rad.begin(), rad.end(), decid_recording_sway(made.get())));
   };
@@ -160,10 +160,10 @@ TEST_CASE("a file's tables and its recordings are read as the library reads them
     return text;
   };
   const auto check = [](const std::filesystem::path& path, const decid_read_options& options,
-                        const dataset::RecordingOptions& same_options, std::size_t samples) {
+                        const recording::RecordingOptions& same_options, std::size_t samples) {
     const OwnedRecording made = read(path, &options);
-    const dataset::Recording expected = dataset::read_recording(path, same_options);
-    const auto& rad = expected.signals.at(dataset::com_sway).rad;
+    const recording::Recording expected = recording::read_recording(path, same_options);
+    const auto& rad = expected.signals.at(recording::com_sway).rad;
     REQUIRE(rad.size() == samples);
     REQUIRE(decid_recording_samples(made.get()) == samples);
     CHECK(std::equal(rad.begin(), rad.end(), decid_recording_sway(made.get())));
@@ -219,7 +219,7 @@ TEST_CASE("a file is identified to the bits of the library, with a body and a me
   ReadOptions same_options;
   same_options.recording.column = "sway_rad";
   same_options.recording.tilt_column = "platform_deg";
-  same_options.trial.detrend = dataset::Detrend::offset;
+  same_options.trial.detrend = recording::Detrend::offset;
   same_options.body = sim::body_of(sim::segments_of({.mass_kg = 70.0, .height_m = 1.75}));
   check_same(identify(recording.get(), &options).get(), expected(path, same_options));
 }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "sim/protocol_json.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tests/bindings/c/owned.hpp"
 
 namespace decid {

@@ -1,5 +1,5 @@
-// Tests of base/exact_fma.hpp: the C library's bits, in both lanes.
-#include "base/exact_fma.hpp"
+// Tests of base/math/exact_fma.hpp: the C library's bits, in both lanes.
+#include "base/math/exact_fma.hpp"
 
 #include <doctest/doctest.h>
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <complex>
 
-#include "base/random.hpp"
-#include "sim/protocol.hpp"
-#include "sim/stimulus.hpp"
+#include "base/math/random.hpp"
+#include "sim/protocol/protocol.hpp"
+#include "sim/protocol/stimulus.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;

@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "base/file.hpp"
+#include "base/files/file.hpp"
 #include "dataset/npz/npy.hpp"
 #include "tests/helpers.hpp"
 

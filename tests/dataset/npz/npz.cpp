@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "sim/protocol_json.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/made_up_body.hpp"
 

@@ -6,11 +6,11 @@
 #include <csignal>
 #include <map>
 
-#include "base/disk_file.hpp"
-#include "base/sha256.hpp"
+#include "base/files/disk_file.hpp"
+#include "base/files/sha256.hpp"
 #include "dataset/npz/journal.hpp"
 #include "dataset/npz/npz.hpp"
-#include "sim/protocol_json.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 

@@ -69,4 +69,4 @@ with tempfile.TemporaryDirectory() as folder:
     run("identify", "trial.csv", "--model", "point.safetensors", "-o", "result.json")
     put("result", "result.json", read("result.json"))
     put("fit_journal", "line.json", json.dumps({"recording": "name", "result": {"value": 1, "list": [1, 2]}}) + "\n")
-    put("mat", "v7_inflated.mat", plain((seeds.parents[1] / "dataset/recording/mat/v7_struct.mat").read_bytes()))
+    put("mat", "v7_inflated.mat", plain((seeds.parents[1] / "recording/mat/v7_struct.mat").read_bytes()))

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "base/error.hpp"
-#include "identify/model.hpp"
+#include "identify/network/model.hpp"
 #include "sim/fft.hpp"
 #include "tests/helpers.hpp"
 

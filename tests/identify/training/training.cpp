@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "base/sha256.hpp"
-#include "identify/prediction.hpp"
+#include "base/files/sha256.hpp"
+#include "identify/network/prediction.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "tests/near.hpp"
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <functional>
 
-#include "base/json_object.hpp"
-#include "base/random.hpp"
+#include "base/files/json_object.hpp"
+#include "base/math/random.hpp"
 #include "identify/identify.hpp"
-#include "identify/prediction.hpp"
+#include "identify/network/prediction.hpp"
 #include "identify/training/training.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
@@ -74,8 +74,8 @@ std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int
 /// The part of the recordings that identify would warn of.
 double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>& recordings) {
   Identifier identifier(model);
-  std::vector<dataset::Trial> trials;
-  for (const std::vector<float>& sway_rad : recordings) trials.push_back(dataset::trial_of(sway_rad));
+  std::vector<recording::Trial> trials;
+  for (const std::vector<float>& sway_rad : recordings) trials.push_back(recording::trial_of(sway_rad));
   const std::vector<Explanation> all = identifier.explain(identifier.estimate(std::move(trials)));
   const auto warned = std::ranges::count_if(all, [](const Explanation& e) { return e.unfamiliarity > 1.0; });
   return static_cast<double>(warned) / static_cast<double>(recordings.size());

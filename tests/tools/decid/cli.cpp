@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
-#include "sim/protocol.hpp"
+#include "sim/protocol/protocol.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <thread>
 
-#include "base/sha256.hpp"
+#include "base/files/sha256.hpp"
 #include "dataset/npz/npz.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "base/error.hpp"
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using decid::Json;

@@ -4,12 +4,12 @@
 #include <tuple>
 
 #include "base/error.hpp"
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "sim/body_model.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/decid/group_file.hpp"
-#include "tools/decid/group_results.hpp"
+#include "tools/decid/results/group_results.hpp"
 
 using decid::Json;
 using decid::test::Folder;

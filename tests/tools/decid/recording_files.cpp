@@ -134,7 +134,7 @@ TEST_CASE("a MAT-file of version 7.3 where matio cannot be loaded: a clear line,
   const Folder folder;
   write_text(folder / "libmatio.so.11", "");  // found first, and no library
   const std::string without = "LD_LIBRARY_PATH=" + folder / "" + " ";
-  const std::string mat = std::string(DECID_SOURCE_DIR) + "/tests/dataset/recording/mat/";
+  const std::string mat = std::string(DECID_SOURCE_DIR) + "/tests/recording/mat/";
   const auto refused = run_decid("identify " + mat + "v73_h5py.mat", without);
   CAPTURE(refused.err);
   CHECK(refused.code == 2);

@@ -1,5 +1,5 @@
 // What is printed and drawn of a made-up body's fourteen parameters: all say what the body's table says.
-#include "tools/decid/results.hpp"
+#include "tools/decid/results/results.hpp"
 
 #include <doctest/doctest.h>
 
@@ -35,7 +35,7 @@ Identifications identified() {
   id.column = "com_sway_deg";
   id.truth = values(1);
   id.estimate.parameters = values(2);
-  id.estimate.trial = dataset::trial_of(std::vector<float>(400, 0.01F));
+  id.estimate.trial = recording::trial_of(std::vector<float>(400, 0.01F));
   all.tilt_rad.assign(400, 0.0F);
   return all;
 }

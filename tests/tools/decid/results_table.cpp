@@ -1,9 +1,9 @@
 // The table of results: its form, and that it says what the JSON says.
-#include "tools/decid/results_table.hpp"
+#include "tools/decid/results/results_table.hpp"
 
 #include <doctest/doctest.h>
 
-#include "base/json_object.hpp"
+#include "base/files/json_object.hpp"
 #include "sim/body_model.hpp"
 
 using decid::Json;

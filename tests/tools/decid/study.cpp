@@ -10,7 +10,7 @@
 #include "sim/body_model.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
-#include "tools/report/svg.hpp"
+#include "tools/report/figures/svg.hpp"
 
 using decid::test::check_refused;
 using decid::test::Folder;

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <limits>
 
-#include "base/math.hpp"
-#include "base/random.hpp"
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
 
 // As for a target that has no such instruction, whatever this machine has.
 #undef __FP_FAST_FMA

@@ -7,7 +7,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "identify/identify.hpp"
-#include "identify/prediction.hpp"
+#include "identify/network/prediction.hpp"
 #include "identify/training/presets.hpp"
 #include "identify/training/training.hpp"
 #include "sim/segments.hpp"
@@ -64,7 +64,7 @@ std::string with_distances(const Model& model, const ForBody& body, const datase
   std::string all;
   for (int i = 0; i < data.trials(); ++i) {
     const std::span<const float> sway = data.trial(i);
-    const Estimate found = identifier.estimate({dataset::trial_of({sway.begin(), sway.end()})}).front();
+    const Estimate found = identifier.estimate({recording::trial_of({sway.begin(), sway.end()})}).front();
     const double distance = found.distance / model.familiarity.usual;
     all += values.substr(static_cast<std::size_t>(i) * width, width);
     all.append(reinterpret_cast<const char*>(&distance), sizeof distance);

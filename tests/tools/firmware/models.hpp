@@ -6,10 +6,10 @@
 #include <bit>
 #include <cstring>
 
-#include "base/file.hpp"
-#include "identify/for_body.hpp"
-#include "identify/model.hpp"
-#include "identify/prediction.hpp"
+#include "base/files/file.hpp"
+#include "identify/network/for_body.hpp"
+#include "identify/network/model.hpp"
+#include "identify/network/prediction.hpp"
 #include "tests/tools/decid/run.hpp"
 
 namespace decid::test {

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <string>
 
-#include "base/file.hpp"
-#include "base/json_object.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "identify/fit_recordings.hpp"
 #include "tests/sim/sines.hpp"

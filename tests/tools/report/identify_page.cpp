@@ -41,7 +41,7 @@ Identifications recording() {
   made.estimate.parameters[sim::Kp] = 838.99;
   made.explanation.rms_residual_deg = 0.25;
   made.explanation.variance_accounted_for = 0.75;
-  made.estimate.trial = decid::dataset::trial_of({});
+  made.estimate.trial = decid::recording::trial_of({});
   for (int k = 0; k < 12100; ++k) {
     const double phase = 2.0 * sim::pi * k / 1000.0;
     made.estimate.trial.sway_rad().push_back(static_cast<float>(sim::rad_per_deg * std::sin(phase)));

@@ -1,11 +1,11 @@
 // PNG files: taken apart chunk by chunk, every checksum computed anew, every pixel compared; base64 of RFC 4648.
-#include "tools/report/png.hpp"
+#include "tools/report/figures/png.hpp"
 
 #include <doctest/doctest.h>
 #include <zlib.h>
 
 #include "base/error.hpp"
-#include "base/random.hpp"
+#include "base/math/random.hpp"
 
 namespace decid::tools {
 namespace {

@@ -10,17 +10,17 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
-#include "base/json_object.hpp"
-#include "base/random.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "base/math/random.hpp"
 #include "dataset/image/image.hpp"
 #include "identify/explanation.hpp"
 #include "sim/simulate.hpp"
 #include "tests/tools/report/fitted.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/fit_page.hpp"
-#include "tools/report/frf.hpp"
 #include "tools/report/identify_page.hpp"
+#include "tools/report/page/frf.hpp"
 
 namespace {
 
@@ -52,7 +52,7 @@ Identification recording(const sim::Simulator& simulator, const Identifications&
   made.column = "com_sway_deg";
   made.truth = sim::Parameters{790.0, 265.0, 171.0, 118.0, 0.62, 0.0017, 0.121};
   made.estimate.parameters = {823.4, 251.9, 183.2, 124.6, 0.57, 0.0021, 0.114};
-  made.estimate.trial = decid::dataset::trial_of(run(simulator, *made.truth));
+  made.estimate.trial = decid::recording::trial_of(run(simulator, *made.truth));
   made.explanation = decid::Explainer(simulator).explain({made.estimate.parameters, made.estimate.trial});
   made.explanation.warnings.clear();
   made.explanation.rms_residual_deg = 0.2874;

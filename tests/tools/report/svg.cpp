@@ -1,5 +1,5 @@
 // Figures: where shapes stand on the sheet and data in a plot, that text stays text, gaps gaps and extremes extremes.
-#include "tools/report/svg.hpp"
+#include "tools/report/figures/svg.hpp"
 
 #include <doctest/doctest.h>
 

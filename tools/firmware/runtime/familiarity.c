@@ -1,6 +1,6 @@
 /* ---- How familiar the trial is
    --------------------------------------------------------------------------------------- decid's
-   identify/familiarity.hpp: the features, which lie where the last layer reads them, whitened. */
+   identify/network/familiarity.hpp: the features, which lie where the last layer reads them, whitened. */
 
 static int32_t take_distance(void* arena, double* distance) {
   const network_map* const map = &network_maps[network_layers[LAYERS - 1].src];

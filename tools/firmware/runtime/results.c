@@ -3,7 +3,7 @@
 
 #if COMPONENTS > 0
 /* A mixture of Gaussians in coordinates whose normal distribution function is the share of a parameter's range: decid's
-   identify/mixture.hpp. */
+   identify/network/mixture.hpp. */
 #define SECTION (1 + PARAMETERS + ((PARAMETERS * (PARAMETERS + 1)) / 2)) /* outputs of one Gaussian */
 #define LOG_DIAGONAL_LIMIT 7.0
 #define NODES 25

@@ -1,0 +1,275 @@
+// JSON objects read key by key: types are checked strictly, unknown keys are refused (a misspelt setting would
+// otherwise be silently left at its default).
+// Format: RFC 8259, parsed by nlohmann's library.
+#include "base/files/json_object.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include "base/error.hpp"
+
+namespace decid {
+
+namespace {
+
+constexpr std::size_t most_shown = 40;  // of a key or a value, in an error
+
+/// At most `most` bytes, "..." for the rest; no character of UTF-8 is cut.
+std::string shortened(std::string text, std::size_t most) {
+  if (text.size() <= most) return text;
+  std::size_t end = most - 3;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
+/// Counts the brackets outside of texts: what is nested too deeply is refused before it takes any memory. Gives the
+/// commas of each list and object, in the order in which they begin.
+std::vector<std::uint32_t> check_depth(std::string_view text, const std::string& where) {
+  std::vector<std::uint32_t> commas, open;
+  int line = 1;
+  bool quoted = false;
+  std::size_t line_start = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line, line_start = i + 1;
+    if (quoted && c == '\\') ++i;
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (c == ',' && !open.empty()) ++commas[open.back()];
+    if ((c == ']' || c == '}') && !open.empty()) open.pop_back();
+    if (c != '[' && c != '{') continue;
+    open.push_back(static_cast<std::uint32_t>(commas.size()));
+    commas.push_back(0);
+    if (open.size() > std::size_t{deepest_json}) {
+      throw Error(where,
+                  "has lists or objects nested deeper than " + std::to_string(deepest_json) + " levels at line " +
+                      std::to_string(line) + ", column " + std::to_string(i - line_start + 1),
+                  "correct the file there");
+    }
+  }
+  return commas;
+}
+
+/// Prints the beginning of a value, until `text` is long enough to be shortened.
+void print_beginning(const Json& json, std::string& text) {
+  if (json.is_string()) {
+    const Json begin = json.get_ref<const std::string&>().substr(0, most_shown + 1);
+    text += begin.dump(-1, ' ', false, Json::error_handler_t::replace);
+  } else if (!json.is_structured()) {
+    text += json.dump();
+  } else {
+    const bool list = json.is_array();
+    text += list ? '[' : '{';
+    for (auto item = json.begin(); item != json.end() && text.size() <= most_shown; ++item) {
+      if (item != json.begin()) text += ", ";
+      if (!list) text += '"' + shortened(item.key(), most_shown) + "\": ";
+      print_beginning(*item, text);
+    }
+    text += list ? ']' : '}';
+  }
+}
+
+/// Takes what the library's parser reads. Its own builder looks for each key among those before it, which takes minutes
+/// for an object of 10 MB; this one appends them, and looks for one that stands twice when the object is complete.
+class Builder {
+ public:
+  /// commas: of each list and object, so that none has to grow.
+  Builder(const std::string& where, std::vector<std::uint32_t> commas) : where_(where), commas_(std::move(commas)) {}
+
+  bool null() { return put(nullptr); }
+  bool boolean(bool value) { return put(value); }
+  bool number_integer(std::int64_t value) { return put(value); }
+  bool number_unsigned(std::uint64_t value) { return put(value); }
+  bool number_float(double value, const std::string&) { return put(value); }
+  bool string(std::string& value) { return put(std::move(value)); }
+  bool binary(Json::binary_t&) { return false; }  // no text has it
+  bool start_object(std::size_t) { return open(Json::object()); }
+  bool start_array(std::size_t) { return open(Json::array()); }
+  bool end_array() { return close(); }
+  bool end_object() {
+    check_keys(open_.back()->get_ref<const Json::object_t&>());
+    return close();
+  }
+  bool key(std::string& name) {
+    key_ = std::move(name);
+    return true;
+  }
+  bool parse_error(std::size_t, const std::string&, const Json::exception& exception) {
+    // The library's text opens with its own tag, "[json.exception.parse_error.101] ", which says nothing to a reader.
+    std::string problem = exception.what();
+    if (const std::size_t tag = problem.find("] "); tag != std::string::npos) problem.erase(0, tag + 2);
+    throw Error(where_, "is not valid JSON: " + shortened(std::move(problem), 200), "correct the file there");
+  }
+
+  Json take() { return std::move(root_); }
+
+ private:
+  /// Where the value stands until something is put behind it.
+  Json* place(Json value) {
+    if (open_.empty()) {
+      root_ = std::move(value);
+      return &root_;
+    }
+    if (open_.back()->is_array()) return &open_.back()->get_ref<Json::array_t&>().emplace_back(std::move(value));
+    return &open_.back()->get_ref<Json::object_t&>().emplace_back(std::move(key_), std::move(value)).second;
+  }
+  bool put(Json value) {
+    place(std::move(value));
+    return true;
+  }
+  bool open(Json value) {
+    Json* const opened = open_.emplace_back(place(std::move(value)));
+    const std::uint32_t commas = commas_[next_++];
+    if (commas == 0) return true;
+    if (opened->is_array()) {
+      opened->get_ref<Json::array_t&>().reserve(commas + std::size_t{1});
+    } else {
+      opened->get_ref<Json::object_t&>().reserve(commas + std::size_t{1});
+    }
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+
+  void check_keys(const Json::object_t& object) const {
+    if (object.size() < 2) return;
+    std::vector<std::string_view> keys;
+    keys.reserve(object.size());
+    for (const auto& [name, value] : object) keys.push_back(name);
+    std::ranges::sort(keys);
+    if (const auto twice = std::ranges::adjacent_find(keys); twice != keys.end())
+      throw Error(where_, "the key '" + shortened(std::string(*twice), most_shown) + "' stands twice in one object",
+                  "keep one of them");
+  }
+
+  const std::string& where_;
+  Json root_;
+  std::vector<Json*> open_;  // lists and objects around the next value
+  std::string key_;          // of it
+  std::vector<std::uint32_t> commas_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+Json parse_json(std::string_view text, const std::string& where) {
+  Builder builder(where, check_depth(text, where));
+  Json::sax_parse(text, &builder);
+  return builder.take();
+}
+
+std::string print_json(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+namespace {
+
+bool is_int(const Json& json) {
+  // Widest types first: a number above the range of int would wrap around in get<int>().
+  if (json.is_number_unsigned()) return json.get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<int>::max()};
+  return json.is_number_integer() && json.get<std::int64_t>() >= std::numeric_limits<int>::min();
+}
+
+}  // namespace
+
+JsonObject::JsonObject(const Json& json, std::string where, std::string path)
+    : json_(json), where_(std::move(where)), path_(std::move(path)) {
+  if (json_.is_object()) return;
+  throw Error(where_, (path_.empty() ? "the text" : path_) + " is not a JSON object", "write {\"key\": value, ...}");
+}
+
+std::string JsonObject::name_of(std::string_view key) const {
+  std::string name = "'";
+  if (!path_.empty()) name.append(path_).append(".");
+  return name.append(key).append("'");
+}
+
+void JsonObject::wrong_type(const char* key, const std::string& expected) const {
+  std::string found;
+  print_beginning(json_.at(key), found);
+  throw Error(where_, name_of(key) + " is " + shortened(std::move(found), most_shown), "make it " + expected);
+}
+
+const Json* JsonObject::find(const char* key) {
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
+  const auto found = json_.find(key);
+  return found == json_.end() ? nullptr : &*found;
+}
+
+const Json& JsonObject::require(const char* key) {
+  if (const Json* json = find(key)) return *json;
+  throw Error(where_, name_of(key) + " is missing", "add it");
+}
+
+void JsonObject::read(const char* key, double& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_number()) wrong_type(key, "a number");
+  value = json->get<double>();
+}
+
+void JsonObject::read(const char* key, int& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!is_int(*json)) wrong_type(key, "a whole number");
+  value = json->get<int>();
+}
+
+void JsonObject::read(const char* key, std::uint64_t& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_number_unsigned()) wrong_type(key, "a whole number from 0 to 2^64 - 1");
+  value = json->get<std::uint64_t>();
+}
+
+void JsonObject::read(const char* key, bool& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_boolean()) wrong_type(key, "true or false");
+  value = json->get<bool>();
+}
+
+void JsonObject::read(const char* key, std::string& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_string()) wrong_type(key, "a text");
+  value = json->get<std::string>();
+}
+
+void JsonObject::read(const char* key, std::vector<int>& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_int)) wrong_type(key, "a list of whole numbers");
+  value = json->get<std::vector<int>>();
+}
+
+void JsonObject::read(const char* key, std::vector<double>& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  const auto is_number = [](const Json& item) { return item.is_number(); };
+  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_number)) wrong_type(key, "a list of numbers");
+  value = json->get<std::vector<double>>();
+}
+
+void JsonObject::read(const char* key, std::vector<std::string>& value) {
+  const Json* json = find(key);
+  if (!json) return;
+  const auto is_text = [](const Json& item) { return item.is_string(); };
+  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_text)) wrong_type(key, "a list of texts");
+  value = json->get<std::vector<std::string>>();
+}
+
+void JsonObject::finish() const {
+  for (const auto& [key, value] : json_.items()) {
+    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    std::string list;
+    for (const std::string& known : known_) list += (list.empty() ? "" : ", ") + known;
+    throw Error(where_, "unknown key " + name_of(shortened(key, most_shown)), "the keys here are " + list);
+  }
+}
+
+}  // namespace decid

@@ -1,0 +1,191 @@
+// Elementary functions with promised bits: see math.hpp.
+// Those that are also needed in vector lanes are in math_lanes.hpp. Reduction of exp as in fdlibm (Sun, 1993); Taylor
+// polynomials. Pairs (hi, lo) are a constant's nearest double and the double nearest to what is left.
+#include "base/math/math.hpp"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "base/math/math_lanes.hpp"
+
+namespace decid {
+namespace {
+
+constexpr double log2_e = 1.4426950408889634;
+
+// Where the processor has a fused multiply-add, that in place of a call of fma(), which gives the same bits. Which one
+// is chosen as the program starts, when sanitizers are not ready yet.
+// clang before 18 makes no such choice, or one that others do not find.
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(DECID_SANITIZED) && \
+    (!defined(__clang__) || __clang_major__ >= 18)
+#define DECID_WITH_FMA [[gnu::target_clones("default", "fma")]]
+#else
+#define DECID_WITH_FMA
+#endif
+
+// sin and cos of hi + lo, |hi| <= pi / 4, |lo| below half a unit in hi's last place.
+[[gnu::always_inline]] inline SinCos sincos_octant(double hi, double lo) {
+  const double z = hi * hi;
+  double s = 1.0 / 355687428096000;  // 1 / 17!
+  s = std::fma(s, z, -1.0 / 1307674368000);
+  s = std::fma(s, z, 1.0 / 6227020800);
+  s = std::fma(s, z, -1.0 / 39916800);
+  s = std::fma(s, z, 1.0 / 362880);
+  s = std::fma(s, z, -1.0 / 5040);
+  s = std::fma(s, z, 1.0 / 120);
+  s = std::fma(s, z, -1.0 / 6);
+  double c = 1.0 / 20922789888000;  // 1 / 16!
+  c = std::fma(c, z, -1.0 / 87178291200);
+  c = std::fma(c, z, 1.0 / 479001600);
+  c = std::fma(c, z, -1.0 / 3628800);
+  c = std::fma(c, z, 1.0 / 40320);
+  c = std::fma(c, z, -1.0 / 720);
+  c = std::fma(c, z, 1.0 / 24);
+  // 1 - z / 2 is rounded; what it lost is added back with the small terms.
+  const double half = 0.5 * z;
+  const double top = 1.0 - half;
+  const double cos = top + (((1.0 - top) - half) + std::fma(z * z, c, -hi * lo));
+  const double sin = hi + std::fma(hi * z, s, lo * cos);
+  return {sin, cos};
+}
+
+}  // namespace
+
+DECID_WITH_FMA SinCos sincos_of_turn(long long n, long long d) noexcept {
+  // The angle is a / (8 d) turns; it is mirrored into the first octant, a <= d.
+  long long a = n % d;
+  if (a < 0) a += d;
+  a *= 8;
+  const bool lower = a > 4 * d;
+  if (lower) a = 8 * d - a;
+  const bool left = a > 2 * d;
+  if (left) a = 4 * d - a;
+  const bool steep = a > d;
+  if (steep) a = 2 * d - a;
+
+  // pi / 4 * a / d as hi + lo.
+  const auto numerator = static_cast<double>(a), denominator = static_cast<double>(d);
+  const double ratio = numerator / denominator;
+  const double ratio_lo = std::fma(-ratio, denominator, numerator) / denominator;
+  const double hi = ratio * (pi_hi / 4);
+  const double lo = std::fma(ratio, pi_hi / 4, -hi) + (ratio_lo * (pi_hi / 4) + ratio * (pi_lo / 4));
+  auto [sin, cos] = sincos_octant(hi, lo);
+  if (steep) {
+    const double swapped = sin;
+    sin = cos;
+    cos = swapped;
+  }
+  return {lower ? -sin : sin, left ? -cos : cos};
+}
+
+double sin_small(double x) noexcept {
+  return sin_small_lanes(x);
+}
+
+double cos_small(double x) noexcept {
+  return cos_small_lanes(x);
+}
+
+double log(double x) noexcept {
+  return log_lanes<One>(x);
+}
+
+double exp(double x) noexcept {
+  constexpr double largest = 700.0;
+  if (!(x >= -largest && x <= largest)) return x < 0.0 ? 0.0 : x > 0.0 ? std::numeric_limits<double>::infinity() : x;
+  const double k = std::floor(x * log2_e + 0.5);
+  const double r = (x - k * ln2_hi) - k * ln2_lo;  // |r| <= ln 2 / 2, the first difference is exact
+  double sum = 1.0 / 6227020800;                   // 1 / 13!
+  sum = sum * r + 1.0 / 479001600;
+  sum = sum * r + 1.0 / 39916800;
+  sum = sum * r + 1.0 / 3628800;
+  sum = sum * r + 1.0 / 362880;
+  sum = sum * r + 1.0 / 40320;
+  sum = sum * r + 1.0 / 5040;
+  sum = sum * r + 1.0 / 720;
+  sum = sum * r + 1.0 / 120;
+  sum = sum * r + 1.0 / 24;
+  sum = sum * r + 1.0 / 6;
+  sum = sum * r + 0.5;
+  const double power_of_2 = std::bit_cast<double>(static_cast<std::uint64_t>(static_cast<int>(k) + 1023) << 52);
+  return (1.0 + (r + r * r * sum)) * power_of_2;
+}
+
+double atan2(double y, double x) noexcept {
+  return atan2_lanes<One>(y, x);
+}
+
+double asinh(double x) noexcept {
+  return asinh_lanes<One>(x);
+}
+
+namespace {
+
+template <std::size_t count>
+double ratio_of(const double (&numerator)[count], const double (&denominator)[count], double x) {
+  double above = numerator[0], below = denominator[0];
+  for (std::size_t i = 1; i < count; ++i) {
+    above = std::fma(above, x, numerator[i]);
+    below = std::fma(below, x, denominator[i]);
+  }
+  return above / below;
+}
+
+/// exp(-x^2), x >= 0: the square's upper part is exact.
+double gauss(double x) {
+  const double high = std::floor(x * 16.0) / 16.0;
+  return exp(-high * high) * exp(-(x - high) * (x + high));
+}
+
+}  // namespace
+
+// Rational approximations of erf and erfc by Cody, Mathematics of Computation 23, 1969.
+double normal_density(double x) noexcept {
+  return 0.39894228040143268 * exp(-0.5 * x * x);
+}
+
+double normal_distribution(double x) noexcept {
+  constexpr double sqrt_half = 0.70710678118654752, one_over_sqrt_pi = 0.56418958354775629;
+  const double y = std::abs(x) * sqrt_half;
+  if (y <= 0.46875) {
+    constexpr double p[] = {1.85777706184603153e-1, 3.16112374387056560e0, 1.13864154151050156e2, 3.77485237685302021e2,
+                            3.20937758913846947e3};
+    constexpr double q[] = {1.0, 2.36012909523441209e1, 2.44024637934444173e2, 1.28261652607737228e3,
+                            2.84423683343917062e3};
+    return 0.5 + 0.5 * (x * sqrt_half) * ratio_of(p, q, y * y);
+  }
+  double tail;  // erfc(y)
+  if (y <= 4.0) {
+    constexpr double p[] = {2.15311535474403846e-8, 5.64188496988670089e-1, 8.88314979438837594e0,
+                            6.61191906371416295e1,  2.98635138197400131e2,  8.81952221241769090e2,
+                            1.71204761263407058e3,  2.05107837782607147e3,  1.23033935479799725e3};
+    constexpr double q[] = {1.0,
+                            1.57449261107098347e1,
+                            1.17693950891312499e2,
+                            5.37181101862009858e2,
+                            1.62138957456669019e3,
+                            3.29079923573345963e3,
+                            4.36261909014324716e3,
+                            3.43936767414372164e3,
+                            1.23033935480374942e3};
+    tail = gauss(y) * ratio_of(p, q, y);
+  } else if (y < 26.5) {
+    constexpr double p[] = {1.63153871373020978e-2, 3.05326634961232344e-1, 3.60344899949804439e-1,
+                            1.25781726111229246e-1, 1.60837851487422766e-2, 6.58749161529837803e-4};
+    constexpr double q[] = {1.0,
+                            2.56852019228982242e0,
+                            1.87295284992346047e0,
+                            5.27905102951428412e-1,
+                            6.05183413124413191e-2,
+                            2.33520497626869185e-3};
+    const double z = 1.0 / (y * y);
+    tail = gauss(y) / y * (one_over_sqrt_pi - z * ratio_of(p, q, z));
+  } else {
+    tail = 0.0;
+  }
+  return x < 0.0 ? 0.5 * tail : 1.0 - 0.5 * tail;
+}
+
+}  // namespace decid

@@ -1,0 +1,83 @@
+// Speed of the posterior's density with its gradient, of eight chains at once, on one thread, for each instruction set,
+// beside the machine's peak of fused multiply-adds in double; and of its information matrix. Operations that count are
+// those of the transforms: two of the bins, two of the blocks, two of the noise; and for the information those of the
+// products of its columns.
+#include "posterior/density/density.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <vector>
+
+#include "bench/isas.hpp"
+#include "posterior/cholesky.hpp"
+#include "sim/simulate.hpp"
+
+namespace {
+
+using namespace decid;
+using namespace decid::bench;
+using posterior::Density;
+using posterior::lanes;
+
+struct Recorded {
+  sim::Protocol protocol = sim::default_protocol();
+  Density density;
+  posterior::Observation observation;
+  AlignedVector<double> x;
+  Density::Workspace work;
+
+  explicit Recorded(Isa isa)
+      : density(protocol, {}, isa),
+        observation(density.observe(sway())),
+        x(static_cast<std::size_t>(density.size()) * lanes),
+        work(density) {
+    Random(1, Stream::posterior, 0).fill_normal(x);
+    for (double& value : x) value *= 0.3;
+  }
+  std::vector<float> sway() const {
+    std::vector<double> sway_rad(static_cast<std::size_t>(protocol.samples()));
+    sim::Simulator(protocol).run(protocol.parameters().middle(), Random(1, Stream::vestibular_noise, 0), sway_rad);
+    return {sway_rad.begin(), sway_rad.end()};
+  }
+};
+
+void bench_gradient(benchmark::State& state, Isa isa) {
+  Recorded recorded(isa);
+  AlignedVector<double> gradient(recorded.x.size());
+  std::vector<double> potential(lanes);
+  FmaPeak peak(name(isa));
+  const double seconds = best_seconds(state, peak, [&] {
+    recorded.density.evaluate(recorded.observation, recorded.x, gradient, potential, recorded.work);
+  });
+  const Density::Transforms lengths = recorded.density.transforms();
+  state.counters["us/chain"] = seconds * 1e6 / lanes;
+  count_double_flops(
+      state, peak,
+      2.0 * lanes *
+          (fft_flops(lengths.bins) + fft_flops(lengths.blocks) + lengths.noise_count * fft_flops(lengths.noise)),
+      seconds);
+}
+
+void bench_information(benchmark::State& state, Isa isa) {
+  Recorded recorded(isa);
+  const auto size = static_cast<std::size_t>(recorded.density.size());
+  std::vector<double> matrices(posterior::triangle(size) * lanes);
+  FmaPeak peak(name(isa));
+  const double seconds = best_seconds(
+      state, peak, [&] { recorded.density.information(recorded.observation, recorded.x, matrices, recorded.work); });
+  state.counters["ms"] = seconds * 1e3;
+  const Density::Transforms lengths = recorded.density.transforms();
+  const double columns = static_cast<double>(size);
+  count_double_flops(
+      state, peak,
+      lanes * columns * (fft_flops(lengths.bins) + fft_flops(lengths.blocks) + columns * recorded.density.blocks()),
+      seconds);
+}
+
+[[maybe_unused]] const bool registered = [] {
+  add_for_each_isa("posterior/gradient", bench_gradient);
+  add_for_each_isa("posterior/information", bench_information);
+  return true;
+}();
+
+}  // namespace

@@ -1,0 +1,231 @@
+// Model files: see model.hpp.
+#include "identify/network/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "base/text.hpp"
+#include "embedded/built_in_model.hpp"
+#include "identify/training/checkpoint.hpp"
+#include "nn/predictor.hpp"
+#include "nn/safetensors.hpp"
+#include "sim/protocol/protocol_json.hpp"
+
+namespace decid {
+namespace {
+
+constexpr const char* format_name = "decid model 1";
+
+Json list_of(const sim::Parameters& parameters) {
+  return std::vector<double>(parameters.begin(), parameters.end());
+}
+
+/// Throws Json::exception unless `list` is one of numbers, as many as parameters.
+sim::Parameters parameters_in(const Json& list, const sim::ParameterTable& table) {
+  if (list.size() != table.size()) throw Json::other_error::create(501, "another number of parameters", &list);
+  sim::Parameters parameters(table.size());
+  for (std::size_t i = 0; i < table.size(); ++i) parameters[i] = list.at(i).get<double>();
+  return parameters;
+}
+
+nn::Shape network_input(const dataset::ImageMaker& images) {
+  const dataset::ImageShape s = images.shape();
+  return {s.channels, s.rows, s.columns};
+}
+
+/// The protocol, if it plays the cycles that the images fold.
+sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& image) {
+  image.validate();
+  if (image.fold == 1) return protocol;
+  const int columns =
+      image.block > 0 ? 1 : std::max(protocol.samples() - image.first_sample, 0) / image.window / image.fold;
+  const double cycle_samples = protocol.experiment.cycle_s() * protocol.experiment.sample_rate_hz;
+  const double lead_in_samples = protocol.experiment.lead_in_s() * protocol.experiment.sample_rate_hz;
+  if (image.fold == protocol.experiment.cycles() && columns * image.window == std::lround(cycle_samples) &&
+      image.first_sample == std::lround(lead_in_samples))
+    return protocol;
+  throw Error(
+      "image settings",
+      format(
+          "fold %d times %d windows of %d samples from sample %d on, but protocol '%s' plays %d cycles of %g samples "
+          "after %g",
+          image.fold, columns, image.window, image.first_sample, protocol.name.c_str(), protocol.experiment.cycles(),
+          cycle_samples, lead_in_samples),
+      "choose a preset made for this protocol, or one that does not fold");
+}
+
+}  // namespace
+
+Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::string& architecture, const Head& head_)
+    : protocol(checked(std::move(protocol_), image_)),
+      targets{sim::Parameters(protocol.parameters().size()), sim::Parameters(protocol.parameters().size())},
+      network(network_input(dataset::ImageMaker(image_, protocol.experiment)), architecture),
+      head(&head_),
+      ranges_(protocol.ranges()),
+      images_(std::move(image_), protocol.experiment) {
+  const auto outputs = static_cast<int>(head->outputs(parameters().size()));
+  if (network.output_shape() != nn::Shape{outputs, 1, 1})
+    throw Error("network architecture",
+                format("does not end with the %d outputs of the head '%s'", outputs, head->name().c_str()),
+                format("end it with fc %d", outputs));
+}
+
+void Model::require_outputs(std::span<const float> outputs) const {
+  const std::size_t needed = head->outputs(parameters().size());
+  if (outputs.size() != needed)
+    throw Error("model", format("%zu outputs of a trial to be decoded", outputs.size()),
+                format("give the network's %zu", needed));
+}
+
+sim::Parameters Model::decode(std::span<const float> outputs) const {
+  require_outputs(outputs);
+  std::vector<float> scores(parameters().size());
+  head->scores(outputs, scores);
+  return targets.unscale(scores);
+}
+
+std::optional<ParameterDistribution> Model::distribution(std::span<const float> outputs,
+                                                         const sim::ParameterTable& ranges) const {
+  require_outputs(outputs);
+  std::optional<Mixture> mixture = head->distribution(outputs, parameters().size());
+  if (!mixture) return std::nullopt;
+  return ParameterDistribution(std::move(*mixture), ranges, recalibration);
+}
+
+bool Model::gives_distribution() const {
+  return distribution(std::vector<float>(head->outputs(parameters().size()), 0.0F)).has_value();
+}
+
+std::optional<double> Model::validation_mse() const {
+  if (log.empty()) return std::nullopt;
+  return kept_epoch(log, origin.patience).validation_mse;
+}
+
+std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
+  nn::TensorFile file;
+  file.metadata = {
+      {"format", format_name},
+      {"architecture", model.network.architecture()},
+      {"protocol", sim::to_json(model.protocol)},
+      {"image", dataset::to_json(model.image())},
+      {"targets", Json{{"mean", list_of(model.targets.mean)}, {"deviation", list_of(model.targets.deviation)}}.dump()},
+      {"origin", to_json(model.origin)},
+  };
+  if (model.head != &point_head()) file.metadata["head"] = model.head->name();
+  if (!model.log.empty()) file.metadata["log"] = to_json(model.log);
+  if (checkpoint != nullptr) file.metadata["progress"] = checkpoint->progress;
+  if (model.image().standardize_rows) {
+    const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
+    file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
+    file.tensors.push_back({"image.row_deviation", shape, model.rows.deviation});
+  }
+  if (model.familiarity.known()) {
+    const auto n = static_cast<long long>(model.familiarity.mean.size());
+    file.metadata["familiarity"] = Json{{"usual", model.familiarity.usual}}.dump();
+    file.tensors.push_back({"familiarity.mean", {n}, model.familiarity.mean});
+    file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
+  }
+  if (model.recalibration.known()) file.metadata["recalibration"] = to_json(model.recalibration);
+  nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
+  file.metadata[nn::content_hash_key] = nn::content_sha256(file);
+  return nn::to_safetensors(file);
+}
+
+Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint) {
+  nn::TensorFile file = nn::from_safetensors(bytes, where);
+  const std::string remedy = "give a model file written by decid train";
+  const auto text = [&](const std::string& key) {
+    const auto it = file.metadata.find(key);
+    if (it == file.metadata.end()) throw Error(where, "is not a decid model: it has no " + key, remedy);
+    return it->second;
+  };
+  if (text("format") != format_name)
+    throw Error(where, "is of format '" + text("format") + "', not '" + format_name + "'", remedy);
+  if (file.metadata.contains(nn::content_hash_key) && text(nn::content_hash_key) != nn::content_sha256(file))
+    throw Error(where, "is damaged: its content is not what its SHA-256 says", "take an undamaged copy of the file");
+  if (checkpoint != nullptr) checkpoint->progress = text("progress");
+  Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
+              text("architecture"), file.metadata.contains("head") ? head_named(text("head"), where) : point_head());
+  model.origin = origin_from_json(text("origin"), where);
+  if (file.metadata.contains("log")) model.log = log_from_json(text("log"), where);
+  try {
+    const Json targets = parse_json(text("targets"), where);
+    model.targets.mean = parameters_in(targets.at("mean"), model.parameters());
+    model.targets.deviation = parameters_in(targets.at("deviation"), model.parameters());
+  } catch (const Json::exception&) {
+    throw Error(where, "has a target scaling that cannot be read", remedy);
+  }
+  for (const double deviation : model.targets.deviation)
+    if (!(deviation > 0)) throw Error(where, "has a target scaling that is not positive", remedy);
+  if (model.image().standardize_rows) {
+    const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
+    model.rows.mean = file.find("image.row_mean", rows, where).values;
+    model.rows.deviation = file.find("image.row_deviation", rows, where).values;
+    for (std::size_t i = 0; i < rows; ++i)
+      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.deviation[i] > 0))
+        throw Error(where, "has an image scaling that is not positive", remedy);
+  }
+  if (file.metadata.contains("familiarity")) {
+    const auto n = static_cast<std::size_t>(feature_count(model.network));
+    if (n == 0) throw Error(where, "has a familiarity of features that its network does not have", remedy);
+    model.familiarity.mean = std::move(file.find("familiarity.mean", n, where).values);
+    model.familiarity.whitening = std::move(file.find("familiarity.whitening", n * (n + 1) / 2, where).values);
+    try {
+      model.familiarity.usual = parse_json(text("familiarity"), where).at("usual").get<double>();
+    } catch (const Json::exception&) {
+      throw Error(where, "has a familiarity that cannot be read", remedy);
+    }
+    if (!(model.familiarity.usual > 0)) throw Error(where, "has a familiarity that is not positive", remedy);
+  }
+  if (file.metadata.contains("recalibration")) {
+    if (!model.gives_distribution())
+      throw Error(where, "has a recalibration of distributions that its head does not give", remedy);
+    model.recalibration = recalibration_from_json(text("recalibration"), model.parameters().size(), where);
+  }
+  nn::load_network(model.network, std::move(file), where, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
+  return model;
+}
+
+Model load_model(const std::filesystem::path& path) {
+  return model_from_bytes(read_file(path), path.string());
+}
+
+Model built_in_model() {
+  return model_from_bytes(embedded::built_in_model(), "built-in model");
+}
+
+Model model_or_built_in(const std::string& path) {
+  return path.empty() ? built_in_model() : load_model(path);
+}
+
+std::string model_name(const std::string& path) {
+  return path.empty() ? "built-in model" : path;
+}
+
+void require_same_experiment(const Model& model, const std::string& name, const sim::Protocol& data,
+                             const std::string& file) {
+  if (model.protocol.experiment == data.experiment) return;
+  const auto described = [](const sim::Protocol& p) {
+    return format("'%s' (%g s at %g Hz)", p.name.c_str(), p.duration_s(), p.experiment.sample_rate_hz);
+  };
+  throw Error(file,
+              "was made with protocol " + described(data) + ", another experiment than " + described(model.protocol) +
+                  " of " + name,
+              "make a data set with the model's protocol, or train a model on this one");
+}
+
+std::string noise_difference(const sim::Protocol& model, const sim::Protocol& data) {
+  const auto described = [](const sim::VestibularNoise& noise) {
+    return format("%g degrees from %g to %g Hz, exponent %g", noise.scale_deg, noise.low_hz, noise.high_hz,
+                  noise.exponent);
+  };
+  const std::string ours = described(model.noise.vestibular), theirs = described(data.noise.vestibular);
+  if (ours == theirs) return {};
+  return "its vestibular noise (" + theirs + ") is not that of the model's training (" + ours +
+         "), so Nv means something else";
+}
+
+}  // namespace decid

@@ -1,0 +1,133 @@
+// Recalibration: see recalibration.hpp.
+#include "identify/network/recalibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/files/json_object.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "identify/network/model.hpp"
+#include "identify/network/prediction.hpp"
+
+namespace decid {
+namespace {
+
+constexpr int most_shown_trials = 10'240, least_shown_trials = 1'000;
+constexpr double share_step = 1.0 / (Recalibration::probabilities + 1);
+/// Levels of a network that is always sure and wrong would be 0 or 1, where there is nothing to ask for.
+constexpr double least_level = 1e-9;
+
+/// The map's corner `i` of 0 .. probabilities + 1.
+double corner(const Recalibration::Levels& levels, std::size_t i) {
+  if (i == 0) return 0.0;
+  return i <= levels.size() ? levels[i - 1] : 1.0;
+}
+
+/// Where of n sorted values a fresh one lies below with this probability: k of them are below with probability
+/// k / (n + 1) each.
+double quantile_of(const std::vector<double>& sorted, double probability) {
+  const double place = probability * static_cast<double>(sorted.size() + 1) - 1.0;
+  const double inside = std::clamp(place, 0.0, static_cast<double>(sorted.size() - 1));
+  const auto below = static_cast<std::size_t>(inside), above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (inside - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+}  // namespace
+
+double Recalibration::level(std::size_t parameter, double share) const {
+  if (!known()) return share;
+  const Levels& all = levels[parameter];
+  const auto part = std::min(static_cast<std::size_t>(share / share_step), probabilities);
+  const double low = corner(all, part), high = corner(all, part + 1);
+  return low + (high - low) * (share / share_step - static_cast<double>(part));
+}
+
+double Recalibration::share(std::size_t parameter, double level) const {
+  if (!known()) return level;
+  const Levels& all = levels[parameter];
+  const auto above = std::ranges::upper_bound(all, level);
+  const auto part = static_cast<std::size_t>(above - all.begin());
+  const double low = corner(all, part), high = corner(all, part + 1);
+  return share_step * (static_cast<double>(part) + (level - low) / (high - low));
+}
+
+// The factor weighs trials by what they promise: the mean of (error / deviation)^2 would be that of a few trials whose
+// deviation is next to nothing because they seem to lie at an end of the range.
+Recalibration recalibration_of(std::size_t parameters, std::span<const Said> said) {
+  if (parameters == 0 || said.empty() || said.size() % parameters != 0)
+    throw Error("recalibration", format("%zu values for trials of %zu parameters", said.size(), parameters),
+                "give one for each trial and parameter");
+  Recalibration made;
+  for (std::size_t p = 0; p < parameters; ++p) {
+    std::vector<double> sorted;
+    double errors = 0.0, variances = 0.0;
+    for (std::size_t i = p; i < said.size(); i += parameters) {
+      sorted.push_back(said[i].below);
+      errors += said[i].error * said[i].error;
+      variances += said[i].deviation * said[i].deviation;
+    }
+    std::ranges::sort(sorted);
+    Recalibration::Levels& levels = made.levels.emplace_back();
+    for (std::size_t i = 0; i < levels.size(); ++i)
+      levels[i] =
+          std::clamp(quantile_of(sorted, share_step * static_cast<double>(i + 1)), least_level, 1.0 - least_level);
+    made.deviation_factor.push_back(std::sqrt(errors / variances));
+  }
+  return made;
+}
+
+Recalibration learn_recalibration(const Model& model, const dataset::TrialSource& source, int next_epoch,
+                                  Communicator* ranks) {
+  const int trials = std::min(source.trials(dataset::Part::unseen), most_shown_trials);
+  if (!model.gives_distribution() || trials < least_shown_trials) return {};
+  const sim::ParameterTable& table = model.parameters();
+  const OutputsOf shown = outputs_of(model, source, dataset::Part::unseen, next_epoch, trials, ranks);
+  const std::size_t width = model.head->outputs(table.size());
+  std::vector<Said> said(shown.truth.size() * table.size());
+  parallel_for(trials, [&](int index) {
+    const auto i = static_cast<std::size_t>(index);
+    const auto own = std::span<const float>(shown.outputs).subspan(i * width, width);
+    const ParameterDistribution found(*model.head->distribution(own, table.size()), table);
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      const int quantity = static_cast<int>(p);
+      const double truth = shown.truth[i][p];
+      said[i * table.size() + p] = {found.below(quantity, truth), truth - found.mean(quantity),
+                                    found.deviation(quantity)};
+    }
+  });
+  return recalibration_of(table.size(), said);
+}
+
+std::string to_json(const Recalibration& recalibration) {
+  return Json{{"levels", recalibration.levels}, {"deviation_factor", recalibration.deviation_factor}}.dump();
+}
+
+Recalibration recalibration_from_json(const std::string& text, std::size_t parameters, const std::string& where) {
+  const std::string remedy = "give a model file written by decid train";
+  Recalibration read;
+  try {
+    const Json json = parse_json(text, where);
+    for (const Json& list : json.at("levels")) {
+      if (list.size() != Recalibration::probabilities)
+        throw Error(where, format("has a recalibration of %zu levels", list.size()), remedy);
+      Recalibration::Levels& levels = read.levels.emplace_back();
+      for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = list.at(i).get<double>();
+    }
+    read.deviation_factor = json.at("deviation_factor").get<std::vector<double>>();
+  } catch (const Json::exception&) {
+    throw Error(where, "has a recalibration that cannot be read", remedy);
+  }
+  if (read.levels.size() != parameters || read.deviation_factor.size() != parameters)
+    throw Error(where, "has a recalibration of another number of parameters", remedy);
+  for (const Recalibration::Levels& levels : read.levels)
+    if (!(levels.front() > 0.0) || !(levels.back() < 1.0) || !std::ranges::is_sorted(levels))
+      throw Error(where, "has a recalibration whose levels do not rise from 0 to 1", remedy);
+  for (const double factor : read.deviation_factor)
+    if (!(factor > 0.0) || !std::isfinite(factor))
+      throw Error(where, "has a recalibration whose deviations are not above 0", remedy);
+  return read;
+}
+
+}  // namespace decid

@@ -1,0 +1,123 @@
+// What `decid study` computes about a model: the figures of the paper's results section, and what its estimates are
+// worth at stated levels of sensor noise. Computed here; tools/report/figures/study_figures.hpp draws it,
+// study_page.hpp reports it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dataset/npz/npz.hpp"
+#include "identify/recordings.hpp"
+#include "identify/studies/faults.hpp"
+#include "identify/training/training.hpp"
+
+namespace decid {
+
+/// The z-scored values of a set of parameters.
+using Scores = std::vector<double>;
+
+/// A trial with known parameters, identified, and simulated anew from its estimate.
+struct KnownTrial {
+  sim::Parameters truth, identified;
+  Scores target, output;
+  std::vector<float> sway_rad;
+  std::vector<float> fitted_rad;  ///< the single pendulum, noise-free; shorter if it fell over
+  double peak_to_peak_rad = 0.0;
+  /// Sum of the squared z-scored errors: how the paper's "SE" reads.
+  double squared_error() const;
+};
+
+/// An example: the trial of a set with the median squared error, so that nobody has chosen it.
+struct Sample {
+  std::string from;  ///< "validation half", "fresh trials"
+  int index = 0;     ///< among these
+  KnownTrial trial;
+  std::vector<float> image;  ///< before row scaling
+  dataset::ImageShape image_shape{};
+  std::vector<float> activation;  ///< of the network's first layer, BatchNorm included, before ReLU
+  nn::Shape activation_shape{};
+  std::string activation_layer;
+};
+
+struct StudyData {
+  std::string file;
+  std::uint64_t seed = 0;
+  int base = 0;                             ///< trials before enrichment
+  Evaluation training, validation;          ///< both in inference, with the finished model
+  dataset::TrialDistributions before, all;  ///< of enrichment; peak to peak as stored
+};
+
+/// The double inverted pendulum with default parameters: its ankle's against those that the network identifies.
+struct DoubleCase {
+  KnownTrial trial;                    ///< of noise realisation 0; truth: the ankle's parameters
+  std::vector<double> squared_errors;  ///< of each realisation that stood
+};
+
+/// Trials with low <= x < high. NaN without trials.
+struct Bin {
+  double low, high;
+  int trials = 0;
+  Scores mse;       ///< z-scored, of each parameter
+  Scores baseline;  ///< of the training set's mean in place of the network
+};
+struct NoiseLevel {
+  double sensor_noise_deg;
+  Evaluation all;
+  std::vector<Bin> by_amplitude_deg;  ///< peak to peak of the exact sway
+  std::vector<Bin> by_nv;
+};
+/// Mean over the parameters.
+double mean_of(const Scores& scores);
+
+struct LearningPoint {
+  double trials, mse;
+};
+
+struct Study {
+  std::string model, sha256, version;
+  Origin origin;  ///< the model's
+  sim::Protocol protocol;
+  dataset::ImageSettings image;
+  std::size_t network_parameters = 0;
+  std::string architecture;
+  std::vector<EpochLog> log;  ///< of the training; may be empty
+  std::optional<StudyData> data;
+  Sample sample;
+  std::optional<DoubleCase> dip;
+  std::optional<Identification> recording;
+  Scores recording_output;
+  std::vector<NoiseLevel> levels;
+  double faults_noise_deg = 0.02;    ///< sensor noise of the trials with faults
+  std::vector<FaultFigures> faults;  ///< identify/studies/faults.hpp; empty unless asked for
+  std::uint64_t fresh_seed = 99;     ///< to be set before anything is computed
+  std::vector<LearningPoint> learning_curve;
+  std::vector<std::string> comparisons;                 ///< JSON texts of network and fits: files of decid compare
+  std::vector<std::pair<std::string, double>> seconds;  ///< what took how long, as given on the command line
+  std::vector<std::string> notes;                       ///< what is missing, and why
+};
+
+/// Called with what is done next.
+using Announce = std::function<void(const std::string&)>;
+
+/// `data` and `sample`. Throws Error if the data set is of another experiment than the model, or of the seed
+/// `fresh_seed`.
+void study_dataset(const Model& model, const std::string& file, Study& study, const Announce& announce);
+
+/// `levels`, on `trials` fresh valid base trials of `fresh_seed`, the same at each level; `sample` unless it is there.
+/// Throws Error if the model was trained on trials of that seed.
+void study_fresh(const Model& model, int trials, const std::vector<double>& levels_deg, Study& study,
+                 const Announce& announce);
+
+/// `dip`, or a note if the model's body is not made of segments.
+void study_double(const Model& model, int realisations, Study& study, const Announce& announce);
+
+/// A table with columns trials and mse, more trials from row to row.
+std::vector<LearningPoint> read_learning_curve(const std::string& file);
+/// The log that decid train leaves beside a model.
+std::vector<EpochLog> read_log(const std::string& file);
+
+}  // namespace decid

@@ -1,0 +1,364 @@
+// The posterior density of a recorded trial: see density.hpp.
+#include "posterior/density/density.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
+#include "base/text.hpp"
+#include "posterior/density/elementary.hpp"
+#include "posterior/sampling/chains.hpp"
+#include "sim/simulate.hpp"
+
+namespace decid::posterior {
+namespace {
+
+using sim::Complex;
+
+constexpr double evidence_hz = 2.5;  // of the coefficients that are looked at
+constexpr double full_hz = 2.6, top_hz = 4.4, block_ms = 100.0, bin_ms = 50.0;
+constexpr double whole_damping = 10.0;  // c times the transforms' length: what wraps around is e^-10 of itself
+constexpr int spare_blocks = 40;        // of the transforms, beside the trial: more than the latest start
+constexpr int fewest_blocks = 20;
+
+/// Samples in a block, for blocks of about 100 ms.
+int samples_per_block(const sim::Experiment& experiment) {
+  return std::max(1, static_cast<int>(std::floor(block_ms / experiment.steps_per_sample() + 0.5)));
+}
+
+/// Steps in a bin: the divisor of a block that is nearest to bin_ms.
+int steps_per_bin(int block_steps) {
+  int best = block_steps;
+  for (int steps = 1; steps <= block_steps; ++steps) {
+    if (block_steps % steps == 0 && std::abs(steps - bin_ms) < std::abs(best - bin_ms)) best = steps;
+  }
+  return best;
+}
+
+/// Where a bin begins, -bin_steps < step <= 0, so that the platform's velocity steps between bins; 0 if it steps
+/// elsewhere too.
+int first_step_of(const sim::Stimulus& stimulus, int bin_steps) {
+  int place = -1;
+  for (std::size_t i = 1; i < stimulus.rate_rad_s.size(); ++i) {
+    if (stimulus.rate_rad_s[i] == stimulus.rate_rad_s[i - 1]) continue;
+    const int here = static_cast<int>(i) * stimulus.interval_steps % bin_steps;
+    if (place >= 0 && here != place) return 0;
+    place = here;
+  }
+  return place <= 0 ? 0 : place - bin_steps;
+}
+
+/// z = exp(s T) at frequency k, T one step.
+Complex step_turn(double damping, long long k, long long steps) {
+  const auto [sin, cos] = sincos_of_turn(k, steps);
+  const double size = decid::exp(damping * sim::integration_step_s);
+  return {size * cos, size * sin};
+}
+
+/// The share of a frequency that is looked at: 1, then down to 0 with all derivatives. A sharp edge rings through the
+/// whole trial, and undoing the damping raises that.
+double kept(double hz) {
+  const double u = (hz - full_hz) / (top_hz - full_hz);
+  if (u <= 0.0) return 1.0;
+  if (u >= 1.0) return 0.0;
+  return 1.0 / (1.0 + decid::exp(std::clamp(1.0 / (1.0 - u) - 1.0 / u, -700.0, 700.0)));
+}
+
+}  // namespace
+
+const sim::Protocol& of_single_pendulum(const sim::Protocol& protocol) {
+  protocol.validate();
+  if (&protocol.parameters() != &sim::single_pendulum().parameters)
+    throw Error("protocol " + protocol.name, "has another body model than the single pendulum",
+                "use a protocol of the single pendulum");
+  return protocol;
+}
+
+Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
+    : protocol_(of_single_pendulum(protocol)),
+      priors_(checked(priors)),
+      ranges_(ranges_of(priors, protocol.ranges())),
+      isa_(isa),
+      quantiles_{},
+      block_samples_(samples_per_block(protocol.experiment)),
+      bin_steps_(steps_per_bin(block_samples_ * protocol.experiment.steps_per_sample())),
+      blocks_(NoiseSpectrum::fast_blocks(protocol.samples() / block_samples_)),
+      lead_blocks_(static_cast<int>(std::ceil(
+          priors.standing_s / (block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s)))),
+      lead_steps_(lead_blocks_ * block_samples_ * protocol.experiment.steps_per_sample()),
+      first_step_(0),
+      bins_(0),
+      padded_bins_(0),
+      padded_blocks_(sim::smooth_length(lead_blocks_ + protocol.samples() / block_samples_ + spare_blocks)),
+      frequencies_(0),
+      damping_(0.0),
+      noise_(protocol, bin_steps_, (lead_steps_ + protocol.experiment.steps()) / bin_steps_ + 8,
+             protocol.experiment.steps() / bin_steps_ + 8, top_hz),
+      bins_fft_(padded_blocks_ * (block_samples_ * protocol.experiment.steps_per_sample() / bin_steps_)),
+      blocks_fft_(padded_blocks_),
+      spectrum_(blocks_, block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s, evidence_hz,
+                priors.drift_hz) {
+  for (std::size_t i = 0; i < quantiles_.size(); ++i)
+    quantiles_[i] = quantile_of(priors, ranges_[i].name, ranges_[i].low, ranges_[i].range());
+  if (blocks_ < fewest_blocks) {
+    throw Error("protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
+                "the posterior needs 2 s at least");
+  }
+  if (noise_.size() == 0 && protocol.noise.vestibular.scale_deg > 0.0) {
+    throw Error("protocol " + protocol.name + ", vestibular_noise", "has a single frequency",
+                "widen low_hz to high_hz; the posterior takes the noise for a band");
+  }
+  const sim::Experiment& experiment = protocol.experiment;
+  const int block_steps = block_samples_ * experiment.steps_per_sample();
+  const double block_s = block_steps * sim::integration_step_s, step_s = sim::integration_step_s;
+  const double padded_s = padded_blocks_ * block_s;
+  const long long padded_steps = static_cast<long long>(padded_blocks_) * block_steps;
+  padded_bins_ = bins_fft_.length();
+  damping_ = whole_damping / padded_s;
+  frequencies_ = std::min(static_cast<int>(top_hz * padded_s), padded_blocks_ / 2);
+
+  const sim::Stimulus stimulus = sim::make_stimulus(experiment);
+  // Steps are counted from the begin of the standing.
+  const int steps = lead_steps_ + experiment.steps();
+  first_step_ = first_step_of(stimulus, bin_steps_);
+  bins_ = (steps - first_step_ + bin_steps_ - 1) / bin_steps_ + 5;
+  const int last_step = experiment.steps() - 1,
+            cycle = static_cast<int>(std::floor(experiment.cycle_s() * sim::steps_per_second + 0.5));
+  const bool moved = priors.moved_before && experiment.lead_in_s() == 0.0;
+  const auto rate_at = [&](int counted) {
+    int step = counted - lead_steps_;
+    if (step < 0 && !moved) return 0.0;
+    while (step < 0) step += cycle;
+    return stimulus.rate_at(std::min(step, last_step));
+  };
+  for (int half = 0; half < 2 * bins_; ++half) {
+    // The line of least squares through the half's steps.
+    const int bin_from = first_step_ + half / 2 * bin_steps_, first = bin_steps_ / 2;
+    const int from = bin_from + half % 2 * first, count = half % 2 == 0 ? first : bin_steps_ - first;
+    const int length = std::max(1, count);  // a bin of one step has itself for both halves
+    double mean = 0.0, slope = 0.0, squares = 0.0;
+    for (int j = 0; j < length; ++j) {
+      const double place = j - 0.5 * (length - 1);
+      mean += rate_at(from + j) / length;
+      slope += place * rate_at(from + j);
+      squares += place * place;
+    }
+    slope = length > 1 ? slope / squares : 0.0;
+    rate_low_.push_back(mean - 0.5 * length * slope);
+    rate_high_.push_back(mean + 0.5 * length * slope);
+    const int here = std::clamp(from + length, 0, length);  // steps before the trial's start do not count
+    weight_.push_back(decid::exp(-damping_ * step_s * bin_from) * here / length);
+  }
+
+  // The platform's transform, from its steps.
+  const sim::RealFft steps_fft(static_cast<int>(padded_steps));
+  std::vector<double> rates(static_cast<std::size_t>(padded_steps), 0.0);
+  for (int step = 0; step < std::min<long long>(steps + bin_steps_ * 4, padded_steps); ++step)
+    rates[static_cast<std::size_t>(step)] = rate_at(step) * decid::exp(-damping_ * step_s * step);
+  std::vector<Complex> spectrum(static_cast<std::size_t>(steps_fft.bins()));
+  std::vector<Complex> work(static_cast<std::size_t>(steps_fft.work_length()));
+  steps_fft.forward(rates, spectrum, work);
+
+  const double inertia = experiment.body.inertia_kgm2, mgh = experiment.body.mgh();
+  for (int k = 0; k < frequencies_; ++k) {
+    const Complex z = step_turn(damping_, k, padded_steps);
+    put(s_, {damping_, 2.0 * sim::pi * k / padded_s});
+    put(sum_, quotient(step_s, z - 1.0));
+    put(rate_, quotient(z - 1.0, step_s * z));
+    put(body_, quotient(inertia * (z - 1.0) * (z - 1.0), step_s * step_s * z) - mgh);
+    Complex hold = 0.0, power = 1.0;
+    const Complex step_back = quotient(1.0, z);
+    for (int j = 0; j < bin_steps_; ++j, power *= step_back) hold += power;
+    const auto [sin, cos] = sincos_of_turn(static_cast<long long>(k) * first_step_, padded_steps);
+    put(hold_, hold * Complex(cos, -sin));
+    Complex sample = 1.0, mean = 0.0, turn = 1.0;
+    for (int j = 0; j < experiment.steps_per_sample(); ++j) turn *= z;
+    for (int j = 0; j < block_samples_; ++j, sample *= turn) mean += sample;
+    put(observe_, mean * (kept(k / padded_s) / block_samples_));
+    put(platform_, spectrum[static_cast<std::size_t>(k)]);
+  }
+  for (int block = lead_blocks_; block < lead_blocks_ + blocks_; ++block)
+    undamp_.push_back(decid::exp(damping_ * block_s * block) * padded_blocks_ / static_cast<double>(padded_steps));
+}
+
+Density::Transforms Density::transforms() const {
+  return {bins_fft_.length(), blocks_fft_.length(), noise_.transform_length(), noise_.transforms()};
+}
+
+Density::Workspace::Workspace(const Density& d) {
+  const auto of = [](int count) { return static_cast<std::size_t>(count) * lanes; };
+  for (auto* values : {&velocity, &by_velocity}) values->assign(of(d.noise_.edges()), 0.0);
+  for (auto* values : {&fine, &by_fine}) values->assign(of(2 * d.bins_ + 1), 0.0);
+  for (auto* values : {&halves, &by_halves, &by_low, &by_high, &by_theta}) values->assign(of(2 * d.bins_), 0.0);
+  for (auto* values : {&passed, &by_passed}) values->assign(of(d.padded_bins_), 0.0);
+  bins_spectrum.assign(of(2 * d.bins_fft_.bins()), 0.0);
+  loop_spectrum.assign(of(2 * d.bins_fft_.bins()), 0.0);
+  sway_spectrum.assign(of(2 * d.blocks_fft_.bins()), 0.0);
+  for (auto* values : {&delayed, &inverse, &sway, &observe, &response}) values->assign(of(2 * d.frequencies_), 0.0);
+  modelled.assign(of(d.padded_blocks_), 0.0);
+  residual.assign(of(d.padded_blocks_), 0.0);
+  unfolded.assign(of(d.blocks_), 0.0);
+  noise = d.spectrum_.workspace();
+  fft_work.assign(of(2 * std::max(d.bins_fft_.work_length(), d.blocks_fft_.work_length())), 0.0);
+  noise_work.assign(d.noise_.work_size(), 0.0);
+}
+
+LoopParameters Density::loop_parameters(const Chains& c) const {
+  return {c.value[sim::Kp].data(),      c.value[sim::Kd].data(), c.value[sim::Kp_pass].data(),
+          c.value[sim::Kd_pass].data(), c.value[gain].data(),    c.delay_first[0].data(),
+          c.delay_turn[0].data(),       c.start_first[0].data(), c.start_turn[0].data()};
+}
+
+DeadBandBins Density::halves() const {
+  return {2 * bins_, rate_low_.data(), rate_high_.data(), weight_.data()};
+}
+
+DeadBandValues Density::dead_band_values(const Chains& c, Workspace& work) const {
+  return {work.fine.data(),   c.noise_gain.data(), c.value[sim::Theta].data(), work.halves.data(),
+          work.by_low.data(), work.by_high.data(), work.by_theta.data()};
+}
+
+LoopConstants Density::constants(const Observation& observation) const {
+  return {frequencies_,        s_.data(),        sum_.data(),
+          rate_.data(),        body_.data(),     hold_.data(),
+          observe_.data(),     platform_.data(), observation.torque.data(),
+          2.0 / padded_blocks_};
+}
+
+void Density::check(const Observation& observation, std::span<const double> x, std::size_t results,
+                    std::size_t expected) const {
+  const auto all = static_cast<std::size_t>(size()) * lanes;
+  if (x.size() == all && results == expected && observation.sway.size() == static_cast<std::size_t>(blocks_) &&
+      observation.torque.size() == s_.size())
+    return;
+  throw Error("posterior", format("%zu coordinates and room for %zu results", x.size(), results),
+              format("give %zu and %zu, and what observe() of this density made", all, expected));
+}
+
+void Density::to_blocks(Workspace& work) const {
+  blocks_fft_.inverse_lanes(work.sway_spectrum, work.modelled, work.fft_work, isa_);
+}
+
+std::array<double, lanes> Density::forward(const Observation& observation, std::span<const double> x, const Chains& c,
+                                           Workspace& work) const {
+  const Kernels& run = kernels(isa_);
+  noise_.synthesize(x.data(), work.velocity.data(), work.noise_work.data(), isa_);
+  run.refine(bins_ + 1, work.velocity.data(), work.fine.data());
+  run.dead_band(halves(), dead_band_values(c, work));
+  run.join(bins_, work.halves.data(), work.passed.data());
+  bins_fft_.forward_lanes(work.passed, work.bins_spectrum, work.fft_work, isa_);
+  run.loop(constants(observation), loop_parameters(c),
+           {work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(), work.sway.data(), work.observe.data(),
+            work.sway_spectrum.data()});
+  to_blocks(work);
+  run.unfold(blocks_, observation.sway.data(), trial_of(work.modelled), undamp_.data(), work.unfolded.data());
+  return spectrum_.misfit(c.levels, work.unfolded, work.noise, isa_);
+}
+
+void Density::evaluate(const Observation& observation, std::span<const double> x, std::span<double> gradient,
+                       std::span<double> potential, Workspace& work, std::optional<double> fixed_noise_deg) const {
+  check(observation, x, gradient.size() + potential.size(), x.size() + lanes);
+  const Kernels& run = kernels(isa_);
+  const Chains c = chains(x, fixed_noise_deg);
+  std::array<double, lanes> d_gain, d_theta;
+  const std::array<double, lanes> misfit = forward(observation, x, c, work);
+
+  const NoiseSpectrum::LevelGradient d_levels = spectrum_.gradient(c.levels, work.unfolded, work.noise, isa_);
+  std::fill(work.residual.begin(), work.residual.end(), 0.0);
+  run.fold(blocks_, work.unfolded.data(), undamp_.data(),
+           work.residual.data() + static_cast<std::ptrdiff_t>(lead_blocks_) * lanes);
+  blocks_fft_.forward_lanes(work.residual, work.sway_spectrum, work.fft_work, isa_);
+  std::array<double, 7 * lanes> sums;
+  const LoopState state{work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(),
+                        work.sway.data(),          work.observe.data(), nullptr};
+  run.loop_gradient(constants(observation), loop_parameters(c), state,
+                    {work.sway_spectrum.data(), work.loop_spectrum.data(), sums.data()});
+  std::fill(work.sway_spectrum.begin() + 2 * frequencies_ * lanes, work.sway_spectrum.end(), 0.0);
+  bins_fft_.inverse_lanes(work.loop_spectrum, work.by_passed, work.fft_work, isa_);
+  run.join_gradient(bins_, work.by_passed.data(), work.by_halves.data());
+  run.dead_band_gradient(halves(), dead_band_values(c, work),
+                         {work.by_halves.data(), work.by_fine.data(), d_gain.data(), d_theta.data()});
+  run.refine_gradient(bins_ + 1, work.by_fine.data(), work.by_velocity.data());
+  noise_.gradient(work.by_velocity.data(), gradient.data(), work.noise_work.data(), isa_);
+
+  const auto noises = static_cast<std::size_t>(noise_.size());
+  const double back = 0.5 * padded_bins_;  // of the inverse transform, and of the pairs of frequencies
+  std::array<double, lanes> coefficient_squares, factor, of_prior;
+  for (std::size_t l = 0; l < lanes; ++l) {
+    of_prior[l] = 1.0 / (c.radius[l] * c.radius[l]);
+    factor[l] = -back * c.noise_gain[l];
+  }
+  run.squares(noise_.size(), x.data(), coefficient_squares.data());
+  run.with_prior(noise_.size(), factor.data(), of_prior.data(), x.data(), gradient.data());
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const auto global = [&](std::size_t i) -> double& { return gradient[(noises + i) * lanes + l]; };
+    const auto coordinate = [&](std::size_t i) { return x[(noises + i) * lanes + l]; };
+    const double count = static_cast<double>(noises);
+    double value = misfit[l] + 0.5 * coefficient_squares[l] * of_prior[l] + count * decid::log(c.radius[l]);
+    for (std::size_t i = 0; i < globals; ++i) {
+      value += 0.5 * coordinate(i) * coordinate(i);
+      global(i) = coordinate(i);
+    }
+    potential[l] = value;
+    // By the modelled blocks, with the residual's sign.
+    const auto add = [&](std::size_t i, double derivative) {
+      global(i) = std::fma(-derivative, c.d_coordinate[i][l], global(i));
+    };
+    const auto sum = [&](std::size_t i) { return sums[i * lanes + l]; };
+    add(sim::Kp, sum(0));
+    add(sim::Kd, sum(1));
+    add(sim::Kp_pass, sum(2));
+    add(sim::Kd_pass, sum(3));
+    add(sim::Delay, sum(4));
+    add(start, sum(5));
+    add(gain, sum(6));
+    add(sim::Theta, back * d_theta[l]);
+    add(sim::Nv, back * d_gain[l] * c.d_nv[l]);
+    const double nv = c.value[sim::Nv][l];
+    global(sim::Nv) += (count - coefficient_squares[l] * of_prior[l]) * nv * of_prior[l] * c.d_coordinate[sim::Nv][l];
+    const double d_slow = d_levels.slow[l] * c.levels.slow[l];
+    global(sensor_noise) += d_levels.white[l] * c.levels.white[l] * c.d_white[l] + d_slow * c.d_slow_white[l];
+    global(slow_noise) += d_slow * c.d_slow[l];
+    global(slow_memory) += (d_slow + 2.0 * d_levels.memory[l]) * c.d_memory[l];
+  }
+}
+
+void Density::misfit(const Observation& observation, std::span<const double> x, std::span<double> misfit,
+                     Workspace& work) const {
+  check(observation, x, misfit.size(), lanes);
+  std::ranges::copy(forward(observation, x, chains(x, {}), work), misfit.begin());
+}
+
+void Density::model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,
+                    std::span<double> residual_rad, Workspace& work) const {
+  check(observation, x, sway_rad.size() + residual_rad.size(), 2 * static_cast<std::size_t>(blocks_) * lanes);
+  const Kernels& run = kernels(isa_);
+  forward(observation, x, chains(x, {}), work);
+  run.scale(blocks_, trial_of(work.modelled), undamp_.data(), sway_rad.data());
+  const double root = std::sqrt(static_cast<double>(blocks_));
+  for (std::size_t m = 0; m < static_cast<std::size_t>(blocks_); ++m) {
+    const double place = (static_cast<double>(m) + 0.5) / blocks_ - 0.5;
+    const double recorded_line = observation.level_rad + observation.slope_rad * place * blocks_;
+    for (std::size_t l = 0; l < lanes; ++l) {
+      double& sway = sway_rad[m * lanes + l];
+      sway += work.noise.coefficient[l] / root + work.noise.line[l] * place;
+      residual_rad[m * lanes + l] = observation.sway[m] - sway;
+      sway += recorded_line;
+    }
+  }
+}
+
+void Density::leave_block_out(const Observation& observation, std::span<const double> x, std::span<double> log_density,
+                              Workspace& work) const {
+  check(observation, x, log_density.size(), static_cast<std::size_t>(blocks_) * lanes);
+  forward(observation, x, chains(x, {}), work);
+  spectrum_.leave_block_out(log_density, work.noise, isa_);
+  const double per_deg = decid::log(sim::rad_per_deg);
+  for (double& value : log_density) value += per_deg;
+}
+
+}  // namespace decid::posterior

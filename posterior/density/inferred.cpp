@@ -1,0 +1,66 @@
+// Signals that nobody recorded: see inferred.hpp.
+#include "posterior/density/inferred.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/text.hpp"
+#include "posterior/sampling/draws.hpp"
+
+namespace decid::posterior {
+namespace {
+
+/// Some of the values of each chain, lanes side by side, as values of one draw after the other.
+void append(std::span<const double> side_by_side, int chains, std::vector<double>& draws) {
+  for (std::size_t chain = 0; chain < static_cast<std::size_t>(chains); ++chain)
+    for (std::size_t i = chain; i < side_by_side.size(); i += lanes) draws.push_back(side_by_side[i]);
+}
+
+}  // namespace
+
+Band band_of(std::span<const double> values, int times) {
+  const auto count = static_cast<std::size_t>(std::max(times, 0));
+  if (count == 0 || values.empty() || values.size() % count != 0)
+    throw Error("band of draws", format("%zu values at %d times", values.size(), times), "give each time as many");
+  Band band;
+  std::vector<double> here(values.size() / count);
+  for (std::size_t time = 0; time < count; ++time) {
+    for (std::size_t draw = 0; draw < here.size(); ++draw) here[draw] = values[draw * count + time];
+    std::ranges::sort(here);
+    band.low.push_back(quantile_of_sorted(here, 0.05));
+    band.middle.push_back(quantile_of_sorted(here, 0.5));
+    band.high.push_back(quantile_of_sorted(here, 0.95));
+  }
+  return band;
+}
+
+Inferred infer(const Density& density, const Observation& observation, const Posterior& found) {
+  const auto size = static_cast<std::size_t>(density.size()) * lanes;
+  const auto blocks = static_cast<std::size_t>(density.blocks()), edges = static_cast<std::size_t>(density.edges());
+  std::vector<double> x(size), sway(blocks * lanes), residual(blocks * lanes), noise(edges * lanes), tilt(noise.size());
+  std::vector<double> left_out(blocks * lanes), all_sway, all_noise, all_tilt, likelihood;
+  Density::Workspace work(density);
+  for (int first = 0; first < found.points(); first += lanes) {
+    const int here = std::min(lanes, found.points() - first);
+    for (int chain = 0; chain < lanes; ++chain) {  // places that are left over repeat the last point
+      const std::span<const double> point = found.point(first + std::min(chain, here - 1));
+      if (point.size() * lanes != size)
+        throw Error("posterior", format("has points of %zu coordinates", point.size()),
+                    format("give one of this density, which has %d", density.size()));
+      for (std::size_t i = 0; i < point.size(); ++i) x[i * lanes + static_cast<std::size_t>(chain)] = point[i];
+    }
+    density.model(observation, x, sway, residual, work);
+    density.perceive(x, noise, tilt, work);
+    append(sway, here, all_sway);
+    append(noise, here, all_noise);
+    append(tilt, here, all_tilt);
+    density.leave_block_out(observation, x, left_out, work);
+    append(left_out, here, likelihood);
+  }
+  return {band_of(all_sway, density.blocks()), band_of(all_noise, density.edges()), band_of(all_tilt, density.edges()),
+          leave_one_out(likelihood, density.blocks())};
+}
+
+}  // namespace decid::posterior

@@ -1,0 +1,197 @@
+// The information about all coordinates at the chains' points: see Density::information.
+// Column i of J is the change of the blocks, over their noise, with coordinate i; changes of the loop and of the dead
+// band go through the same transforms as the sway itself.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+
+#include "posterior/cholesky.hpp"
+#include "posterior/sampling/chains.hpp"
+
+namespace decid::posterior {
+
+namespace {
+
+using sim::Complex;
+
+/// One frequency of one chain: see LoopConstants and LoopState.
+struct Place {
+  Complex s, sum, rate, platform;
+  Complex error;  // of the platform's velocity: what the dead band keeps back
+  Complex sway, delayed, inverse;
+  double kp, kd, gain;
+};
+
+/// How the sway's transform changes with a quantity of the loop.
+struct LoopChange {
+  std::size_t global;
+  Complex (*change)(const Place& p);
+};
+constexpr LoopChange loop_changes[] = {
+    {sim::Kp, [](const Place& p) { return p.gain * p.inverse * p.delayed * (p.sum * p.error - 2.0 * p.sway); }},
+    {sim::Kd, [](const Place& p) { return p.gain * p.inverse * p.delayed * (p.error - 2.0 * p.rate * p.sway); }},
+    {sim::Kp_pass, [](const Place& p) { return p.gain * p.inverse * (p.sum * p.platform - p.sway); }},
+    {sim::Kd_pass, [](const Place& p) { return p.gain * p.inverse * (p.platform - p.rate * p.sway); }},
+    {sim::Delay,
+     [](const Place& p) {
+       return -p.gain * p.s * p.inverse * p.delayed *
+              ((p.kp * p.sum + p.kd) * p.error - 2.0 * (p.kp + p.kd * p.rate) * p.sway);
+     }},
+    {Density::start, [](const Place& p) { return p.gain * p.s * p.sway; }},
+    {Density::gain, [](const Place& p) { return p.sway; }},
+};
+
+Complex number(const AlignedVector<double>& values, std::size_t k) {
+  return {values[2 * k], values[2 * k + 1]};
+}
+
+Complex in_lane(const AlignedVector<double>& values, std::size_t k, std::size_t l) {
+  return {values[2 * k * lanes + l], values[(2 * k + 1) * lanes + l]};
+}
+
+void put_lane(AlignedVector<double>& values, std::size_t k, std::size_t l, Complex value) {
+  values[2 * k * lanes + l] = value.real();
+  values[(2 * k + 1) * lanes + l] = value.imag();
+}
+
+}  // namespace
+
+// A Gaussian coefficient of variance P has the information (d log P)_a (d log P)_b / 2 about two coordinates.
+void Density::add_noise_information(const Chains& c, const Workspace& work, std::span<double> matrices) const {
+  const auto noises = static_cast<std::size_t>(noise_.size()), rows = static_cast<std::size_t>(spectrum_.rows());
+  constexpr std::array<std::size_t, 3> quantities{sensor_noise, slow_noise, slow_memory};
+  for (std::size_t l = 0; l < lanes; ++l) {
+    std::array<std::array<double, 3>, 3> sums{};
+    for (std::size_t k = 0; k < rows; ++k) {
+      const double precision = work.noise.precision[k * lanes + l], share = work.noise.share[k * lanes + l];
+      const double slow = precision * c.levels.slow[l] * share;
+      const std::array<double, 3> change{
+          precision * spectrum_.white(k) * c.levels.white[l] * c.d_white[l] + slow * c.d_slow_white[l],
+          slow * c.d_slow[l], slow * (1.0 - 2.0 * (1.0 - share)) * c.d_memory[l]};
+      for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b <= a; ++b) sums[a][b] = std::fma(0.5 * change[a], change[b], sums[a][b]);
+    }
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t b = 0; b <= a; ++b)
+        matrices[(triangle(noises + quantities[a]) + noises + quantities[b]) * lanes + l] += sums[a][b];
+  }
+}
+
+void Density::information(const Observation& observation, std::span<const double> x, std::span<double> matrices,
+                          Workspace& work, std::optional<double> fixed_noise_deg) const {
+  check(observation, x, matrices.size(), triangle(static_cast<std::size_t>(size())) * lanes);
+  const Kernels& run = kernels(isa_);
+  const Chains c = chains(x, fixed_noise_deg);
+  forward(observation, x, c, work);
+  spectrum_.begin_whitening(work.noise);
+  const auto count = static_cast<std::size_t>(size()), noises = static_cast<std::size_t>(noise_.size());
+  const auto rows = static_cast<std::size_t>(spectrum_.rows());
+  const std::size_t blocks_of_columns = (count + 3) / 4, strips = (rows + strip_rows - 1) / strip_rows;
+  constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;     // of a column
+  work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // what pads rows and columns stays 0
+  work.products.assign(blocks_of_columns * (blocks_of_columns + 1) / 2 * 16 * lanes, 0.0);
+  work.noise_column.resize(static_cast<std::size_t>(noise_.edges()));
+
+  const std::vector<double> silence(static_cast<std::size_t>(blocks_), 0.0);
+  // The column of the change of the observed sway whose transform is in work.sway_spectrum.
+  const auto write_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
+    to_blocks(work);
+    run.unfold(blocks_, silence.data(), trial_of(work.modelled), undamp_.data(), work.unfolded.data());
+    spectrum_.whiten(work.unfolded, work.noise, isa_);
+    const double* in = work.noise.coefficient.data();
+    for (std::size_t k = 0; k < rows; ++k) {
+      const std::size_t strip = k / strip_rows, row = k % strip_rows;
+      double* out = work.columns.data() + (strip * 4 * blocks_of_columns + column) * strip_size + row * lanes;
+      for (std::size_t l = 0; l < lanes; ++l) out[l] = in[k * lanes + l] * factors[l];
+    }
+  };
+
+  // Those of the loop, from the state that the way there left; then of what the dead band passes.
+  const auto frequencies = static_cast<std::size_t>(frequencies_);
+  for (const auto& [global, change] : loop_changes) {
+    for (std::size_t k = 0; k < frequencies; ++k) {
+      const Complex platform = number(platform_, k);
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const Place place{.s = number(s_, k),
+                          .sum = number(sum_, k),
+                          .rate = number(rate_, k),
+                          .platform = platform,
+                          .error = platform - in_lane(work.bins_spectrum, k, l),
+                          .sway = in_lane(work.sway, k, l),
+                          .delayed = in_lane(work.delayed, k, l),
+                          .inverse = in_lane(work.inverse, k, l),
+                          .kp = c.value[sim::Kp][l],
+                          .kd = c.value[sim::Kd][l],
+                          .gain = c.value[gain][l]};
+        put_lane(work.sway_spectrum, k, l, change(place) * in_lane(work.observe, k, l));
+      }
+    }
+    write_column(noises + global, c.d_coordinate[global]);
+  }
+  for (std::size_t k = 0; k < frequencies; ++k) {
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const Complex active = c.value[sim::Kp][l] * number(sum_, k) + c.value[sim::Kd][l];
+      put_lane(work.response, k, l,
+               -c.value[gain][l] * in_lane(work.delayed, k, l) * active * in_lane(work.inverse, k, l) *
+                   number(hold_, k) * in_lane(work.observe, k, l));
+    }
+  }
+  const auto passed_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
+    bins_fft_.forward_lanes(work.by_passed, work.loop_spectrum, work.fft_work, isa_);
+    run.product(frequencies_, work.loop_spectrum.data(), work.response.data(), work.sway_spectrum.data());
+    write_column(column, factors);
+  };
+  std::fill(work.by_passed.begin(), work.by_passed.end(), 0.0);
+  run.join(bins_, work.by_theta.data(), work.by_passed.data());
+  passed_column(noises + sim::Theta, c.d_coordinate[sim::Theta]);
+  for (std::size_t i = 0; i < work.halves.size(); ++i)
+    work.halves[i] = work.by_low[i] * work.fine[i] + work.by_high[i] * work.fine[i + lanes];
+  run.join(bins_, work.halves.data(), work.by_passed.data());
+  std::array<double, lanes> of_nv;
+  for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = c.d_nv[l] * c.d_coordinate[sim::Nv][l];
+  passed_column(noises + sim::Nv, of_nv);
+  const DeadBandValues values = dead_band_values(c, work);
+  const auto bins = static_cast<std::size_t>(bins_);
+  work.fine_column.resize(2 * bins + 1);
+  // As Kernels::refine has it.
+  const auto fine = [&](std::size_t half) {
+    const double* at = work.noise_column.data() + half / 2;
+    if (half % 2 == 0) return at[0];
+    if (half == 1 || half + 1 == 2 * bins) return 0.5 * (at[0] + at[1]);
+    return std::fma(9.0 / 16, at[0] + at[1], -(1.0 / 16 * (at[-1] + at[2])));
+  };
+  for (std::size_t i = 0; i < noises; ++i) {
+    noise_.column(static_cast<int>(i), work.noise_column);
+    for (std::size_t half = 0; half <= 2 * bins; ++half) work.fine_column[half] = fine(half);
+    run.dead_band_change(2 * bins_, values, work.fine_column.data(), work.halves.data());
+    run.join(bins_, work.halves.data(), work.by_passed.data());
+    passed_column(i, c.noise_gain);
+  }
+  std::fill(work.loop_spectrum.begin(), work.loop_spectrum.end(), 0.0);
+  run.add_products(static_cast<int>(strips), static_cast<int>(blocks_of_columns), work.columns.data(),
+                   work.products.data());
+
+  const double* products = work.products.data();
+  for (std::size_t i = 0; i < blocks_of_columns; ++i) {
+    for (std::size_t j = 0; j <= i; ++j, products += std::size_t{16} * lanes) {
+      for (std::size_t r = 4 * i; r < std::min(4 * i + 4, count); ++r) {
+        for (std::size_t column = 4 * j; column < 4 * j + 4 && column <= r; ++column) {
+          const double* p = products + (4 * (r - 4 * i) + (column - 4 * j)) * lanes;
+          std::copy_n(p, lanes, matrices.data() + (triangle(r) + column) * lanes);
+        }
+      }
+    }
+  }
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const auto diagonal = [&](std::size_t i) -> double& { return matrices[(triangle(i) + i) * lanes + l]; };
+    const double of_prior = 1.0 / (c.radius[l] * c.radius[l]);
+    for (std::size_t i = 0; i < noises; ++i) diagonal(i) += of_prior;
+    const double by_nv = c.d_coordinate[sim::Nv][l] * c.value[sim::Nv][l] * of_prior;
+    diagonal(noises + sim::Nv) += 2.0 * static_cast<double>(noises) * by_nv * by_nv;
+    for (std::size_t i = 0; i < globals; ++i) diagonal(noises + i) += 1.0;
+  }
+  add_noise_information(c, work, matrices);
+}
+
+}  // namespace decid::posterior

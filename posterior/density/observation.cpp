@@ -1,0 +1,101 @@
+// Makes an observation of a recording: means of its blocks without their line, the torque that a sine adds, and a first
+// estimate of the measurement noise.
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "posterior/density/density.hpp"
+#include "posterior/density/elementary.hpp"
+
+namespace decid::posterior {
+
+using sim::Complex;
+
+namespace {
+
+/// Subtracts the line of least squares from the blocks.
+void subtract_line(Observation& observation) {
+  const auto count = static_cast<double>(observation.sway.size());
+  const double middle = 0.5 * (count - 1.0);
+  double sum = 0.0, along = 0.0;
+  for (std::size_t m = 0; m < observation.sway.size(); ++m) {
+    sum += observation.sway[m];
+    along = std::fma(static_cast<double>(m) - middle, observation.sway[m], along);
+  }
+  observation.level_rad = sum / count;
+  observation.slope_rad = along / (count * (count * count - 1.0) / 12.0);
+  for (std::size_t m = 0; m < observation.sway.size(); ++m)
+    observation.sway[m] -= observation.level_rad + observation.slope_rad * (static_cast<double>(m) - middle);
+}
+
+/// (sin a - a), by its series: |a| stays below 0.1.
+double sine_excess(double a) {
+  const double z = a * a;
+  return a * z * (-1.0 / 6 + z * (1.0 / 120 - z * (1.0 / 5040)));
+}
+
+}  // namespace
+
+Observation Density::observe(std::span<const float> sway_rad) const {
+  if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
+    throw Error("recording", "has " + std::to_string(sway_rad.size()) + " samples",
+                "give the protocol's " + std::to_string(protocol_.samples()));
+  }
+  Observation observation;
+  for (int block = 0; block < blocks_; ++block) {
+    double sum = 0.0;
+    for (int j = 0; j < block_samples_; ++j)
+      sum += double{sway_rad[static_cast<std::size_t>(block * block_samples_ + j)]};
+    observation.sway.push_back(sum / block_samples_);
+  }
+  subtract_line(observation);
+  observation.noise_deg = noise_of_highest(observation.sway);
+
+  const double block_s = block_samples_ / protocol_.experiment.sample_rate_hz;
+  const double middle_s = 0.5 * (block_samples_ - 1) / protocol_.experiment.sample_rate_hz;
+  const double mgh = protocol_.experiment.body.mgh();
+  std::vector<double> torque(static_cast<std::size_t>(padded_blocks_), 0.0);
+  for (int block = 0; block < blocks_; ++block) {
+    double sum = 0.0;
+    int count = 0;
+    for (int j = std::max(0, block - 1); j <= std::min(blocks_ - 1, block + 1); ++j, ++count)
+      sum += observation.sway[static_cast<std::size_t>(j)];
+    const int place = lead_blocks_ + block;
+    torque[static_cast<std::size_t>(place)] =
+        mgh * sine_excess(sum / count) * decid::exp(-damping_ * (block_s * place + middle_s));
+  }
+  std::vector<Complex> spectrum(static_cast<std::size_t>(blocks_fft_.bins()));
+  std::vector<Complex> work(static_cast<std::size_t>(blocks_fft_.work_length()));
+  blocks_fft_.forward(torque, spectrum, work);
+  const long long middle_steps = static_cast<long long>(block_samples_ - 1) * protocol_.experiment.steps_per_sample();
+  const long long padded_steps = static_cast<long long>(padded_bins_) * bin_steps_;
+  for (int k = 0; k < frequencies_; ++k) {
+    const auto [sin, cos] = sincos_of_turn(k * middle_steps, 2 * padded_steps);
+    put(observation.torque,
+        spectrum[static_cast<std::size_t>(k)] * Complex(cos, -sin) * (block_s / sim::integration_step_s));
+  }
+  return observation;
+}
+
+double Density::noise_of_highest(std::span<const double> sway) const {
+  NoiseWorkspace work = spectrum_.workspace();
+  AlignedVector<double> none(sway.size() * lanes, 0.0), unfolded(none.size());
+  kernels(isa_).unfold(blocks_, sway.data(), none.data(), undamp_.data(), unfolded.data());
+  NoiseLevels levels;
+  levels.white.fill(1.0);
+  levels.slow.fill(0.0);
+  levels.memory.fill(0.0);
+  spectrum_.misfit(levels, unfolded, work, isa_);
+  const auto rows = static_cast<std::size_t>(spectrum_.rows());
+  const std::size_t first = rows - std::max<std::size_t>(1, rows / 5);
+  double squares = 0.0;
+  for (std::size_t k = first; k < rows; ++k)
+    squares = std::fma(work.coefficient[k * lanes], work.coefficient[k * lanes], squares);
+  const double of_block_rad = std::sqrt(squares / static_cast<double>(rows - first));
+  return of_block_rad * std::sqrt(static_cast<double>(block_samples_)) / sim::rad_per_deg;
+}
+
+}  // namespace decid::posterior

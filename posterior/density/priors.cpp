@@ -1,0 +1,116 @@
+// Priors of a recorded trial: see priors.hpp.
+#include "posterior/density/priors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
+#include "base/text.hpp"
+
+namespace decid::posterior {
+namespace {
+
+constexpr double latest_start_s = 1.0, largest_gain = 0.9;  // so that the loop's turns are small
+constexpr double longest_standing_s = 60.0;
+constexpr double edge = 0.01, tiny_probability = 1e-6;
+constexpr double max_range_factor = 100.0;  // of a high end, over that of the table
+
+}  // namespace
+
+double Quantile::value(double x) const {
+  const double probability = normal_distribution(x);
+  if (sd == 0.0) return low + range * probability;
+  const double within = std::clamp(probability_low + probability_range * probability, 1e-300, 1.0 - 0x1p-53);
+  return std::clamp(mean + sd * inverse_normal(within), low, low + range);
+}
+
+double Quantile::slope(double x) const {
+  if (sd == 0.0) return range * normal_density(x);
+  const double density = normal_density((value(x) - mean) / sd);
+  return density > 0.0 ? sd * probability_range * normal_density(x) / density : 0.0;
+}
+
+double Quantile::coordinate(double value) const {
+  const double probability = sd == 0.0
+                                 ? (value - low) / range
+                                 : (normal_distribution((value - mean) / sd) - probability_low) / probability_range;
+  return inverse_normal(std::clamp(probability, edge, 1.0 - edge));
+}
+
+const Priors& checked(const Priors& priors) {
+  const auto check = [](bool right, const char* setting, double value, const char* remedy) {
+    if (!right) throw Error(std::string("priors, ") + setting, format("is %g", value), remedy);
+  };
+  check(priors.sensor_noise_deg > 0.0 && std::isfinite(priors.sensor_noise_deg), "sensor_noise_deg",
+        priors.sensor_noise_deg, "give degrees above 0");
+  check(priors.sensor_noise_factor > 1.0 && std::isfinite(priors.sensor_noise_factor), "sensor_noise_factor",
+        priors.sensor_noise_factor, "give a factor above 1");
+  check(priors.slow_ratio > 0.0 && std::isfinite(priors.slow_ratio), "slow_ratio", priors.slow_ratio,
+        "give a ratio above 0");
+  check(priors.slow_ratio_factor > 1.0 && std::isfinite(priors.slow_ratio_factor), "slow_ratio_factor",
+        priors.slow_ratio_factor, "give a factor above 1");
+  check(priors.start_s >= 0.0 && priors.start_s <= latest_start_s, "start_s", priors.start_s, "give 0 to 1 s");
+  check(priors.gain >= 0.0 && priors.gain <= largest_gain, "gain", priors.gain, "give 0 to 0.9");
+  check(priors.drift_hz >= 0.0 && std::isfinite(priors.drift_hz), "drift_hz", priors.drift_hz, "give 0 Hz or more");
+  check(priors.standing_s >= 0.0 && priors.standing_s <= longest_standing_s, "standing_s", priors.standing_s,
+        "give 0 to 60 s");
+  return priors;
+}
+
+sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& table) {
+  std::vector<sim::ParameterInfo> all(table.begin(), table.end());
+  std::vector<std::string> named;
+  for (const ParameterPrior& prior : priors.parameters) {
+    const auto info =
+        std::ranges::find(all, prior.name, [](const sim::ParameterInfo& one) { return std::string(one.name); });
+    if (info == all.end()) {
+      std::string names;
+      for (const sim::ParameterInfo& one : all) names += (names.empty() ? "" : ", ") + std::string(one.name);
+      throw Error("prior of " + prior.name, "is of a parameter that the model does not have", "name one of " + names);
+    }
+    if (std::ranges::find(named, prior.name) != named.end())
+      throw Error("prior of " + prior.name, "is given twice", "give it once");
+    named.push_back(prior.name);
+    if (prior.range) {
+      const auto [low, high] = *prior.range;
+      if (!(low >= 0.0 && high > low && std::isfinite(high)))
+        throw Error("range of " + prior.name, format("is %g to %g", low, high),
+                    "give a low end of 0 or more and a high end above it");
+      if (high > max_range_factor * info->high)
+        throw Error("range of " + prior.name, format("ends at %g", high),
+                    format("give a high end of %g or less, %g times the model's", max_range_factor * info->high,
+                           max_range_factor));
+      info->low = low;
+      info->high = high;
+    }
+    if (prior.normal) {
+      const auto [mean, sd] = *prior.normal;
+      if (!(std::isfinite(mean) && sd > 0.0 && std::isfinite(sd)))
+        throw Error("prior of " + prior.name, format("has mean %g and standard deviation %g", mean, sd),
+                    "give a standard deviation above 0");
+      if (quantile_of(priors, prior.name, info->low, info->range()).probability_range < tiny_probability)
+        throw Error("prior of " + prior.name,
+                    format("with mean %g and standard deviation %g lies outside of the range %g to %g", mean, sd,
+                           info->low, info->high),
+                    "give a mean within the range, or a wider range");
+    }
+  }
+  return sim::ParameterTable(std::move(all));
+}
+
+Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range) {
+  Quantile quantile{.low = low, .range = range};
+  for (const ParameterPrior& prior : priors.parameters) {
+    if (prior.name != name || !prior.normal) continue;
+    quantile.mean = prior.normal->mean;
+    quantile.sd = prior.normal->sd;
+    const auto below = [&](double value) { return normal_distribution((value - quantile.mean) / quantile.sd); };
+    quantile.probability_low = below(low);
+    quantile.probability_range = below(low + range) - quantile.probability_low;
+  }
+  return quantile;
+}
+
+}  // namespace decid::posterior

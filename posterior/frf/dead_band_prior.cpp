@@ -1,0 +1,72 @@
+// Nv and theta by what passes: see dead_band_prior.hpp.
+#include "posterior/frf/dead_band_prior.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/body_model.hpp"
+
+namespace decid::frf {
+namespace {
+
+constexpr std::size_t side = 512;   // cells; blocks, and cells in each
+constexpr std::size_t nodes = 129;  // a side, where what passes is computed; it is straight between them
+
+}  // namespace
+
+DeadBandPrior::DeadBandPrior(const sim::ParameterTable& table,
+                             const std::function<double(double nv, double theta)>& passes)
+    : least_theta_(table[sim::Theta].low), most_theta_(table[sim::Theta].high) {
+  const sim::ParameterInfo &nv = table[sim::Nv], &theta = table[sim::Theta];
+  std::vector<double> known;
+  for (std::size_t i = 0; i < nodes; ++i) {
+    for (std::size_t j = 0; j < nodes; ++j) {
+      const auto place = [](std::size_t node) { return static_cast<double>(node) / (nodes - 1); };
+      known.push_back(passes(nv.low + nv.range() * place(i), theta.low + theta.range() * place(j)));
+    }
+  }
+  const double node_theta = theta.range() / (nodes - 1);
+  for (std::size_t i = 0; i < side; ++i) {
+    for (std::size_t j = 0; j < side; ++j) {
+      const double of_nv = (static_cast<double>(i) + 0.5) / side, of_theta = (static_cast<double>(j) + 0.5) / side;
+      const double at_i = of_nv * (nodes - 1), at_j = of_theta * (nodes - 1);
+      const auto low_i = static_cast<std::size_t>(at_i), low_j = static_cast<std::size_t>(at_j);
+      const double share_i = at_i - static_cast<double>(low_i), share_j = at_j - static_cast<double>(low_j);
+      const double* corner = known.data() + low_i * nodes + low_j;
+      const double left = corner[0] + share_i * (corner[nodes] - corner[0]);
+      const double right = corner[1] + share_i * (corner[nodes + 1] - corner[1]);
+      cells_.push_back({nv.low + nv.range() * of_nv, theta.low + theta.range() * of_theta,
+                        left + share_j * (right - left), (right - left) / node_theta});
+    }
+  }
+  const auto by_place = [](const Cell& a, const Cell& b) { return a.nv < b.nv || (a.nv == b.nv && a.theta < b.theta); };
+  std::sort(cells_.begin(), cells_.end(), [&](const Cell& a, const Cell& b) {
+    return a.passing < b.passing || (a.passing == b.passing && by_place(a, b));
+  });
+  for (std::size_t block = 0; block < side; ++block) {
+    const auto first = cells_.begin() + static_cast<std::ptrdiff_t>(block * side);
+    const double before = block > 0 ? (first - 1)->passing : first->passing;
+    edges_.push_back(0.5 * (before + first->passing));
+  }
+  edges_.push_back(cells_.back().passing);
+  for (std::size_t block = 0; block < side; ++block) {
+    const auto first = cells_.begin() + static_cast<std::ptrdiff_t>(block * side);
+    std::sort(first, first + side, by_place);
+  }
+}
+
+DeadBandPrior::Point DeadBandPrior::at(double passing_rank, double nv_rank) const {
+  const auto below = [](double place) { return std::min(static_cast<std::size_t>(place), side - 1); };
+  const double place = passing_rank * side;
+  const std::size_t block = below(place);
+  const double rise = edges_[block + 1] - edges_[block];
+  const double passing = edges_[block] + (place - static_cast<double>(block)) * rise;
+  const Cell& cell = cells_[block * side + below(nv_rank * side)];
+  // Theta gives way, so that what passes depends on its rank alone. Where it cannot, hardly anything depends on it.
+  const double most_shift = (most_theta_ - least_theta_) / 64;
+  const double shift = cell.by_theta < 0.0 ? (passing - cell.passing) / cell.by_theta : 0.0;
+  const double theta = cell.theta + std::clamp(shift, -most_shift, most_shift);
+  return {cell.nv, std::clamp(theta, least_theta_, most_theta_), rise * side};
+}
+
+}  // namespace decid::frf

@@ -1,0 +1,187 @@
+// Posteriors of published frequency responses: see fit.hpp.
+#include "posterior/frf/fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
+#include "base/text.hpp"
+#include "posterior/sampling/draws.hpp"
+
+namespace decid::frf {
+namespace {
+
+using sim::Complex;
+
+constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0, unlikely = 0.01;
+// No controller of the model explains a table that is as far as that from all of them.
+constexpr double impossible = 1e-6, most_left = 0.2;
+constexpr std::size_t prior_draws = 4096;
+constexpr std::uint64_t of_prior = std::uint64_t{1} << 32;  // number of the walker whose random numbers these are
+
+double phase_deg(Complex response) {
+  return decid::atan2(response.imag(), response.real()) / sim::rad_per_deg;
+}
+
+/// Deviations of the quantities beforehand, over stable loops.
+std::vector<double> deviations_of_prior(const Density& density, std::uint64_t seed) {
+  const Random random(seed, Stream::walkers, of_prior);
+  std::vector<std::vector<double>> values(Density::quantities);
+  std::vector<double> x(Density::size());
+  for (std::size_t i = 0; i < prior_draws; ++i) {
+    for (std::size_t k = 0; k < x.size(); ++k)
+      x[k] = k < Density::uniform() ? random.uniform(i * x.size() + k) : random.normal(i * x.size() + k);
+    const State state = density.state(x);
+    for (int q = 0; q < Density::quantities && density.is_stable(state); ++q)
+      values[static_cast<std::size_t>(q)].push_back(Density::value(state, q));
+  }
+  std::vector<double> deviations;
+  for (const std::vector<double>& of_quantity : values) deviations.push_back(posterior::deviation(of_quantity));
+  return deviations;
+}
+
+}  // namespace
+
+double chi_square_beyond(double chi_square, int degrees_of_freedom) {
+  double term = decid::exp(-0.5 * chi_square), sum = 0.0;
+  for (int i = 0; i < degrees_of_freedom / 2; ++i) {
+    sum += term;
+    term *= 0.5 * chi_square / (i + 1);
+  }
+  return std::min(1.0, sum);
+}
+
+double Fit::mean(int quantity) const {
+  return posterior::mean(draws_of(quantity));
+}
+
+double Fit::deviation(int quantity) const {
+  return posterior::deviation(draws_of(quantity));
+}
+
+double Fit::quantile(int quantity, double share) const {
+  return posterior::quantile(draws_of(quantity), share);
+}
+
+double Fit::correlation(int a, int b) const {
+  return posterior::correlation(draws_of(a), draws_of(b));
+}
+
+double Fit::told(int quantity) const {
+  const double before = prior_deviation(quantity);
+  if (before == 0.0) return 0.0;
+  const double share = deviation(quantity) / before;
+  return std::max(0.0, 1.0 - share * share);
+}
+
+bool Fit::agreed() const {
+  return std::ranges::all_of(rhat_, [](double value) { return value <= agreeing_rhat; }) &&
+         std::ranges::all_of(effective_, [](double value) { return value >= agreeing_draws; });
+}
+
+void Fit::predict(const Density& density, const std::vector<State>& states) {
+  const std::size_t rows = density.table().rows.size();
+  const bool confident = density.table().has_confidence();
+  const double count = static_cast<double>(states.size());
+  std::vector<std::vector<Complex>> responses(rows);
+  std::vector<Complex> here(rows);
+  misfit_.degrees_of_freedom = 2 * static_cast<int>(rows);
+  for (const State& state : states) {
+    density.respond(state, here);
+    for (std::size_t i = 0; i < rows; ++i) responses[i].push_back(here[i]);
+    const double chi_square = density.chi_square(state, confident ? 0.0 : state.error);
+    misfit_.chi_square += chi_square / count;
+    misfit_.p_value += chi_square_beyond(chi_square, misfit_.degrees_of_freedom) / count;
+  }
+  if (!confident) misfit_.p_value = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < rows; ++i) {
+    Complex sum = 0.0;
+    for (const Complex response : responses[i]) sum += response;
+    const Complex middle = sum / count;
+    const double middle_deg = phase_deg(middle);
+    std::vector<double> gains, phases;
+    for (const Complex response : responses[i]) {
+      gains.push_back(std::sqrt(std::norm(response)));
+      phases.push_back(middle_deg + phase_deg(response * std::conj(middle)));
+    }
+    const double variance = density.variance(i, middle, confident ? 0.0 : mean(Density::error));
+    predicted_.push_back({middle, posterior::quantile(gains, 0.05), posterior::quantile(gains, 0.95), middle_deg,
+                          posterior::quantile(phases, 0.05), posterior::quantile(phases, 0.95),
+                          std::sqrt(std::norm(density.table().rows[i].response - middle) / variance)});
+  }
+}
+
+double Fit::left(const Density& density) const {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < predicted_.size(); ++i) {
+    const Complex response = density.table().rows[i].response;
+    squares += std::norm(response - predicted_[i].response) / std::norm(response);
+  }
+  return std::sqrt(squares / static_cast<double>(predicted_.size()));
+}
+
+bool Fit::explained() const {
+  return std::ranges::none_of(warnings_, [](const Warning& warning) { return warning.code == "no_controller"; });
+}
+
+void Fit::warn(const Density& density) {
+  if (left(density) > most_left && !(misfit_.p_value >= impossible))
+    add_invalid(warnings_, "no_controller",
+                format("no controller of this model explains the table: the nearest ones leave %.0f%% of the response "
+                       "(root mean square of the relative error), so their parameters are no answer",
+                       100.0 * left(density)));
+  if (!agreed()) {
+    const auto worst = std::ranges::max_element(rhat_);
+    add_caution(warnings_, "chains_disagree",
+                format("the chains do not agree (R-hat %.3f): the table may fit more than one controller", *worst));
+  }
+  const double percent = 100.0 * mean(Density::error);
+  const Priors& priors = density.priors();
+  if (misfit_.p_value < unlikely) {
+    add_caution(
+        warnings_, "table_unexplained",
+        format(
+            "the model does not explain the table: chi-square is %.3g at %d degrees of freedom by its %s (p = %.2g)%s",
+            misfit_.chi_square, misfit_.degrees_of_freedom, density.table().confidence.c_str(), misfit_.p_value,
+            *priors.error > 0.0
+                ? format("; the intervals take the rest, %.2g %% of the response, for errors of the table", percent)
+                      .c_str()
+                : "; the intervals are too narrow"));
+  }
+  if (!density.table().has_confidence() && quantile(Density::error, 0.05) > *priors.error * priors.error_factor) {
+    add_caution(
+        warnings_, "response_unexplained",
+        format(
+            "the model leaves %.2g %% of the response unexplained, far more than the %.2g %% expected: the intervals "
+            "take it for errors of the table",
+            percent, 100.0 * *priors.error));
+  }
+}
+
+Fit fit(const Density& density, const WalkerSettings& settings) {
+  const Walks walks = walk(
+      Density::size(), Density::uniform(), [&](std::span<const double> x, Local& local) { density.evaluate(x, local); },
+      settings);
+  Fit found;
+  found.chains_ = settings.chains;
+  found.draws_.resize(Density::quantities);
+  std::vector<State> states;
+  for (const std::vector<double>& chain : walks.chains) {
+    for (std::size_t at = 0; at < chain.size(); at += Density::size())
+      states.push_back(density.state(std::span(chain).subspan(at, Density::size())));
+  }
+  for (int q = 0; q < Density::quantities; ++q)
+    for (const State& state : states) found.draws_[static_cast<std::size_t>(q)].push_back(Density::value(state, q));
+  found.prior_deviations_ = deviations_of_prior(density, settings.seed);
+  found.rhat_ = walks.rhat;
+  found.effective_ = walks.effective;
+  found.acceptance_ = walks.acceptance;
+  found.evaluations_ = walks.evaluations;
+  found.predict(density, states);
+  found.warn(density);
+  return found;
+}
+
+}  // namespace decid::frf

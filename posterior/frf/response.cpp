@@ -1,0 +1,274 @@
+// Mean frequency responses of controllers: see response.hpp.
+#include "posterior/frf/response.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/setting.hpp"
+#include "base/text.hpp"
+#include "posterior/density/density.hpp"
+#include "posterior/density/elementary.hpp"
+#include "sim/frf.hpp"
+#include "sim/noise.hpp"
+#include "sim/simulate.hpp"
+
+namespace decid::frf {
+namespace {
+
+using posterior::quotient;
+using sim::Complex;
+
+constexpr int velocity_levels = 64;     // straight lines between them
+constexpr double level_in_use = 1e-9;   // of the cycle's intervals
+constexpr double each_harmonic = 1e12;  // bands a decade: no two harmonics in one
+constexpr double least_deviation = 1e-12;
+
+/// Steady cycle of the platform's velocity, seen through its harmonics.
+class Cycle {
+ public:
+  explicit Cycle(const sim::Experiment& experiment) : cycle_s_(experiment.cycle_s()) {
+    const sim::Stimulus stimulus = sim::make_stimulus(experiment);
+    const sim::FrequencyResponse analysis(experiment, 0, each_harmonic);
+    std::vector<float> tilt;
+    const int samples = experiment.samples(), steps = experiment.steps_per_sample();
+    for (int k = 0; k < samples; ++k) tilt.push_back(static_cast<float>(stimulus.tilt_at(k * steps)));
+    for (const sim::FrfPoint& point : analysis.measure(tilt, tilt))
+      harmonics_.push_back(std::llround(point.frequency_hz * cycle_s_));
+
+    if (harmonics_.empty())
+      throw Error("frequency response", "the stimulus does not move", "use a protocol with a tilt");
+    const double interval_s = stimulus.interval_steps * sim::integration_step_s;
+    const auto first = std::llround(experiment.lead_in_s() / interval_s), count = std::llround(cycle_s_ / interval_s);
+    for (long long j = 0; j < count; ++j) {
+      rates_.push_back(stimulus.rate_rad_s[static_cast<std::size_t>(first + j)]);
+      const auto [sin, cos] = sincos_of_turn(j, count);
+      turns_.emplace_back(cos, -sin);
+    }
+  }
+
+  double cycle_s() const { return cycle_s_; }
+  double frequency_hz(std::size_t harmonic) const { return static_cast<double>(harmonics_[harmonic]) / cycle_s_; }
+  std::size_t harmonics() const { return harmonics_.size(); }
+
+  /// The harmonic nearest to a frequency.
+  std::size_t nearest(double frequency_hz) const {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < harmonics_.size(); ++i)
+      if (std::abs(this->frequency_hz(i) - frequency_hz) < std::abs(this->frequency_hz(best) - frequency_hz)) best = i;
+    return best;
+  }
+
+  /// Levels from 0 to the highest speed.
+  std::vector<double> levels_rad_s() const {
+    double highest = 0.0;
+    for (const double rate : rates_) highest = std::max(highest, std::abs(rate));
+    std::vector<double> levels;
+    for (int i = 0; i <= velocity_levels; ++i) levels.push_back(highest * i / velocity_levels);
+    return levels;
+  }
+
+  /// How the velocity's transform at a harmonic is made of an odd function of it, known at the levels and straight
+  /// between: the coefficient of each of them.
+  std::vector<Complex> coefficients(std::size_t harmonic, const std::vector<double>& levels) const {
+    std::vector<Complex> made(levels.size(), 0.0);
+    const std::size_t count = rates_.size();
+    const auto step = static_cast<std::size_t>(harmonics_[harmonic]) % count;
+    for (std::size_t j = 0, place = 0; j < count; ++j, place = (place + step) % count) {
+      if (rates_[j] == 0.0) continue;
+      const auto [below, share] = between(std::abs(rates_[j]), levels);
+      const Complex turn = rates_[j] < 0.0 ? -turns_[place] : turns_[place];
+      made[below] += (1.0 - share) * turn;
+      made[below + 1] += share * turn;
+    }
+    return made;
+  }
+
+  /// How much of the cycle is at each level, whichever way; what is between two counts for both.
+  std::vector<double> shares(const std::vector<double>& levels) const {
+    std::vector<double> made(levels.size(), 0.0);
+    for (const double rate : rates_) {
+      const auto [below, share] = between(std::abs(rate), levels);
+      made[below] += (1.0 - share) / static_cast<double>(rates_.size());
+      made[below + 1] += share / static_cast<double>(rates_.size());
+    }
+    return made;
+  }
+
+ private:
+  struct Between {
+    std::size_t below;
+    double share;  // of the level above
+  };
+  static Between between(double rate, const std::vector<double>& levels) {
+    const double place = rate / levels.back() * velocity_levels;
+    const auto below = std::min(static_cast<std::size_t>(place), levels.size() - 2);
+    return {below, place - static_cast<double>(below)};
+  }
+
+  double cycle_s_;
+  std::vector<long long> harmonics_;  // excited ones, of the cycle
+  std::vector<double> rates_;         // rad/s
+  std::vector<Complex> turns_;        // exp(-2 pi i j / intervals)
+};
+
+/// Harmonics, first to last.
+struct Neighbours {
+  std::size_t first, last;
+};
+
+/// Those that a row of a table is the mean of or, if it does not say of how many, those beside it.
+Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, const Row& row,
+                         const std::string& where) {
+  const std::size_t nearest = cycle.nearest(row.frequency_hz);
+  const double away_hz = std::abs(cycle.frequency_hz(nearest) - row.frequency_hz);
+  if (away_hz > 1.001 / cycle.cycle_s())
+    throw Error(where,
+                format("the stimulus has nothing at %g Hz; nearest to it is %.4g Hz", row.frequency_hz,
+                       cycle.frequency_hz(nearest)),
+                "give the protocol that was played with " + setting("protocol") + ", or leave such rows out");
+  const auto count = static_cast<std::size_t>(row.harmonics);
+  if (count > cycle.harmonics())
+    throw Error(where, format("a row is the mean of %zu harmonics, the stimulus has %zu", count, cycle.harmonics()),
+                "give the protocol that was played with " + setting("protocol"));
+  if (count == 0) {
+    const bool is_below = cycle.frequency_hz(nearest) < row.frequency_hz;
+    const std::size_t other =
+        is_below ? std::min(nearest + 1, cycle.harmonics() - 1) : std::max<std::size_t>(nearest, 1) - 1;
+    const bool both = std::abs(cycle.frequency_hz(other) - row.frequency_hz) <= 1.001 / cycle.cycle_s();
+    return both ? Neighbours{std::min(nearest, other), std::max(nearest, other)} : Neighbours{nearest, nearest};
+  }
+  Neighbours best{0, count - 1};
+  double least_hz = std::numeric_limits<double>::infinity();
+  for (std::size_t first = 0; first + count <= cycle.harmonics(); ++first) {
+    double sum = 0.0, weighted = 0.0;
+    for (std::size_t i = first; i < first + count; ++i) {
+      sum += power[i];
+      weighted += power[i] * cycle.frequency_hz(i);
+    }
+    const double off_hz = std::abs(weighted / sum - row.frequency_hz);
+    if (off_hz < least_hz) {
+      least_hz = off_hz;
+      best = {first, first + count - 1};
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+double mean_passed(double signal, double deviation, double theta) {
+  const double d = std::max(deviation, least_deviation);
+  const auto g = [](double u) { return u * normal_distribution(u) + normal_density(u); };
+  return d * (g((signal - theta) / d) - g((-signal - theta) / d));
+}
+
+ResponseModel::Line ResponseModel::line_at(double frequency_hz, double weight) const {
+  const sim::Body& body = protocol_.experiment.body;
+  const double step_s = sim::integration_step_s;
+  const Complex z = posterior::turned(frequency_hz * step_s);
+  const Complex forward = (z - 1.0) / step_s, backward = quotient(forward, z);
+  return {frequency_hz, weight, forward, backward, body.inertia_kgm2 * forward * backward - body.mgh()};
+}
+
+ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
+    : protocol_(posterior::of_single_pendulum(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
+  const Cycle cycle(protocol.experiment);
+  const std::vector<double> levels = cycle.levels_rad_s();
+  const std::vector<double> shares = cycle.shares(levels);
+  const auto used = [&](std::size_t l) { return l > 0 && shares[l] > level_in_use; };
+  std::vector<std::vector<Complex>> coefficients;
+  std::vector<Complex> platform;
+  std::vector<double> power;  // of the tilt
+  for (std::size_t i = 0; i < cycle.harmonics(); ++i) {
+    coefficients.push_back(cycle.coefficients(i, levels));
+    Complex sum = 0.0;
+    for (std::size_t l = 0; l < levels.size(); ++l) sum += levels[l] * coefficients.back()[l];
+    platform.push_back(sum);
+    power.push_back(std::norm(quotient(sum, line_at(cycle.frequency_hz(i), 1.0).forward)));
+  }
+  for (std::size_t l = 0; l < levels.size(); ++l)
+    if (used(l)) levels_.push_back({levels[l], shares[l]});
+  for (const Row& row : table.rows) {
+    const auto [first, last] = neighbours_of(cycle, power, row, table.file);
+    Band band;
+    double sum = 0.0;
+    for (std::size_t i = first; i <= last; ++i) sum += power[i];
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+      Complex passing = 0.0;
+      for (std::size_t i = first; i <= last; ++i) passing += power[i] / sum * quotient(coefficients[i][l], platform[i]);
+      if (used(l)) band.passing.push_back(passing);
+    }
+    if (row.harmonics == 0) band.lines.push_back(line_at(row.frequency_hz, 1.0));
+    for (std::size_t i = first; i <= last && row.harmonics > 0; ++i)
+      band.lines.push_back(line_at(cycle.frequency_hz(i), power[i] / sum));
+    bands_.push_back(std::move(band));
+  }
+}
+
+void ResponseModel::respond(const sim::Parameters& p, std::span<Complex> responses, std::span<Complex> derived) const {
+  if (responses.size() != bands_.size() || (!derived.empty() && derived.size() != bands_.size() * derivatives))
+    throw Error("frequency response",
+                format("room for %zu responses and %zu derivatives", responses.size(), derived.size()),
+                format("give room for %zu, and none or %zu", bands_.size(), bands_.size() * derivatives));
+  std::array<double, velocity_levels> passed;
+  for (std::size_t l = 0; l < levels_.size(); ++l)
+    passed[l] = mean_passed(levels_[l].rate_rad_s, p[sim::Nv] * noise_rad_s_, p[sim::Theta]);
+  std::fill(responses.begin(), responses.end(), 0.0);
+  std::fill(derived.begin(), derived.end(), 0.0);
+  for (std::size_t row = 0; row < bands_.size(); ++row) {
+    Complex lost = 1.0;
+    for (std::size_t l = 0; l < levels_.size(); ++l) lost -= passed[l] * bands_[row].passing[l];
+    for (const Line& line : bands_[row].lines) {
+      const Complex delayed = posterior::turned(-line.frequency_hz * p[sim::Delay]);
+      const Complex active = delayed * (p[sim::Kp] + p[sim::Kd] * line.forward);
+      const Complex returned = 2.0 * delayed * (p[sim::Kp] + p[sim::Kd] * line.backward);
+      const Complex inverse =
+          quotient(line.weight, line.body + p[sim::Kp_pass] + p[sim::Kd_pass] * line.backward + returned);
+      const Complex drive = p[sim::Kp_pass] + p[sim::Kd_pass] * line.forward + active * lost;
+      const Complex response = drive * inverse;  // times the weight
+      responses[row] += response;
+      if (derived.empty()) continue;
+      const Complex back = response / line.weight;
+      const auto add = [&](Derivative by, Complex value) { derived[row * derivatives + by] += value * inverse; };
+      add(by_kp, delayed * (lost - 2.0 * back));
+      add(by_kd, delayed * (line.forward * lost - 2.0 * line.backward * back));
+      add(by_kp_pass, 1.0 - back);
+      add(by_kd_pass, line.forward - line.backward * back);
+      add(by_delay, Complex(0.0, -2.0 * sim::pi * line.frequency_hz) * (active * lost - returned * back));
+      add(by_passed, -active);
+    }
+  }
+}
+
+double ResponseModel::passed_share(double nv, double theta) const {
+  double passed = 0.0, all = 0.0;
+  for (const Level& level : levels_) {
+    const double weight = level.share * level.rate_rad_s;
+    passed += weight * mean_passed(level.rate_rad_s, nv * noise_rad_s_, theta);
+    all += weight * level.rate_rad_s;
+  }
+  return passed / all;
+}
+
+bool ResponseModel::is_stable(const sim::Parameters& p) const {
+  // On the imaginary axis |J s^2 - k + Kd_pass s| = |2 (Kp + Kd s)| has one solution, s = i w, if it has any at all
+  // that counts: without delay the loop is stable, and the first delay that puts a root there makes it unstable for
+  // good.
+  const sim::Body& body = protocol_.experiment.body;
+  const double j = body.inertia_kgm2, lean = body.mgh() - p[sim::Kp_pass], kp = p[sim::Kp], kd = p[sim::Kd];
+  const double kd_pass = p[sim::Kd_pass];
+  if (2.0 * kp <= lean) return false;
+  const double half = j * lean + 0.5 * kd_pass * kd_pass - 2.0 * kd * kd, rest = lean * lean - 4.0 * kp * kp;
+  const double inside = half * half - j * j * rest;
+  if (inside < 0.0) return true;
+  const double square = (std::sqrt(inside) - half) / (j * j);
+  if (square <= 0.0) return true;
+  const double w = std::sqrt(square);
+  return w * p[sim::Delay] < decid::atan2(w * kd, kp) + decid::atan2(w * kd_pass, j * square + lean);
+}
+
+}  // namespace decid::frf

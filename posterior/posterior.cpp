@@ -1,0 +1,209 @@
+// Draws from the posterior: see posterior.hpp.
+#include "posterior/posterior.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <deque>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/parallel.hpp"
+#include "posterior/sampling/chain_group.hpp"
+#include "posterior/sampling/diagnostics.hpp"
+#include "posterior/sampling/draws.hpp"
+
+namespace decid::posterior {
+namespace {
+
+constexpr int fewest_judged = 4;  // draws of a chain
+constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0;
+constexpr double apart_rhat = 1.2;  // chains' means vary by 0.44 of the variance within them
+
+void check(const Settings& settings) {
+  const auto at_least = [](const char* setting, int value, int least) {
+    if (value < least)
+      throw Error(std::string("posterior, ") + setting, "is " + std::to_string(value),
+                  "give " + std::to_string(least) + " or more");
+  };
+  at_least("groups", settings.groups, 1);
+  at_least("annealing_moves", settings.annealing_moves, 1);
+  at_least("window_moves", settings.window_moves, 6);
+  at_least("most_leaps", settings.most_leaps, 1);
+  at_least("rounds", settings.rounds, 1);
+  at_least("trial_draws", settings.trial_draws, 6);
+  at_least("block", settings.block, 1);
+  at_least("most_draws", settings.most_draws, 4);
+}
+
+}  // namespace
+
+double Posterior::value(const State& state, int quantity) {
+  switch (quantity) {
+    case Density::sensor_noise:
+      return state.sensor_noise_deg;
+    case Density::start:
+      return state.start_s;
+    case Density::gain:
+      return state.gain;
+    case Density::slow_noise:
+      return state.slow_noise_deg;
+    case Density::slow_memory:
+      return state.slow_memory_s;
+    default:
+      return state.parameters[static_cast<std::size_t>(quantity)];
+  }
+}
+
+std::vector<double> Posterior::draws_of(int quantity) const {
+  std::vector<double> draws;
+  for (const State& state : states_) draws.push_back(value(state, quantity));
+  return draws;
+}
+
+double Posterior::mean(int quantity) const {
+  return posterior::mean(draws_of(quantity));
+}
+
+double Posterior::deviation(int quantity) const {
+  return posterior::deviation(draws_of(quantity));
+}
+
+double Posterior::quantile(int quantity, double share) const {
+  return posterior::quantile(draws_of(quantity), share);
+}
+
+double Posterior::correlation(int a, int b) const {
+  const double found = posterior::correlation(draws_of(a), draws_of(b));
+  return a == b && found == 0.0 ? 1.0 : found;
+}
+
+bool Posterior::agreed() const {
+  return !rhat_.empty() && std::ranges::all_of(rhat_, [](double value) { return value <= agreeing_rhat; }) &&
+         std::ranges::all_of(effective_, [](double value) { return value >= agreeing_draws; });
+}
+
+bool Posterior::apart() const {
+  return rhat_.empty() || std::ranges::any_of(rhat_, [](double value) { return !(value <= apart_rhat); });
+}
+
+class Run {
+ public:
+  Run(const Density& density, const Observation& observation, const Settings& settings, const OnProgress& progress)
+      : settings_(settings), progress_(progress) {
+    check(settings);
+    if (std::ranges::all_of(observation.sway, [](double sway) { return sway == 0.0; }))
+      throw Error("posterior", "the recording is constant", "give a recording of sway");
+    for (int group = 0; group < settings.groups; ++group)
+      groups_.emplace_back(density, observation, settings_, group, stopped_);
+  }
+
+  Posterior operator()(std::span<const State> starts) {
+    const ChainGroup::Report of_warming = [this](const char* stage, double done) {
+      report(stage, warming_share * done);
+    };
+    in_parallel([&](int group) {
+      at(group).warm_up(
+          starts, group == 0 ? of_warming : [](const char*, double) {});
+    });
+    for (int round = 1; !stopped_; ++round) {
+      const bool last = round == settings_.rounds;
+      in_parallel([&](int group) { at(group).begin_round(last); });
+      if (draw_round(last) || last) break;
+      in_parallel([&](int group) { at(group).learn_from_round(); });
+    }
+    return result_;
+  }
+
+ private:
+  static constexpr double warming_share = 0.4;  // of the whole, for Progress
+
+  ChainGroup& at(int group) { return groups_[static_cast<std::size_t>(group)]; }
+  template <class Task>
+  void in_parallel(const Task& task) {
+    parallel_for(settings_.groups, task);
+  }
+
+  /// False if the chains were still far apart after the draws on trial; in the last round they go on.
+  bool draw_round(bool last) {
+    for (int draws = 0; !stopped_ && draws < settings_.most_draws;) {
+      const int more = std::min(settings_.block, settings_.most_draws - draws);
+      in_parallel([&](int group) { at(group).draw(more); });
+      draws = settings_.most_draws;
+      for (const ChainGroup& group : groups_) draws = std::min(draws, group.draws());
+      if (draws < fewest_judged) break;
+      judge(draws);
+      if (draws >= settings_.least_draws && (enough() || steps() >= settings_.most_steps)) break;
+      report("drawing", warming_share + (1.0 - warming_share) * draws / settings_.most_draws);
+      if (!last && draws >= settings_.trial_draws && result_.apart() && steps() < settings_.most_steps / 2)
+        return false;
+    }
+    return true;
+  }
+
+  /// The first `draws` of each chain.
+  void judge(int draws) {
+    Posterior& r = result_;
+    r = {};
+    r.chains_ = settings_.groups * lanes;
+    const auto first = [draws](const auto& values) { return std::span(values).first(static_cast<std::size_t>(draws)); };
+    ChainDraws energy;
+    for (const ChainGroup& group : groups_) {
+      for (int chain = 0; chain < lanes; ++chain) {
+        for (std::size_t i = 0; i < group.points(chain).size(); ++i) {
+          const int draw = (static_cast<int>(i) + 1) * group.apart() - 1;
+          if (draw < draws) r.points_.push_back({r.draws() + draw, group.points(chain)[i]});
+        }
+        const auto states = first(group.states(chain));
+        r.states_.insert(r.states_.end(), states.begin(), states.end());
+        energy.emplace_back(first(group.energy(chain)).begin(), first(group.energy(chain)).end());
+      }
+      r.divergences_ += group.divergences();
+      r.restarts_ += group.restarts();
+      r.leaps_ += group.leaps();
+      r.acceptance_ += group.acceptance() / settings_.groups;
+    }
+    r.energy_fraction_ = energy_fraction(energy);
+    for (int quantity = 0; quantity < Density::globals - Density::held; ++quantity) {
+      ChainDraws chains;
+      for (int chain = 0; chain < r.chains_; ++chain) {
+        std::vector<double>& values = chains.emplace_back();
+        for (int i = 0; i < draws; ++i)
+          values.push_back(Posterior::value(r.states_[static_cast<std::size_t>(chain * draws + i)], quantity));
+      }
+      r.rhat_.push_back(rhat(chains));
+      r.effective_.push_back(posterior::effective_draws(chains));
+    }
+  }
+
+  /// Leapfrog steps of a group.
+  long long steps() const { return groups_.front().leaps() / lanes; }
+
+  bool enough() const {
+    return std::ranges::all_of(result_.rhat_, [&](double value) { return value <= settings_.largest_rhat; }) &&
+           std::ranges::all_of(result_.effective_, [&](double value) { return value >= settings_.effective_draws; });
+  }
+
+  /// A round that is drawn anew does not take the progress back.
+  void report(const char* stage, double done) {
+    if (!progress_) return;
+    done_ = std::max(done_, done);
+    const double worst = result_.rhat_.empty() ? 0.0 : *std::ranges::max_element(result_.rhat_);
+    if (!progress_({stage, done_, worst})) stopped_ = true;
+  }
+
+  const Settings settings_;
+  const OnProgress& progress_;
+  std::deque<ChainGroup> groups_;
+  std::atomic<bool> stopped_{false};
+  double done_ = 0.0;
+  Posterior result_;
+};
+
+Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
+                 std::span<const State> starts, const OnProgress& progress) {
+  Run run(density, observation, settings, progress);
+  return run(starts);
+}
+
+}  // namespace decid::posterior

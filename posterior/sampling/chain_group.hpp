@@ -1,0 +1,87 @@
+// `lanes` chains that warm up and draw together, with one chart and one metric. Not installed.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "posterior/posterior.hpp"
+#include "posterior/sampling/chart.hpp"
+#include "posterior/sampling/sampler.hpp"
+
+namespace decid::posterior {
+
+class ChainGroup {
+ public:
+  /// number: of the group, of settings.groups. Everything must outlive it; stopped: no transition begins once it is
+  /// set.
+  ChainGroup(const Density& density, const Observation& observation, const Settings& settings, int number,
+             const std::atomic<bool>& stopped);
+
+  using Report = std::function<void(const char* stage, double done)>;
+  /// From anywhere to where draws are worth something: see posterior.hpp. done: of the warming up.
+  void warm_up(std::span<const State> starts, const Report& report);
+  /// Forgets what was drawn, and adapts the steps. last: nothing will be learned from the round.
+  void begin_round(bool last);
+  void draw(int count);
+  /// The draws on trial become one more window of warming up.
+  void learn_from_round();
+
+  const std::vector<State>& states(int chain) const { return states_[static_cast<std::size_t>(chain)]; }
+  const std::vector<double>& energy(int chain) const { return energy_[static_cast<std::size_t>(chain)]; }
+  int draws() const noexcept { return static_cast<int>(states_.front().size()); }
+  /// Draws apart() - 1, 2 apart() - 1, ... of a chain, all their coordinates.
+  const std::vector<std::vector<double>>& points(int chain) const { return points_[static_cast<std::size_t>(chain)]; }
+  int apart() const noexcept { return apart_; }
+  double acceptance() const noexcept { return acceptance_; }
+  int divergences() const noexcept { return divergences_; }
+  int restarts() const noexcept { return restarts_; }
+  long long leaps() const noexcept { return sampler_.leaps() * lanes; }
+
+ private:
+  using Globals = std::array<double, Density::globals>;
+
+  double noise_deg() const;
+  Sampler::Lanes unexplained_deg() const;
+  double first_noise_deg() const;
+  void place(std::span<const State> starts);
+  void anneal(const Report& report);
+  void metric_from_here();
+  void adapt(int moves, int leaps);
+  void learn_in_window(int leaps, bool last);
+  void hold_slow_noise();
+  void begin_window();
+  void learn(int move, int moves);
+  void end_window();
+  void add_log_mass(std::span<const double> x, std::span<const double> factors, Sampler::Lanes& log_mass);
+  void restart(const Sampler::Lanes& badness, double limit);
+  void release_noise();
+  void keep();
+
+  const Density& density_;
+  const Observation& observation_;
+  const Settings& settings_;
+  const std::uint64_t number_;
+  const std::atomic<bool>& stopped_;
+  Sampler sampler_;
+  int leaps_ = 0;    // of a transition
+  int windows_ = 0;  // and annealings
+  int restarts_ = 0;
+
+  // Of the window that runs.
+  ChartFit fit_;
+  std::vector<Globals> globals_;
+  std::vector<AlignedVector<double>> places_;  // where the information is needed
+
+  // Of the round that runs.
+  std::array<std::vector<State>, lanes> states_;
+  std::array<std::vector<double>, lanes> energy_;
+  std::array<std::vector<std::vector<double>>, lanes> points_;
+  bool last_round_ = false;
+  int apart_ = 1, divergences_ = 0;
+  double acceptance_ = 0.0;
+};
+
+}  // namespace decid::posterior

@@ -1,0 +1,357 @@
+// Tables of numbers as text. One pass over the text finds its rows and checks their length, one over these for each
+// column parses its numbers: memory is the text, where its rows are, and the columns asked for.
+#include "recording/formats/csv.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "recording/formats/encoding.hpp"
+#include "recording/table/cells.hpp"
+#include "recording/table/columns.hpp"
+#include "recording/table/commented_header.hpp"
+#include "recording/table/misfit_header.hpp"
+#include "recording/table/sections.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+std::string shown(std::string_view cell) {
+  if (cell.empty()) return "the cell is empty";
+  if (cell.size() > 40) return "'" + std::string(cell.substr(0, 37)) + "...' is not a finite number";
+  return "'" + std::string(cell) + "' is not a finite number";
+}
+
+/// Far longer than those of a table of 1000 columns.
+constexpr std::size_t most_bytes = std::size_t{1} << 17;
+
+bool has_long_line(std::string_view text) {
+  for (std::size_t begin = 0; text.size() - begin > most_bytes;) {
+    const std::size_t end = text.find_last_of("\r\n", begin + most_bytes);
+    if (end == text.npos || end < begin) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+/// Refuses long lines, but for comments.
+std::string with_short_lines(std::string text, const std::string& where) {
+  if (!has_long_line(text)) return text;
+  for_each_line(text, [&](std::string_view line, std::size_t line_number) {
+    if (line.size() > most_bytes)
+      throw Error(where, "line " + std::to_string(line_number) + " has more than 131,072 bytes",
+                  "at most 1000 columns can be read, and no line that long");
+    return true;
+  });
+  return text;
+}
+
+/// Replaces the minus sign of Unicode by a hyphen, as numbers have it.
+std::string with_plain_minus(std::string text) {
+  constexpr std::string_view minus = "\xE2\x88\x92";
+  std::size_t at = text.find(minus);
+  if (at == text.npos) return text;
+  std::string plain = text.substr(0, at);
+  for (std::size_t begin = at; at != text.npos; at = text.find(minus, begin)) {
+    plain += text.substr(begin, at - begin) + "-";
+    begin = at + minus.size();
+  }
+  return plain + text.substr(text.rfind(minus) + minus.size());
+}
+
+/// Without lines of separators alone at its end, as spreadsheets leave them.
+std::string without_empty_end(std::string text) {
+  const std::size_t last = text.find_last_not_of(" \t\r\n;,");
+  const std::size_t end = last == std::string::npos ? 0 : text.find_first_of("\r\n", last);
+  if (end != std::string::npos) text.resize(end);
+  return text;
+}
+
+}  // namespace
+
+CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, const std::string& section,
+                   Warnings warnings)
+    : where_(std::move(where)), warnings_(std::move(warnings)) {
+  text = with_plain_minus(to_utf8(std::move(text), where_));
+  if (!section.empty()) text = only_section(text, section, where_);
+  const std::size_t bytes = text.size();
+  text_ = with_short_lines(without_empty_end(std::move(text)), where_);
+  ends_in_line_ = text_.size() == bytes && !text_.ends_with('\n') && !text_.ends_with('\r');
+  if (skip_lines) {
+    preamble_ = preamble_behind(text_, static_cast<std::size_t>(*skip_lines));
+  } else {
+    preamble_ = find_preamble(text_);
+    if (!preamble_.misfit.problem.empty())
+      throw Error(where_, preamble_.misfit.problem,
+                  preamble_.misfit.remedy + "; or give --skip-lines " + std::to_string(preamble_.lines) +
+                      ": the columns then have numbers alone, and --column and --unit say what they are");
+  }
+  names_ = preamble_.names;
+  check_columns(names_.size());
+  has_header_ = !names_.empty();
+  separator_ = find_separator();
+  std::vector<std::string_view> cells;
+  std::size_t last_line = 0;
+  visit_lines([&](std::string_view line, std::size_t line_number) {
+    const bool follows = line_number == last_line + 1;
+    last_line = line_number;
+    const bool may_begin = !follows || line.starts_with("Interval=") || (has_header_ && line == header_line_);
+    if (may_begin && begins_another(line)) {
+      if (skip_lines) return false;
+      refuse_sections(line, line_number);
+    }
+    const std::string_view above =
+        std::string_view(text_).substr(0, static_cast<std::size_t>(line.data() - text_.data()));
+    if (!follows && rows_.empty() && header_lines_ == 0) add_commented_rates(above, preamble_.rates);
+    if (names_.empty()) {
+      read_header(line);
+      if (has_header_) {
+        ++header_lines_;
+        header_line_ = line;
+        return true;
+      }
+      std::vector<std::string> names = commented_names(above, separator_, names_.size());
+      has_header_ = !names.empty();
+      if (has_header_) names_ = std::move(names);
+    }
+    const bool is_last = line.data() + line.size() == text_.data() + text_.size();
+    if (is_last && ends_in_line_ && is_cut(line)) {
+      add_info(warnings_, "last_line_cut",
+               "the file ends in the middle of line " + std::to_string(line_number) + ": this line is left out");
+      return false;
+    }
+    const bool fits =
+        !rows_.empty() && is_plain_ && std::count(line.begin(), line.end(), separator_) + 1 == std::ssize(names_);
+    if (!fits) {
+      split(line, separator_, cells);
+      if (rows_.empty() && header_lines_ == 1 && read_units(cells)) {
+        ++header_lines_;
+        return true;
+      }
+      check_row(cells, line_number);
+    }
+    if (rows_.empty()) {
+      // Names are often quoted where the numbers are not. Rows are about as long as the first one.
+      const std::string_view rest =
+          std::string_view(text_).substr(static_cast<std::size_t>(line.data() - text_.data()));
+      is_plain_ = is_plain(rest, separator_);
+      rows_.reserve(std::min(most_rows, rest.size() / (line.size() + 1) + 1));
+    }
+    rows_.push_back(line);
+    if (rows_.size() > most_rows) {
+      throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
+    }
+    return true;
+  });
+  if (rows_.empty()) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
+}
+
+/// Returns true for a line after a blank one that is not a row of the table: a section's name or a footer.
+bool CsvTable::begins_another(std::string_view line) const {
+  constexpr std::size_t rows_of_a_table = 3;
+  if (rows_.size() < rows_of_a_table) return false;
+  std::vector<std::string_view> cells, row;
+  split(line, separator_, cells);
+  split(rows_.front(), separator_, row);
+  return (cells.size() == 1 && names_.size() > 1) || !may_follow(cells, row);
+}
+
+void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) const {
+  const std::vector<Section> sections = find_sections(text_);
+  if (sections.size() > 1)
+    throw Error(where_, "holds several tables: " + list_of(sections),
+                "choose one with --section, by its name or number; join them in one table if they are one recording");
+  const bool is_left_out =
+      sections.size() == 1 && sections[0].end <= static_cast<std::size_t>(line.data() - text_.data());
+  throw Error(where_,
+              "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
+                  std::string(line.substr(0, 40)) + "'",
+              is_left_out ? "--section 1 reads the table only; or delete these lines"
+                          : "delete these lines, put # before them, or give --skip-lines N if the table begins below");
+}
+
+/// Returns true if the last line of the file lacks cells, or the end of its last number.
+bool CsvTable::is_cut(std::string_view line) const {
+  constexpr std::size_t some = 20, rows_of_a_table = 3;
+  std::vector<std::string_view> cells;
+  split(line, separator_, cells);
+  if (rows_.size() < rows_of_a_table || !(parse_number(cells[0]).is_number || clock_time(cells[0]))) return false;
+  if (cells.size() != names_.size()) return cells.size() < names_.size();
+  const std::string_view last = cells.back();
+  // Programs that write a fixed number of decimals write as many in each row.
+  const auto decimals = [](std::string_view cell) {
+    return cell.size() - std::min(cell.find_first_of(".,"), cell.size());
+  };
+  std::size_t usual = 0;
+  for (std::size_t row = rows_.size() - std::min(some, rows_.size()); row < rows_.size(); ++row) {
+    const std::string_view cell = cell_at(rows_[row], separator_, cells.size() - 1, is_plain_);
+    if (!parse_number(cell).is_number || (usual != 0 && decimals(cell) != usual)) return false;
+    usual = decimals(cell);
+  }
+  if (is_missing(last) && !last.empty() && last != "-") return false;  // a whole word
+  return decimals(last) < usual || !parse_number(last).is_number;
+}
+
+/// Throws Error unless the row has as many cells as the table, or one more, an empty one.
+void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const {
+  const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
+  if (cells.size() == names_.size() || ends_in_separator) return;
+  throw Error(
+      where_,
+      "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
+          ", the lines before it " + std::to_string(names_.size()) + " (between " + separators_called(separator_) +
+          ", as in its first lines)",
+      "correct the line, put # before lines that are not data, or give --skip-lines N if the table begins below");
+}
+
+void CsvTable::check_columns(std::size_t count) const {
+  if (count > most_columns)
+    throw Error(where_, "has " + std::to_string(count) + " columns", "at most 1000 can be read");
+}
+
+/// Calls visit(line, number) for the lines of the table, its header first, until it returns false.
+template <class Visit>
+void CsvTable::visit_lines(const Visit& visit) const {
+  for_each_line(text_, [&](std::string_view line, std::size_t line_number) {
+    return line_number <= preamble_.lines || visit(line, line_number);
+  });
+}
+
+char CsvTable::find_separator() const {
+  // The second line is the better witness: the first may be a header with anything in its names.
+  std::string_view first, last;
+  int lines = 0;
+  visit_lines([&](std::string_view candidate, std::size_t) {
+    first = last;
+    last = candidate;
+    return ++lines < 2;
+  });
+  return separator_of(first, last);
+}
+
+void CsvTable::read_header(std::string_view line) {
+  std::vector<std::string_view> cells;
+  split(line, separator_, cells);
+  while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
+  check_columns(cells.size());
+  has_header_ = std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+    return !cell.empty() && !parse_number(cell).is_number && !clock_time(cell);
+  });
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const bool named = has_header_ && !cells[i].empty();
+    names_.push_back(named ? std::string(cells[i]) : "column " + std::to_string(i + 1));
+  }
+}
+
+/// Appends the cells to the names and returns true if the cells are units (are_units).
+bool CsvTable::read_units(const std::vector<std::string_view>& cells) {
+  if (cells.size() < names_.size() || !are_units(cells)) return false;
+  for (std::size_t i = 0; i < names_.size(); ++i) names_[i] = with_unit(names_[i], cells[i]);
+  return true;
+}
+
+double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row,
+                        Missing missing) const {
+  if (parsed.is_number && std::isfinite(parsed.value)) return parsed.value;
+  if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
+  throw Error(where_, place_of(row) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
+              is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
+}
+
+/// Returns true if another column has decimal points in the first rows.
+bool CsvTable::has_points_beside(int column) const {
+  constexpr std::size_t some = 20;
+  std::vector<std::string_view> cells;
+  for (std::size_t row = 0; row < std::min(some, rows_.size()); ++row) {
+    split(rows_[row], separator_, cells);
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      if (std::cmp_not_equal(i, column) && has_decimal_point(cells[i])) return true;
+  }
+  return false;
+}
+
+/// Returns the meaning of commas within the column's cells. Throws Error if they may be both.
+Commas CsvTable::commas_in(int column) const {
+  if ((is_plain_ && separator_ == ',') || text_.find(',') == text_.npos) return Commas::none;
+  CommaFinder finder;
+  std::size_t row = 0;
+  for (; row < rows_.size(); ++row)
+    if (finder.see(cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_))) break;
+  const bool points = row == rows_.size() && !finder.example().empty() && has_points_beside(column);
+  const Commas found = finder.found(points, separator_ == ',');
+  if (found == Commas::unclear)
+    throw Error(where_,
+                names_[static_cast<std::size_t>(column)] + ": '" + std::string(finder.example()) +
+                    "' has a decimal comma, or one between thousands",
+                "save it without separators between thousands, or with semicolons between cells");
+  return found;
+}
+
+std::vector<double> CsvTable::numbers(int column, Missing missing) const {
+  const Commas commas = commas_in(column);
+  std::vector<double> values;
+  values.reserve(rows_.size());
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
+    values.push_back(finite(parse_number(cell, commas), cell, column, row, missing));
+  }
+  return values;
+}
+
+std::vector<double> CsvTable::times(int column) const {
+  constexpr double day_s = 86400.0;
+  const Commas commas = commas_in(column);
+  std::vector<double> values;
+  values.reserve(rows_.size());
+  std::optional<double> first_day;
+  double midnights = 0.0;  // passed so far, of times without a date
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
+    const Parsed parsed = parse_number(cell, commas);
+    const std::optional<ClockTime> time = parsed.is_number ? std::nullopt : clock_time(cell);
+    if (time && !first_day) first_day = time->day;
+    double value = time ? (time->day - *first_day + midnights) * day_s + time->s
+                        : finite(parsed, cell, column, row, Missing::refused);
+    if (time && !values.empty() && value < values.back() - 0.5 * day_s) {
+      midnights += 1.0;
+      value += day_s;
+    }
+    values.push_back(value);
+  }
+  return values;
+}
+
+RowLabels CsvTable::labels(int column) const {
+  RowLabels labels;
+  std::map<std::string_view, std::uint32_t> known;
+  for (const std::string_view row : rows_) {
+    const std::string_view cell = cell_at(row, separator_, static_cast<std::size_t>(column), is_plain_);
+    const auto [found, is_new] = known.try_emplace(cell, static_cast<std::uint32_t>(labels.values.size()));
+    if (is_new) labels.values.push_back(is_missing(cell) ? std::string() : std::string(cell));
+    labels.of_row.push_back(found->second);
+  }
+  return labels;
+}
+
+void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {
+  for (std::size_t i = 0; i < rows.size(); ++i) rows_[i] = rows_[rows[i]];
+  rows_.resize(rows.size());
+  kept_ = rows;
+}
+
+std::string CsvTable::place_of(std::size_t row) const {
+  if (row < kept_.size()) row = kept_[row];
+  std::size_t found = 0, lines = row + 1 + static_cast<std::size_t>(header_lines_);
+  visit_lines([&](std::string_view, std::size_t line_number) {
+    found = line_number;
+    return --lines > 0;
+  });
+  return "line " + std::to_string(found);
+}
+
+}  // namespace decid::recording

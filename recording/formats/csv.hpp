@@ -1,0 +1,76 @@
+// Tables of numbers as text: separated by commas, semicolons, tabs or blanks, with or without a header line.
+// Not installed. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see CsvTable.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "recording/table/cells.hpp"
+#include "recording/table/preamble.hpp"
+#include "recording/table/table.hpp"
+
+namespace decid::recording {
+
+/// A table over its text; numbers are parsed only for the columns asked for, so others may hold anything.
+///
+/// Accepted: UTF-8, UTF-16 and Windows-1252, line ends \n, \r\n and \r, blank lines, comment lines (# or %), blanks
+/// around cells, quoted cells (on one line), a separator at the end of the lines, a decimal comma where it cannot be a
+/// separator ("1,5;2,7", "1,5 2,7", a single column), lines above the table (preamble.hpp), and a line of units below
+/// the header ("s,deg", "[s];[Grad]"), which become part of the names: "time (s)". A last line that ends in the middle
+/// is left out, with a warning.
+class CsvTable final : public Table {
+ public:
+  /// Throws Error if there are no lines of data, rows differ in length, or there are too many rows or columns.
+  /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found. `section`:
+  /// which of several tables (sections.hpp); empty: the only one. `warnings`: what was left out before.
+  CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {}, const std::string& section = {},
+           Warnings warnings = {});
+
+  std::size_t rows(int) const override { return rows_.size(); }
+  bool has_header() const override { return has_header_; }
+  /// From the header, else "column 1", "column 2", ...
+  const std::vector<std::string>& names() const override { return names_; }
+  std::vector<double> numbers(int column, Missing missing = Missing::refused) const override;
+  /// Clock times, with or without a date, are seconds since the midnight before the first.
+  std::vector<double> times(int column) const override;
+  /// The line of the file, from 1.
+  std::string place_of(std::size_t row) const override;
+  const std::vector<StatedRate>& stated_rates() const override { return preamble_.rates; }
+  std::optional<Unit> unit() const override { return preamble_.unit; }
+  std::size_t preamble_lines() const override { return preamble_.lines; }
+  const Warnings& warnings() const override { return warnings_; }
+  RowLabels labels(int column) const override;
+  void keep_rows(int column, const std::vector<std::size_t>& rows) override;
+
+ private:
+  template <class Visit>
+  void visit_lines(const Visit& visit) const;
+  char find_separator() const;
+  void read_header(std::string_view line);
+  void check_columns(std::size_t count) const;
+  bool begins_another(std::string_view line) const;
+  [[noreturn]] void refuse_sections(std::string_view line, std::size_t line_number) const;
+  bool is_cut(std::string_view line) const;
+  bool read_units(const std::vector<std::string_view>& cells);
+  void check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const;
+  Commas commas_in(int column) const;
+  bool has_points_beside(int column) const;
+  double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
+
+  std::string text_, where_;
+  bool ends_in_line_ = false;  ///< the text has no line end at its end
+  Warnings warnings_;
+  Preamble preamble_;
+  char separator_;
+  bool is_plain_ = false;  ///< the text, for its separator
+  bool has_header_ = false;
+  int header_lines_ = 0;          ///< of names and of units, that are not in the preamble
+  std::string_view header_line_;  ///< of names, if it is not in the preamble
+  std::vector<std::string> names_;
+  std::vector<std::string_view> rows_;
+  std::vector<std::size_t> kept_;  ///< rows of the file that are kept; empty: all
+};
+
+}  // namespace decid::recording

@@ -1,0 +1,131 @@
+// Encodings of text: see encoding.hpp. Sources: RFC 3629 (UTF-8), RFC 2781 (UTF-16), the WHATWG Encoding Standard's
+// index of windows-1252.
+#include "recording/formats/encoding.hpp"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+#include "base/error.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+void append(std::string& text, std::uint32_t point) {
+  const auto tail = [&](int shift) { text += static_cast<char>(0x80U | ((point >> shift) & 0x3FU)); };
+  if (point < 0x80U) {
+    text += static_cast<char>(point);
+  } else if (point < 0x800U) {
+    text += static_cast<char>(0xC0U | (point >> 6U));
+    tail(0);
+  } else if (point < 0x10000U) {
+    text += static_cast<char>(0xE0U | (point >> 12U));
+    tail(6);
+    tail(0);
+  } else {
+    text += static_cast<char>(0xF0U | (point >> 18U));
+    tail(12);
+    tail(6);
+    tail(0);
+  }
+}
+
+std::string from_utf16(std::string_view bytes, bool little_endian) {
+  const auto unit = [&](std::size_t at) {
+    const auto first = static_cast<unsigned char>(bytes[at]), second = static_cast<unsigned char>(bytes[at + 1]);
+    return static_cast<std::uint32_t>(little_endian ? second << 8U | first : first << 8U | second);
+  };
+  std::string text;
+  text.reserve(bytes.size() / 2);
+  for (std::size_t at = 0; at + 1 < bytes.size(); at += 2) {
+    std::uint32_t point = unit(at);
+    const bool leads = point >= 0xD800U && point < 0xDC00U && at + 3 < bytes.size();
+    if (leads && unit(at + 2) >= 0xDC00U && unit(at + 2) < 0xE000U) {
+      point = 0x10000U + ((point - 0xD800U) << 10U) + (unit(at + 2) - 0xDC00U);
+      at += 2;
+    } else if (point >= 0xD800U && point < 0xE000U) {
+      point = 0xFFFDU;  // half of a pair
+    }
+    if (point != 0xFEFFU) append(text, point);
+  }
+  return text;
+}
+
+/// How many bytes the character has that starts here; 0 if it is none of UTF-8.
+std::size_t character(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text.front());
+  const std::size_t length = first < 0x80   ? 1
+                             : first < 0xC2 ? 0
+                             : first < 0xE0 ? 2
+                             : first < 0xF0 ? 3
+                             : first < 0xF5 ? 4
+                                            : 0;
+  if (length == 0 || length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U) return 0;
+  return length;
+}
+
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    std::uint64_t eight = 0;  // at a time, as long as they are ASCII
+    if (text.size() >= sizeof eight) {
+      std::memcpy(&eight, text.data(), sizeof eight);
+      if ((eight & 0x8080808080808080U) == 0) {
+        text.remove_prefix(sizeof eight);
+        continue;
+      }
+    }
+    const std::size_t length = character(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+std::string from_windows_1252(std::string_view bytes) {
+  // Those of 0x80 to 0x9F; the others are their own code points.
+  constexpr std::array<std::uint16_t, 32> high = {0x20AC, 0x0081, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
+                                                  0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0x008D, 0x017D, 0x008F,
+                                                  0x0090, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
+                                                  0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0x009D, 0x017E, 0x0178};
+  std::string text;
+  text.reserve(bytes.size() + bytes.size() / 16);
+  for (const char c : bytes) {
+    const auto byte = static_cast<unsigned char>(c);
+    append(text, byte >= 0x80 && byte < 0xA0 ? high[byte - 0x80U] : byte);
+  }
+  return text;
+}
+
+/// A null in every other one of the first bytes, and nowhere else: digits and letters in UTF-16 without a mark.
+/// `odd`: the second byte of each pair, as in little endian.
+bool has_nulls_at(std::string_view bytes, bool odd) {
+  const std::string_view start = bytes.substr(0, 64);
+  if (start.size() < 8) return false;
+  for (std::size_t i = 0; i < start.size(); ++i)
+    if ((start[i] == '\0') != ((i % 2 == 1) == odd)) return false;
+  return true;
+}
+
+}  // namespace
+
+std::string to_utf8(std::string bytes, const std::string& where) {
+  using namespace std::string_view_literals;
+  std::string_view view = bytes;
+  if (view.starts_with("\xFF\xFE"sv) || has_nulls_at(view, true)) {
+    bytes = from_utf16(view, true);
+  } else if (view.starts_with("\xFE\xFF"sv) || has_nulls_at(view, false)) {
+    bytes = from_utf16(view, false);
+  }
+  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
+  bytes.resize(bytes.find_last_not_of('\0') + 1);  // as programs leave that set a file's size beforehand
+  if (bytes.find('\0') != std::string::npos)
+    throw Error(where, "is no text file", "save it as CSV, in UTF-8, UTF-16 or Windows-1252");
+  if (is_utf8(bytes)) return bytes;
+  return from_windows_1252(bytes);
+}
+
+}  // namespace decid::recording

@@ -1,0 +1,12 @@
+// MAT-files of version 7.3 where there is no HDF5: in a page (bindings/web).
+#include "base/error.hpp"
+#include "recording/formats/mat/mat_73.hpp"
+
+namespace decid::recording {
+
+std::vector<MatVariable> read_mat_73(const std::filesystem::path& path, std::size_t) {
+  throw Error(path.string(), "is a MAT-file of version 7.3, which is not read here",
+              "save it in MATLAB with save('file.mat', 'time', 'sway', '-v7'), or as CSV");
+}
+
+}  // namespace decid::recording

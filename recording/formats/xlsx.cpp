@@ -1,0 +1,247 @@
+// Workbooks as text: see xlsx.hpp. csv.hpp has the rules for what the text holds.
+#include "recording/formats/xlsx.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "base/error.hpp"
+#include "recording/formats/xml_scanner.hpp"
+#include "recording/formats/zip_member.hpp"
+#include "recording/table/sections.hpp"
+#include "recording/table/table.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+using Tag = XmlScanner::Tag;
+
+constexpr std::size_t max_sheet_rows = 1'048'576, max_text = std::size_t{1} << 26;
+constexpr const char* workbook_part = "xl/workbook.xml";
+
+[[noreturn]] void refuse_workbook(const std::string& where, const std::string& what) {
+  throw Error(where, "is a workbook that is damaged: " + what, "save it again, or save the sheet as CSV");
+}
+
+/// Where the parts of a workbook are, by their identifiers, and the part of its texts.
+struct Parts {
+  std::map<std::string, std::string> by_id;
+  std::string shared_strings;
+};
+
+Parts read_parts(ZipMembers& members, const std::string& where) {
+  Parts parts;
+  const std::string text = members.read("xl/_rels/workbook.xml.rels");
+  XmlScanner xml(text, where);
+  for (Tag tag = xml.next(); tag != Tag::end; tag = xml.next()) {
+    if (tag != Tag::open || xml.name() != "Relationship") continue;
+    const std::string target = xml.attribute("Target");
+    const std::string path = target.starts_with('/') ? target.substr(1) : "xl/" + target;
+    parts.by_id.emplace(xml.attribute("Id"), path);
+    if (xml.attribute("Type").ends_with("/sharedStrings")) parts.shared_strings = path;
+  }
+  return parts;
+}
+
+/// The sheets that are not hidden: names and identifiers.
+std::vector<std::pair<std::string, std::string>> visible_sheets(ZipMembers& members, const std::string& where) {
+  std::vector<std::pair<std::string, std::string>> sheets;
+  const std::string text = members.read(workbook_part);
+  XmlScanner xml(text, where);
+  for (Tag tag = xml.next(); tag != Tag::end; tag = xml.next()) {
+    if (tag != Tag::open || xml.name() != "sheet") continue;
+    const std::string state = xml.attribute("state");
+    if (state.empty() || state == "visible") sheets.emplace_back(xml.attribute("name"), xml.attribute("id"));
+  }
+  return sheets;
+}
+
+/// The text of an element that may be in pieces ("is", "si"), without the pronunciation of Asian texts.
+std::string read_text(XmlScanner& xml, std::string_view element) {
+  std::string text;
+  int pronunciations = 0;
+  for (Tag tag = xml.next(); tag != Tag::end; tag = xml.next()) {
+    if (xml.name() == "rPh") pronunciations += tag == Tag::open ? 1 : -1;
+    if (tag == Tag::close && xml.name() == "t" && pronunciations == 0) text += xml.text();
+    if (tag == Tag::close && xml.name() == element) break;
+  }
+  return text;
+}
+
+std::vector<std::string> read_shared_strings(ZipMembers& members, const std::string& part, const std::string& where) {
+  std::vector<std::string> strings;
+  if (part.empty()) return strings;
+  const std::string text = members.read(part);
+  XmlScanner xml(text, where);
+  for (Tag tag = xml.next(); tag != Tag::end; tag = xml.next())
+    if (tag == Tag::open && xml.name() == "si") {
+      if (strings.size() == max_sheet_rows)
+        throw Error(where, "has more than a million texts", "save the sheet as CSV");
+      strings.push_back(read_text(xml, "si"));
+    }
+  return strings;
+}
+
+/// A number of an attribute, or `otherwise`.
+std::size_t number_in(std::string_view text, std::size_t otherwise) {
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() ? number : otherwise;
+}
+
+/// The column of a cell's reference, from 0: 27 of "AB12".
+std::size_t column_in(std::string_view reference, std::size_t otherwise) {
+  std::size_t column = 0;
+  for (const char c : reference) {
+    if (c < 'A' || c > 'Z' || column > most_columns) break;
+    column = 26 * column + static_cast<std::size_t>(c - 'A' + 1);
+  }
+  return column == 0 ? otherwise : column - 1;
+}
+
+/// What stands in a cell, on one line and without what separates cells.
+std::string plain(std::string text) {
+  for (char& c : text) {
+    if (c == '\t' || c == '\n' || c == '\r') c = ' ';
+    if (c == '"') c = '\'';
+  }
+  return text;
+}
+
+/// Goes through a sheet's cells.
+class SheetReader {
+ public:
+  SheetReader(std::string_view text, const std::vector<std::string>& shared, const std::string& where)
+      : xml_(text, where), shared_(shared), where_(where) {}
+
+  std::string read() {
+    for (Tag tag = xml_.next(); tag != Tag::end; tag = xml_.next()) {
+      if (tag != Tag::open) continue;
+      if (xml_.name() == "row") begin_row();
+      if (xml_.name() == "c") read_cell();
+    }
+    return joined();
+  }
+
+ private:
+  /// A row as text, and how many cells it has.
+  struct Row {
+    std::string text;
+    std::size_t cells = 0;
+  };
+
+  void begin_row() {
+    const std::size_t row = number_in(xml_.attribute("r"), rows_.size() + 1);
+    if (row <= rows_.size() || row > max_sheet_rows) refuse_workbook(where_, "its rows are in no order");
+    rows_.resize(row);
+    next_column_ = 0;
+  }
+
+  void read_cell() {
+    if (rows_.empty()) refuse_workbook(where_, "a cell is in no row");
+    const std::size_t column = column_in(xml_.attribute("r"), next_column_);
+    next_column_ = column + 1;
+    if (column < rows_.back().cells) refuse_workbook(where_, "its cells are in no order");
+    const std::string value = read_value(xml_.attribute("t"));
+    if (value.empty()) return;  // a cell may have a format alone
+    if (column >= most_columns) throw Error(where_, "has more than 1000 columns", "at most 1000 can be read");
+    append(rows_.back(), column, plain(value));
+  }
+
+  std::string read_value(const std::string& kind) {
+    std::string value;
+    for (Tag tag = xml_.next(); tag != Tag::end; tag = xml_.next()) {
+      if (tag == Tag::open && xml_.name() == "is") value = read_text(xml_, "is");
+      if (tag == Tag::close && xml_.name() == "v") value = xml_.text();
+      if (tag == Tag::close && xml_.name() == "c") break;
+    }
+    if (kind == "e") return {};
+    if (kind == "b") return value == "0" ? "FALSE" : "TRUE";
+    if (kind != "s") return value;
+    const std::size_t index = number_in(value, shared_.size());
+    if (index >= shared_.size()) refuse_workbook(where_, "a cell's text is missing");
+    return shared_[index];
+  }
+
+  void append(Row& row, std::size_t column, const std::string& value) {
+    const std::size_t tabs = row.cells == 0 ? column : column - row.cells + 1;
+    count(tabs + value.size());
+    row.text.append(tabs, '\t');
+    row.text += value;
+    row.cells = column + 1;
+    width_ = std::max(width_, row.cells);
+  }
+
+  /// All rows, those with cells equally long.
+  std::string joined() {
+    std::string text;
+    for (const Row& row : rows_) {
+      const std::size_t missing = row.cells == 0 ? 0 : width_ - row.cells;
+      count(missing + 1);
+      text += row.text + std::string(missing, '\t') + '\n';
+    }
+    return text;
+  }
+
+  void count(std::size_t bytes) {
+    bytes_ += bytes;
+    if (bytes_ > max_text)
+      throw Error(where_, "is larger than 64 MiB as text", "save the trial to be identified alone");
+  }
+
+  XmlScanner xml_;
+  const std::vector<std::string>& shared_;
+  const std::string& where_;
+  std::vector<Row> rows_;
+  std::size_t next_column_ = 0, width_ = 0, bytes_ = 0;
+};
+
+/// Throws Error if sheets behind the first one hold tables.
+void refuse_without_table(const std::vector<std::pair<std::string, std::string>>& sheets, const Parts& parts,
+                          const std::function<std::string(const std::string&)>& read, const std::string& where) {
+  std::string list;
+  for (std::size_t i = 1; i < sheets.size(); ++i) {
+    const auto part = parts.by_id.find(sheets[i].second);
+    try {
+      if (part == parts.by_id.end() || find_sections(read(part->second)).empty()) continue;
+    } catch (const Error&) {  // a chart, or one that is damaged
+      continue;
+    }
+    list += (list.empty() ? "'" : ", '") + sheets[i].first + "'";
+  }
+  if (!list.empty())
+    throw Error(where, "has no table in its first sheet '" + sheets[0].first + "', but in " + list,
+                "move the sheet of the recording to the first place, or save it as CSV");
+}
+
+}  // namespace
+
+bool is_xlsx(std::string_view bytes) {
+  return bytes.starts_with("PK\x03\x04") && bytes.find(workbook_part) != bytes.npos;
+}
+
+Sheet read_xlsx(std::string_view bytes, const std::string& where) {
+  ZipMembers members(bytes, where);
+  const auto sheets = visible_sheets(members, where);
+  if (sheets.empty()) refuse_workbook(where, "it has no sheet");
+  const Parts parts = read_parts(members, where);
+  const auto part = parts.by_id.find(sheets.front().second);
+  if (part == parts.by_id.end()) refuse_workbook(where, "its first sheet is missing");
+  const std::vector<std::string> shared = read_shared_strings(members, parts.shared_strings, where);
+  const auto read = [&](const std::string& part_name) {
+    const std::string xml = members.read(part_name);
+    return SheetReader(xml, shared, where).read();
+  };
+  Sheet sheet{read(part->second), {}};
+  for (const auto& [name, id] : sheets) sheet.sheets.push_back(name);
+  if (find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, where);
+  if (sheet.text.find_first_not_of('\n') == sheet.text.npos)
+    throw Error(where, "has a first sheet without cells", "move the recording to the first sheet");
+  return sheet;
+}
+
+}  // namespace decid::recording

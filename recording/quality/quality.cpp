@@ -1,0 +1,180 @@
+// Faults in the samples of sway: see quality.hpp.
+#include "recording/quality/quality.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "recording/quality/block_means.hpp"
+#include "recording/quality/jumps.hpp"
+#include "recording/quality/moving_average.hpp"
+#include "recording/table/columns.hpp"
+#include "sim/protocol/protocol.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+constexpr double shortest_s = 2.0;
+constexpr double frozen_s = 0.1, frozen_runs = 12.0, frozen_share = 0.02;
+constexpr std::size_t frozen_samples = 5;
+constexpr double step_deg = 0.02, coarse_deg = 0.2;
+constexpr double spike_deg = 0.05, spike_medians = 20.0, spike_steps = 3.0;
+constexpr double smooth_deg = 0.0003, noise_rate_hz = 50.0, trained_average_s = 0.25;
+
+std::string seconds(std::size_t samples, double rate_hz, double begin_s = 0.0) {
+  return three_digits(begin_s + static_cast<double>(samples) / rate_hz) + " s";
+}
+
+void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_s, Warnings& warnings) {
+  std::vector<std::size_t> runs;
+  for (std::size_t begin = 0, k = 1; k <= sway.size(); ++k) {
+    if (k < sway.size() && sway[k] == sway[begin]) continue;
+    runs.push_back(k - begin);
+    begin = k;
+  }
+  // Median length of a run, weighted by its samples; the longest run does not count. It is 1 for most recordings.
+  std::size_t usual = 1;
+  const std::size_t others = sway.size() - std::ranges::max(runs);
+  if (2 * static_cast<std::size_t>(std::ranges::count(runs, std::size_t{1})) < others) {
+    std::vector<std::size_t> sorted = runs;
+    std::ranges::sort(sorted);
+    for (std::size_t i = 0, samples = 0; 2 * samples < others; samples += usual) usual = sorted[i++];
+  }
+  const double least =
+      std::max({static_cast<double>(frozen_samples), frozen_s * rate_hz, frozen_runs * static_cast<double>(usual - 1)});
+  std::size_t stretches = 0, frozen = 0, longest = 0, at = 0, first = 0;
+  for (const std::size_t run : runs) {
+    const bool at_rest = at == 0 && sway[0] == 0.0;  // as simulated bodies are at their start
+    if (static_cast<double>(run) >= least && !at_rest) {
+      if (stretches++ == 0) first = at;
+      frozen += run;
+      longest = std::max(longest, run);
+    }
+    at += run;
+  }
+  if (stretches == 0) return;
+  const double share = static_cast<double>(frozen) / static_cast<double>(sway.size());
+  const std::string text =
+      "the sway stands still in " + std::to_string(stretches) + (stretches == 1 ? " stretch" : " stretches") +
+      ", the longest " + seconds(longest, rate_hz) + ", the first from " + seconds(first, rate_hz, begin_s) + " on, " +
+      three_digits(100.0 * share) + "% of the recording: the sensor froze, or samples were repeated";
+  if (share >= frozen_share) {
+    add_caution(warnings, "frozen", text);
+  } else {
+    add_info(warnings, "frozen", text);
+  }
+}
+
+/// The step in rad; 0 if there is none.
+double look_for_steps(std::span<const double> sway, Warnings& warnings) {
+  const auto [lowest, highest] = std::ranges::minmax(sway);
+  double step = highest - lowest;
+  const double same = 1e-9 * step;
+  // Most sensors are so fine that two samples in a row say so, and nothing need be sorted: of the values between them,
+  // fewer than there are samples, two are farther apart than `same` and nearer to each other than these two.
+  const double some = 2.0 * static_cast<double>(sway.size()) * same, fine = 0.9 * step_deg * sim::rad_per_deg;
+  const auto is_fine = [&](double a, double b) { return std::abs(a - b) > some && std::abs(a - b) < fine; };
+  if (std::ranges::adjacent_find(sway, is_fine) != sway.end()) return 0.0;
+  std::vector<double> values(sway.begin(), sway.end());
+  std::ranges::sort(values);
+  for (std::size_t k = 1; k < values.size(); ++k)
+    if (const double apart = values[k] - values[k - 1]; apart > same) step = std::min(step, apart);
+  const double degrees = step / sim::rad_per_deg;
+  if (degrees < step_deg * (1.0 - 1e-6)) return 0.0;
+  const bool multiples = std::ranges::all_of(values, [&](double value) {
+    const double steps = (value - values.front()) / step;
+    return std::abs(steps - std::round(steps)) < 0.01;
+  });
+  if (!multiples) return 0.0;
+  const std::string text =
+      "the sway has steps of " + three_digits(degrees) + " degrees: the sensor is coarse, or the file was rounded";
+  if (degrees >= coarse_deg * (1.0 - 1e-6)) {
+    add_caution(warnings, "coarse_steps", text);
+  } else {
+    add_info(warnings, "coarse_steps", text);
+  }
+  return step;
+}
+
+/// `step`: of a coarse sensor, whose values flicker.
+void look_for_spikes(std::span<const double> sway, double rate_hz, double step, double begin_s, Warnings& warnings) {
+  // off[k]: sample k + 1 against the middle of its neighbours.
+  std::vector<double> off(sway.size() - 2);
+  for (std::size_t k = 0; k < off.size(); ++k) off[k] = sway[k + 1] - 0.5 * (sway[k] + sway[k + 2]);
+  std::vector<double> sizes(off.size());
+  std::ranges::transform(off, sizes.begin(), [](double value) { return std::abs(value); });
+  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
+  std::ranges::nth_element(sizes, middle);
+  const double least = std::max({spike_deg * sim::rad_per_deg, spike_medians * *middle, spike_steps * step});
+  std::size_t spikes = 0, first = 0;
+  double largest = 0.0;
+  const auto found = [&](std::size_t sample, double size) {
+    if (spikes++ == 0) first = sample;
+    largest = std::max(largest, std::abs(size));
+  };
+  // Off the line through the next two: twice what the second sample is off the middle; the third one is on it.
+  if (2.0 * std::abs(off[0]) > least && 4.0 * std::abs(off[1]) < std::abs(off[0])) found(0, 2.0 * off[0]);
+  for (std::size_t k = 1; k + 1 < off.size(); ++k) {
+    // A jump to another level is as far off on both of its sides, a single sample twice as far as its neighbours.
+    const double beside = std::max(std::abs(off[k - 1]), std::abs(off[k + 1]));
+    if (std::abs(off[k]) > least && std::abs(off[k]) > 1.5 * beside) found(k + 1, off[k]);
+  }
+  if (spikes == 0) return;
+  add_caution(warnings, "spikes",
+              (spikes == 1 && first == 0 ? "the first sample is"
+               : spikes == 1             ? "a single sample is"
+                                         : std::to_string(spikes) + " single samples are") +
+                  std::string(" off by ") + (spikes == 1 ? "" : "up to ") + three_digits(largest / sim::rad_per_deg) +
+                  " degrees" + (first == 0 && spikes == 1 ? "" : ", the first at " + seconds(first, rate_hz, begin_s)) +
+                  ": leave them empty and give --fill-gaps, or cut the recording");
+}
+
+/// Returns the standard deviation of the noise between 12 and 25 Hz, in degrees.
+double sensor_noise_deg(std::span<const double> sway, double rate_hz) {
+  const auto block = static_cast<std::size_t>(rate_hz / noise_rate_hz);
+  const std::vector<double> mean = block_means(sway, block);
+  // White noise of variance 1 has fourth differences of variance 1 + 16 + 36 + 16 + 1; their median, unlike their mean
+  // square, is that of the sensor whatever single samples do.
+  constexpr double medians_per_deviation = 0.6745;
+  std::vector<double> fourth;
+  fourth.reserve(mean.size());
+  for (std::size_t i = 4; i < mean.size(); ++i)
+    fourth.push_back(std::abs(mean[i] - 4.0 * mean[i - 1] + 6.0 * mean[i - 2] - 4.0 * mean[i - 3] + mean[i - 4]));
+  const auto middle = fourth.begin() + std::ssize(fourth) / 2;
+  std::ranges::nth_element(fourth, middle);
+  return *middle / medians_per_deviation / std::sqrt(70.0) / sim::rad_per_deg;
+}
+
+void look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s, Warnings& warnings) {
+  if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0) {
+    const std::string text = "the sway was smoothed by a moving average of " + three_digits(length_s) +
+                             " s, or each value was held as long: that takes away what tells the controller, and may "
+                             "add to the delay; give recordings without";
+    if (length_s > trained_average_s * (1.0 + 1e-6)) {
+      add_caution(warnings, "smooth", text);
+    } else {
+      add_info(warnings, "smooth", text);
+    }
+  } else if (rate_hz >= noise_rate_hz && sensor_noise_deg(sway, rate_hz) < smooth_deg) {
+    add_info(
+        warnings, "smooth",
+        "the sway holds no sensor noise above 12 Hz: it was simulated, or smoothed; filters that smooth add to the "
+        "delay, so give recordings without");
+  }
+}
+
+}  // namespace
+
+void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
+                     double held_s) {
+  if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return;
+  look_for_frozen(sway_rad, rate_hz, begin_s, warnings);
+  const double step = look_for_steps(sway_rad, warnings);
+  look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
+  look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);
+  look_for_smoothing(sway_rad, rate_hz, held_s, warnings);
+}
+
+}  // namespace decid::recording

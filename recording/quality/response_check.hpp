@@ -1,0 +1,41 @@
+// Checks whether a sway continues as it began, by its linear response to the platform's tilt. Not installed. At about
+// 10 Hz, with the prescribed tilt u:
+//   y(t) = c + sum_j h_j u(t - j) + n(t),  n(t) = sum_i a_i n(t - i) + e(t),  fitted in turn by least squares (D.
+//   Cochrane and G. H. Orcutt, J. Am. Stat. Assoc. 44, 1949).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/warning.hpp"
+
+namespace decid::recording {
+
+/// Checks sways against one tilt. Immutable: threads may share it.
+class ResponseCheck {
+ public:
+  /// tilt_rad: one value per sample of the trial.
+  ResponseCheck(std::span<const double> tilt_rad, double rate_hz);
+
+  struct Found {
+    double innovation_rad = 0.0, medians = 0.0;  ///< the largest |e|, and its ratio to the median of |e|
+    double innovation_at_s = 0.0;
+    /// The improvement if the sway from slip_at_s on is slip_s earlier than before (positive: a stretch is missing).
+    /// slip_gain is the number of samples times the relative decrease of the residual, or 0.
+    double slip_gain = 0.0, slip_s = 0.0, slip_at_s = 0.0;
+  };
+  /// Checks a sway that has the tilt's samples. Returns zeros for trials under 40 s.
+  Found check(std::span<const double> sway_rad) const;
+
+ private:
+  std::size_t block_;
+  double step_s_;
+  std::vector<double> tilt_;  // means of blocks, with rest before and after
+  std::size_t blocks_;        // of the trial
+};
+
+/// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians) and `time_slips`. Adds no
+/// `stretch_off` if the warnings already hold jumps, spikes or a frozen sensor.
+void look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings);
+
+}  // namespace decid::recording

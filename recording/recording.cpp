@@ -1,0 +1,315 @@
+// Recordings: which column is the sway, in which unit, at which rate. recording/trial.cpp brings them to a
+// protocol. The rules for finding them are ours, made for EUROBENCH files (time,COM_x), exports of motion capture and
+// decid's own.
+#include "recording/recording.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+#include "base/error.hpp"
+#include "recording/clock.hpp"
+#include "recording/sway_source.hpp"
+#include "recording/table/columns.hpp"
+#include "recording/table/table.hpp"
+#include "recording/table/trials.hpp"
+#include "sim/protocol/protocol.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
+/// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
+constexpr double small_for_a_guess_deg = 0.1;
+
+/// Returns the advice for a column of time that would mean this rate in seconds.
+std::string time_hint(const std::string& name, double rate_hz) {
+  for (const auto& [unit, end, per_s] : {std::tuple{"milliseconds", "_ms", 1e3},
+                                         {"microseconds", "_us", 1e6},
+                                         {"nanoseconds", "_ns", 1e9},
+                                         {"days", "_days", 1.0 / 86400.0}}) {
+    const double then_hz = rate_hz * per_s;
+    if (then_hz >= 20.0 && then_hz <= 2000.0)
+      return std::string("if it is in ") + unit + " (" + six_digits(std::round(then_hz * 1e3) / 1e3) +
+             " Hz), call it " + name + end + ", or give --rate";
+  }
+  for (const auto& [unit, of_s] : {std::pair{"minutes", 60.0}, {"hours", 3600.0}}) {
+    const double then_hz = rate_hz / of_s;
+    if (then_hz >= 20.0 && then_hz <= 2000.0 && std::abs(then_hz - std::round(then_hz)) < 1e-3)
+      return std::string("if it is in ") + unit + ", give --rate " + six_digits(std::round(then_hz * 1e3) / 1e3);
+  }
+  if (is_sample_rate(rate_hz)) return "give --rate if these times are wrong";
+  return rate_hz < lowest_rate_hz ? "if it is in milliseconds, call it time_ms, or give --rate"
+                                  : "if it is in seconds, call it time_s, or give --rate";
+}
+
+/// Warns of a given rate that is not the file's own.
+void compare_rates(const Table& table, double given_hz, Recording& recording) {
+  for (const StatedRate& stated : table.stated_rates())
+    if (std::abs(stated.hz - given_hz) > rate_tolerance * given_hz) {
+      add_caution(recording.warnings, "rate_differs",
+                  "'" + stated.phrase + "' of the file is " + six_digits(stated.hz) + " Hz, the rate given is " +
+                      six_digits(given_hz) + " Hz; the rate given is used");
+      return;
+    }
+}
+
+Clock find_clock(const Table& table, int sway, int time, const RecordingOptions& options, Recording& recording) {
+  if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
+    throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
+                "give the samples per second as --rate");
+  }
+  Clock given;
+  given.rate_hz = options.rate_hz.value_or(0.0);
+  if (time < 0) {
+    if (options.rate_hz) {
+      if (table.is_even()) compare_rates(table, *options.rate_hz, recording);
+      return given;
+    }
+    const std::optional<StatedRate> stated = stated_rate(table, recording.file, "--rate");
+    if (!stated) throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
+    if (!table.is_even())
+      add_info(recording.warnings, "rate_stated",
+               "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' of the file");
+    given.rate_hz = stated->hz;
+    return given;
+  }
+  const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
+  Clock clock;
+  try {
+    clock = read_clock(table, time, recording.file, "--rate");
+  } catch (const Error& error) {
+    const std::vector<std::size_t> starts = restarts(table, time);
+    const std::string exchanged = exchanged_with_time(table, starts.empty() ? -1 : sway, time);
+    if (!exchanged.empty() && !options.rate_hz)
+      throw Error(error.where(), error.problem() + ", and '" + exchanged + "' holds times",
+                  "correct the header if the two names are exchanged");
+    if (!starts.empty())  // A rate would join them.
+      throw Error(error.where(),
+                  table.place_of(starts.front()) + ": " + name + " starts again: the file holds several recordings",
+                  remedy_for_several(table, sway, time, starts, options.trial_column));
+    if (!options.rate_hz) throw;
+    add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());
+    return given;
+  }
+  if (options.rate_hz) {
+    if (std::abs(clock.rate_hz - *options.rate_hz) > rate_tolerance * clock.rate_hz) {
+      add_caution(recording.warnings, "rate_differs",
+                  "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, the rate given is " +
+                      six_digits(*options.rate_hz) + " Hz; the rate given is used");
+    }
+    return given;
+  }
+  recording.rate_advice = time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz);
+  if (!is_sample_rate(clock.rate_hz)) {
+    throw Error(recording.file,
+                "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
+                recording.rate_advice);
+  }
+  if (clock.is_caution) {
+    add_caution(recording.warnings, "uneven_times", clock.warning);
+  } else if (!clock.warning.empty()) {
+    add_info(recording.warnings, "uneven_times", clock.warning);
+  }
+  return clock;
+}
+
+/// Replaces numbers that stand for missing values by NaN: the given number, or those that Visual3D, NDI and
+/// spreadsheets write if all others are far smaller.
+void mark_missing(std::vector<double>& values, std::optional<double> given) {
+  constexpr double far = 50.0;
+  const auto is = [](double value, double mark) { return std::abs(value - mark) <= 1e-6 * std::abs(mark); };
+  const auto is_mark = [&](double value) {
+    if (given) return is(value, *given);
+    const double size = std::abs(value);
+    return size >= 9999.0 && (is(size, 9999.0) || is(size, 99999.0) || is(size, 999999.0) || is(size, 9.99e33) ||
+                              is(size, 1e30) || is(value, -3.697314e28));
+  };
+  double smallest_mark = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (const double value : values) {
+    if (is_mark(value))
+      smallest_mark = std::min(smallest_mark, std::abs(value));
+    else if (std::isfinite(value))
+      largest = std::max(largest, std::abs(value));
+  }
+  if (!given && !(far * largest < smallest_mark)) return;
+  for (double& value : values)
+    if (is_mark(value)) value = std::numeric_limits<double>::quiet_NaN();
+}
+
+/// A column on the clock's even grid, its gaps filled if they may be.
+std::vector<double> read_column(const Table& table, int column, const Clock& clock, const RecordingOptions& options,
+                                Recording& recording) {
+  const double fill_gaps_s = options.fill_gaps_s;
+  const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
+  std::vector<double> raw = table.numbers(column, missing);
+  if (const std::string change = table.change_of(column); !change.empty())
+    add_info(recording.warnings, "resampled", change);
+  mark_missing(raw, options.missing_value);
+  std::vector<double> values = place_evenly(raw, clock);
+  const std::string filled =
+      fill_gaps(values, clock.rate_hz, fill_gaps_s, table.names()[static_cast<std::size_t>(column)], recording.file);
+  if (!filled.empty()) add_caution(recording.warnings, "gaps_filled", filled);
+  return values;
+}
+
+/// Throws Error if the sway is too large for a standing body, and warns of suspicious sizes. `guessed`: its unit was
+/// guessed. `mean_is_upright`: sizes count from the mean instead of 0.
+void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, Recording& recording) {
+  const bool in_memory = recording.file.empty();
+  const std::string where = in_memory ? "recording" : recording.file;
+  const char* const other =
+      in_memory ? "give radians" : "if the unit is another, give --unit; if these are positions, --com-height";
+  const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
+  const double mean = std::accumulate(sway.rad.begin(), sway.rad.end(), 0.0) / static_cast<double>(sway.rad.size());
+  const double upright = mean_is_upright ? mean : 0.0;
+  const double peak_deg = std::max(upright - *least, *most - upright) / sim::rad_per_deg;
+  const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
+  if (*least == *most) {
+    throw Error(where, sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
+                in_memory ? "give samples of sway" : "name the column of sway with --column");
+  }
+  if (peak_deg > largest_deg) {
+    const auto at = (upright - *least > *most - upright ? least : most) - sway.rad.begin();
+    if (!in_memory && peak_to_peak_deg < 2.0 * largest_plausible_deg)
+      throw Error(where,
+                  sway.column + " is about " + three_digits(mean / sim::rad_per_deg) + " degrees, beyond lying flat",
+                  "if that is upright, give --detrend offset; " + std::string(other));
+    throw Error(where,
+                sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
+                    std::to_string(at + 1),
+                in_memory
+                    ? other
+                    : other + std::string("; if it stands for a missing value, give --missing NUMBER and --fill-gaps"));
+  }
+  if (peak_deg > largest_plausible_deg) {
+    recording.is_large = true;
+    add_caution(recording.warnings, "large_sway",
+                "sway reaches " + three_digits(peak_deg) + " degrees, more than a standing body does; " + other);
+  }
+  const double if_radians_deg = peak_to_peak_deg / sim::rad_per_deg;
+  if (guessed && peak_to_peak_deg < small_for_a_guess_deg && if_radians_deg > small_for_a_guess_deg)
+    throw Error(where,
+                sway.column + " has no unit, and is " + three_digits(peak_to_peak_deg) +
+                    " degrees peak to peak if it is in degrees, " + three_digits(if_radians_deg) + " if in radians",
+                "give --unit rad or --unit deg; if these are positions, --com-height");
+  if (peak_to_peak_deg < smallest_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
+    add_caution(recording.warnings, "small_sway",
+                "sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
+                    three_digits(if_radians_deg) + " if these are radians; " + other);
+  }
+}
+
+/// The tilt's column in radians. Its size is compared with the protocol's later.
+void read_tilt(const Table& table, int column, int sway, const Clock& clock, const RecordingOptions& options,
+               Recording& recording) {
+  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  if (column == sway) throw Error(recording.file, name + " is the sway", "name the tilt with --tilt-column");
+  if (table.rows(column) != table.rows(sway)) {
+    throw Error(recording.file,
+                "the tilt " + name + " has " + std::to_string(table.rows(column)) + " values, the sway " +
+                    std::to_string(table.rows(sway)),
+                "name signals that were sampled together");
+  }
+  const Unit unit = angle_unit(table, column, options.tilt_unit, "--tilt-unit", recording);
+  Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options, recording)};
+  const double factor = rad_in(unit) * (options.invert_tilt ? -1.0 : 1.0);
+  for (double& value : tilt.rad) value *= factor;
+  recording.signals.add(std::move(tilt));
+}
+
+/// The tilt by its name alone, if there is one and nothing is wrong with it.
+void look_for_tilt(const Table& table, const SwaySource& sway, const Clock& clock, const RecordingOptions& options,
+                   Recording& recording) {
+  const std::size_t warnings = recording.warnings.size();
+  try {
+    const int column = find_tilt_column(table, -1, recording.file, "--tilt-column");
+    if (column < 0 || std::ranges::find(sway.columns, column) != sway.columns.end()) return;
+    read_tilt(table, column, sway.columns.front(), clock, options, recording);
+    recording.tilt_was_found = true;
+  } catch (const Error& error) {
+    recording.warnings.erase(recording.warnings.begin() + static_cast<std::ptrdiff_t>(warnings),
+                             recording.warnings.end());
+    add_info(recording.warnings, "tilt_not_used", "a column that may be the tilt is not used: " + error.problem());
+  }
+}
+
+}  // namespace
+
+Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
+  Recording recording;
+  recording.file = path == standard_input ? "standard input" : path.string();
+  const std::unique_ptr<Table> read = read_table(path, options.skip_lines, options.section);
+  if (!options.trial_column.empty()) {
+    keep_trial(*read, options.trial_column, options.trial, recording.file);
+    recording.file += "#" + options.trial;
+  }
+  const Table& table = *read;
+  recording.warnings = table.warnings();
+  if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
+    add_info(recording.warnings, "preamble",
+             "the first " + std::to_string(table.preamble_lines()) +
+                 (table.preamble_lines() == 1 ? " line is" : " lines are") + " above the table and not read");
+  int time = find_time(table);
+  const SwaySource source = find_sway_source(table, time, options, recording);
+  const int sway = source.columns.front();
+  if (read->choose(sway)) time = find_time(table);
+  if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, time, recording.file);
+  if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
+  const std::string& name = table.names()[static_cast<std::size_t>(sway)];
+  if (sway == time) {  // the user has said what it is
+    if (!options.rate_hz && table.stated_rates().empty())
+      throw Error(recording.file, "the sway that was named, '" + name + "', is its column of time",
+                  "name the column of sway with --column, or give --rate if this is it");
+    time = -1;
+  }
+  if (time >= 0 && table.rows(time) != table.rows(sway)) {
+    throw Error(recording.file,
+                name + " has " + std::to_string(table.rows(sway)) + " values, its time " +
+                    table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
+                "name the sway with --column, or give --rate and save it without that time");
+  }
+  const Clock clock = find_clock(table, sway, time, options, recording);
+  recording.rate_hz = clock.rate_hz;
+  const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording); };
+  Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
+  const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
+  check_size(signal, guessed, options.mean_is_upright, recording);
+  if (options.invert_sway) {
+    for (double& value : signal.rad) value = -value;
+  }
+  if (!options.tilt_column.empty()) {
+    read_tilt(table, named_column(table, options.tilt_column, recording.file, "--tilt-column"), sway, clock, options,
+              recording);
+  } else if (options.find_tilt) {
+    look_for_tilt(table, source, clock, options, recording);
+  }
+  if ((options.tilt_unit || options.invert_tilt) && recording.signals.find(platform_tilt) == nullptr)
+    throw Error(recording.file, "no tilt is read for --tilt-unit or --invert tilt",
+                "name its column with --tilt-column");
+  return recording;
+}
+
+std::vector<std::string> trials_of(const std::filesystem::path& path, const RecordingOptions& options) {
+  return trials_in(*read_table(path, options.skip_lines, options.section), options.trial_column, path.string());
+}
+
+Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
+  Recording recording;
+  recording.rate_hz = rate_hz;
+  if (!is_sample_rate(rate_hz))
+    throw Error("recording", "a rate of " + six_digits(rate_hz) + " Hz", "give the samples a second, 1 to 100,000");
+  if (sway_rad.size() < 2)
+    throw Error("recording", sway_rad.empty() ? "no samples" : "only one sample", "give a whole recording");
+  for (std::size_t k = 0; k < sway_rad.size(); ++k)
+    if (!std::isfinite(sway_rad[k]))
+      throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
+  const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
+  check_size(sway, false, false, recording);
+  return recording;
+}
+
+}  // namespace decid::recording

@@ -1,0 +1,418 @@
+// Columns of a table: see columns.hpp. The rules for finding them are ours, made for EUROBENCH files (time,COM_x),
+// exports of motion capture and decid's own.
+#include "recording/table/columns.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+#include "base/error.hpp"
+#include "sim/protocol/protocol.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+/// How much a step of a column without a name may differ from the mean step, for it to be a time.
+constexpr double step_tolerance = 0.01;
+
+std::optional<Unit> angle_unit_of(std::string_view word) {
+  if (one_of(word, {"deg", "degree", "degrees", "\xC2\xB0", "grad"})) return Unit::degree;
+  if (one_of(word, {"rad", "radian", "radians"})) return Unit::radian;
+  if (one_of(word, {"mrad", "milliradian", "milliradians"})) return Unit::milliradian;
+  return {};
+}
+
+bool begins_with_t(std::string_view name) {
+  return words(name).front() == "t";
+}
+
+std::optional<double> metres_of(std::string_view word) {
+  if (one_of(word, {"mm", "millimeter", "millimetre", "millimeters", "millimetres"})) return 1e-3;
+  if (one_of(word, {"cm", "centimeter", "centimetre", "centimeters", "centimetres", "zentimeter"})) return 1e-2;
+  if (one_of(word, {"m", "meter", "metre", "meters", "metres"})) return 1.0;
+  return {};
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// "V" of "sway (V)" and "sway [V]"; empty if there is none.
+std::string_view unit_behind(std::string_view name) {
+  if (name.empty() || (name.back() != ')' && name.back() != ']')) return {};
+  const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '[');
+  return open == std::string_view::npos ? std::string_view() : name.substr(open + 1, name.size() - open - 2);
+}
+
+/// Returns the quantity that a unit measures ("mV": "a voltage"). Returns nullptr for units of angles, for mm, cm and
+/// m, and for text that is no unit ("AP", "left").
+const char* quantity_of_unit(std::string_view text) {
+  std::string unit = "|";
+  for (const char c : lower(std::string(text)))
+    if (c != ' ') unit += c;
+  if (unit.size() == 1) return nullptr;
+  unit += '|';
+  for (const auto& [quantity, units] :
+       {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|\xCE\xBCv|volt|volts|"},
+        {"a current", "|ma|ua|\u00B5a|\u03BCa|"},
+        {"a force", "|n|kn|lb|lbs|lbf|"},
+        {"a torque", "|nm|n*m|n.m|nmm|n*mm|n.mm|nm/kg|"},
+        {"a pressure", "|pa|kpa|"},
+        {"a velocity", "|m/s|mm/s|cm/s|"},
+        {"an acceleration", "|m/s^2|m/s2|g|"},
+        {"a mass", "|kg|"},
+        {"a share", "|%|%bw|percent|pct|prozent|"},
+        {"a temperature", "|\u00B0c|degc|celsius|\u00B0f|degf|"},
+        {"a frequency", "|hz|khz|"},
+        {"a length in neither mm, cm nor m", "|in|inch|inches|ft|feet|um|\xC2\xB5m|\xCE\xBCm|km|"},
+        {"in pixels", "|px|pixel|pixels|"},
+        {"in counts", "|counts|lsb|"},
+        {"in decibels", "|db|"},
+        {"in arbitrary units", "|a.u.|a.u|au|arb.u.|"}})
+    if (std::string_view(units).find(unit) != std::string_view::npos) return quantity;
+  return nullptr;
+}
+
+/// "sway_deg" of "sway_deg(:,2)", "sway_deg(2,:,1)" and "sway_deg{2}".
+std::string_view without_index(std::string_view name) {
+  while (name.size() > 2 && (name.back() == ')' || name.back() == '}')) {
+    const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '{');
+    if (open == name.npos || open == 0) return name;
+    const std::string_view index = name.substr(open + 1, name.size() - open - 2);
+    const bool has_colon = index.find(':') != index.npos;
+    if (index.find_first_not_of("0123456789:,") != index.npos || (name.back() == ')' && !has_colon)) return name;
+    name = name.substr(0, open);
+  }
+  return name;
+}
+
+}  // namespace
+
+const char* other_quantity(std::string_view name) {
+  const std::vector<std::string> parts = words(name);
+  const std::string& last = parts.back();
+  const std::vector<std::string> all = words_in(name);
+  for (const std::string& word : all)
+    if (one_of(word, {"cop", "copx", "copy", "copap", "copml"})) return centre_of_pressure;
+  if (const char* quantity = quantity_of_unit(unit_behind(name))) return quantity;
+  // Without brackets these letters often mean something else: "sway_PA" is a direction, "sway_ma" a moving average.
+  if (parts.size() > 1 && last.size() > 1 && !one_of(last, {"in", "pa", "ma", "kn", "feet"}))
+    if (const char* quantity = quantity_of_unit(last)) return quantity;
+  if (parts.size() > 1 && metres_of(last)) return "a length";
+  for (const std::string& word : all) {
+    for (const char* quantity : {"velocity", "speed", "acceleration"})
+      if (word.find(quantity) != std::string::npos)
+        return word.ends_with("acceleration") ? "an acceleration" : "a velocity";
+    if (one_of(word, {"vel", "swayvel", "comvel", "angvel", "dot", "gyro", "gyr", "geschwindigkeit",
+                      "winkelgeschwindigkeit"}))
+      return "a velocity";
+    if (one_of(word, {"acc", "accel", "accx", "accy", "accz", "ddot", "beschleunigung"})) return "an acceleration";
+    if (one_of(word, {"torque", "moment", "drehmoment"})) return "a torque";
+    if (one_of(word, {"force", "grf", "kraft"})) return "a force";
+    if (word == "emg") return "muscle activity";
+    if (one_of(word, {"temperature", "temperatur"})) return "a temperature";
+    if (one_of(word, {"std", "sd", "stdev"})) return "a standard deviation";
+  }
+  // "deg/s", "deg_s", "rad per s", "deg/s^2"
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    const bool after_angle =
+        angle_unit_of(parts[i - 1]) || (parts[i - 1] == "per" && i > 1 && angle_unit_of(parts[i - 2]));
+    if (after_angle && one_of(parts[i], {"s", "sec", "second", "s2"})) {
+      return parts[i] == "s2" || (i + 1 < parts.size() && parts[i + 1] == "2") ? "an acceleration" : "a velocity";
+    }
+  }
+  return last == "dps" ? "a velocity" : nullptr;
+}
+
+bool is_time_name(std::string_view name) {
+  const std::vector<std::string> parts = words(name);
+  const auto is_time = [](std::string_view word) {
+    return one_of(word, {"time",     "times",        "timestamp", "timestamps",  "zeit",      "zeitstempel",
+                         "uhrzeit",  "temps",        "tiempo",    "tempo",       "datetime",  "seconds",
+                         "sekunden", "sec",          "ms",        "elapsedtime", "mocaptime", "sampletime",
+                         "reltime",  "relativetime", "frametime", "systemtime",  "abstime"});
+  };
+  // "Elapsed Time (s)", "rel_time_s", "abs time", "Sample Time"
+  const bool is_second =
+      parts.size() > 1 && is_time(parts[1]) &&
+      one_of(parts[0], {"elapsed", "rel", "relative", "abs", "absolute", "sample", "sampling", "mocap", "frame",
+                        "system", "local", "unix", "recording", "trial", "capture"});
+  // Delsys writes "X [s]" before each signal.
+  const bool is_abscissa = parts.size() == 2 && parts[0] == "x" && unit_behind(name) == "s";
+  return is_time(parts.front()) || is_second || is_abscissa ||
+         (begins_with_t(name) && std::all_of(parts.begin() + 1, parts.end(), [](const std::string& word) {
+            return one_of(word, {"in", "s", "sec", "sek", "seconds", "sekunden"}) || time_unit_s(word) != 1.0;
+          }));
+}
+
+double near_whole(double rate_hz) {
+  const double whole = std::round(rate_hz);
+  return std::abs(rate_hz - whole) < 1e-6 * rate_hz ? whole : rate_hz;
+}
+
+std::string six_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+std::string three_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::vector<std::string> words(std::string_view name) {
+  std::vector<std::string> parts(1);
+  for (const char c : without_index(name)) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) || byte >= 0x80) {
+      parts.back() += static_cast<char>(std::tolower(byte));
+    } else if (!parts.back().empty()) {
+      parts.emplace_back();
+    }
+  }
+  if (parts.back().empty() && parts.size() > 1) parts.pop_back();
+  return parts;
+}
+
+std::vector<std::string> words_in(std::string_view name) {
+  std::vector<std::string> parts = words(name);
+  const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
+  const auto is_lower = [](char c) { return c >= 'a' && c <= 'z'; };
+  std::string text(name), spaced;
+  for (const char* centre : {"CoM", "CoG", "CoP"})  // a word each
+    for (std::size_t at = text.find(centre); at != text.npos; at = text.find(centre, at + 1)) text[at + 1] = 'O';
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool is_after_lower = i > 0 && is_lower(text[i - 1]);
+    const bool is_last_capital = i > 0 && is_upper(text[i - 1]) && i + 1 < text.size() && is_lower(text[i + 1]);
+    if (is_upper(text[i]) && (is_after_lower || is_last_capital)) spaced += ' ';
+    spaced += text[i];
+  }
+  for (std::string& part : words(spaced))
+    if (std::ranges::find(parts, part) == parts.end()) parts.push_back(std::move(part));
+  return parts;
+}
+
+bool one_of(std::string_view word, std::initializer_list<std::string_view> list) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+std::optional<Unit> unit_in(std::string_view name) {
+  return angle_unit_of(words(name).back());
+}
+
+std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
+                            const std::string& setting) {
+  if (given) return given;
+  if (one_of(words(name).back(), {"gon", "arcmin", "arcsec", "mdeg", "millideg", "millidegrees", "cdeg", "turn",
+                                  "turns", "rev", "revolutions"}))
+    throw Error(where, name + " is neither in degrees nor in radians by its name", "convert it to one of them");
+  if (const char* quantity = other_quantity(name)) {
+    throw Error(
+        where, name + " is " + quantity + " by its name, not an angle",
+        std::string_view(quantity) == "a length" && setting == "--unit"
+            ? "give the height of the centre of mass above the ankles as --com-height, or --unit if it is an angle"
+        : quantity == centre_of_pressure
+            ? "estimate the centre of mass first: a force plate's centre of pressure moves farther and faster"
+            : "name a column of angles, or give " + setting + " if it is one");
+  }
+  return unit_in(name);
+}
+
+Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const std::string& setting,
+                Recording& recording) {
+  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const std::optional<Unit> named = unit_in(name);
+  const char* const quantity = other_quantity(name);
+  if (given && (quantity != nullptr || (named && *named != *given)))
+    add_caution(recording.warnings, "unit_differs",
+                name + " has another unit by its name than the one given as " + setting + ", which is used");
+  if (const std::optional<Unit> unit = unit_of(name, given, recording.file, setting)) return *unit;
+  if (const std::optional<Unit> unit = table.unit()) return *unit;
+  add_info(recording.warnings, "unit_assumed", "no unit in the name of " + name + ": degrees are assumed");
+  return Unit::degree;
+}
+
+std::optional<double> metres_in_unit_of(std::string_view name) {
+  const std::vector<std::string> parts = words(name);
+  return parts.size() > 1 ? metres_of(parts.back()) : std::nullopt;
+}
+
+double rad_in(Unit unit) {
+  if (unit == Unit::degree) return sim::rad_per_deg;
+  return unit == Unit::milliradian ? 1e-3 : 1.0;
+}
+
+std::string name_before_unit(std::string_view name) {
+  if (name.empty() || (name.back() != ')' && name.back() != ']')) return std::string(name);
+  const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '[');
+  if (open == std::string_view::npos || open == 0) return std::string(name);
+  name = name.substr(0, open);
+  while (!name.empty() && name.back() == ' ') name.remove_suffix(1);
+  return std::string(name);
+}
+
+std::string name_without_unit(std::string_view name) {
+  std::vector<std::string> parts = words(name);
+  if (parts.size() > 1 && (unit_in(name) || metres_in_unit_of(name))) parts.pop_back();
+  std::string joined;
+  for (const std::string& part : parts) joined += (joined.empty() ? "" : "_") + part;
+  return joined;
+}
+
+std::string list_of(const Table& table, int without) {
+  std::string list;
+  for (int i = 0; i < table.columns(); ++i) {
+    if (i == without) continue;
+    if (list.size() > 200) return list + ", ...";
+    list += (list.empty() ? "'" : ", '") + table.names()[static_cast<std::size_t>(i)] + "'";
+  }
+  return list;
+}
+
+void refuse_several(const Table& table, const std::vector<int>& columns, const std::string& name,
+                    const std::string& where, const std::string& setting) {
+  const auto& names = table.names();
+  std::string numbers, list;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    numbers += (i == 0 ? "" : i + 1 < columns.size() ? ", " : " and ") + std::to_string(columns[i] + 1);
+    if (list.size() < 200) list += (i == 0 ? "'" : ", '") + names[static_cast<std::size_t>(columns[i])] + "'";
+  }
+  const auto has_path = [&](int column) {
+    return table.own_name(column) != names[static_cast<std::size_t>(column)] || !table.arrays().empty();
+  };
+  if (std::ranges::none_of(columns, has_path))
+    throw Error(where, std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
+                "give the column's number, from 1, as " + setting);
+  throw Error(where, "has several columns called '" + std::string(without_index(name)) + "': " + list,
+              "name one with " + setting + trial_advice(table));
+}
+
+std::string trial_advice(const Table& table) {
+  for (const bool is_matrix : {false, true})
+    for (const TableArray& array : table.arrays())
+      if (array.is_matrix == is_matrix && array.elements > 1)
+        return "; --trial " + array.name + " makes each of its " + std::to_string(array.elements) +
+               (is_matrix ? " columns" : " elements") + " a recording";
+  return "";
+}
+
+int find_named(const Table& table, int without, std::initializer_list<const char*> names, const std::string& where,
+               const std::string& setting) {
+  for (const char* name : names) {
+    std::vector<int> found;
+    for (int i = 0; i < table.columns(); ++i) {
+      const std::string& here = table.own_name(i);
+      if (i == without || name_without_unit(here) != name) continue;
+      if (found.empty() || without_index(here) == without_index(table.own_name(found.front()))) found.push_back(i);
+    }
+    if (found.size() > 1) refuse_several(table, found, table.own_name(found.front()), where, setting);
+    if (!found.empty()) return found.front();
+  }
+  return -1;
+}
+
+int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting) {
+  // As it stands there; in other case; without its unit: "KSP" of "KSP (deg)".
+  std::vector<int> exact, paths, alike, plain;
+  for (int i = 0; i < table.columns(); ++i) {
+    const std::string& name = table.names()[static_cast<std::size_t>(i)];
+    if (name == column) exact.push_back(i);
+    if (table.path(i) == column) paths.push_back(i);
+    if (lower(name) == lower(column)) alike.push_back(i);
+    if (lower(name_before_unit(name)) == lower(column)) plain.push_back(i);
+  }
+  for (const std::vector<int>& found : {exact, paths, alike, plain}) {
+    if (found.size() == 1) return found.front();
+    if (found.size() > 1) refuse_several(table, found, column, where, setting);
+  }
+  int number = 0;
+  const auto [end, error] = std::from_chars(column.data(), column.data() + column.size(), number);
+  if (error == std::errc() && end == column.data() + column.size() && number >= 1 && number <= table.columns()) {
+    return number - 1;
+  }
+  throw Error(where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
+              "give one of them, or its number from 1, as " + setting);
+}
+
+std::optional<StatedRate> stated_rate(const Table& table, const std::string& where, const std::string& setting) {
+  const std::vector<StatedRate> rates = candidates(table.stated_rates());
+  if (rates.empty()) return {};
+  if (rates.size() > 1)
+    throw Error(where, "states several rates: " + list_of(rates), "give the samples per second as " + setting);
+  if (!is_sample_rate(rates.front().hz))
+    throw Error(where, "its own rate is " + six_digits(rates.front().hz) + " Hz, not from 1 to 100,000",
+                "give the samples per second as " + setting);
+  return rates.front();
+}
+
+int find_time(const Table& table) {
+  if (table.is_even()) return -1;
+  if (table.has_header()) {
+    std::vector<std::string> names;
+    for (int i = 0; i < table.columns(); ++i) names.push_back(table.own_name(i));
+    auto found = std::find_if(names.begin(), names.end(), is_time_name);
+    const auto may_be_time = [](const std::string& name) {
+      return begins_with_t(name) && !one_of(words(name).back(), {"c", "degc", "\u00B0c", "f", "k"});  // a temperature
+    };
+    if (found == names.end()) found = std::find_if(names.begin(), names.end(), may_be_time);
+    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+  }
+  const int column = table.first_column();
+  if (table.columns() < 2 || table.rows(column) < 3) return -1;
+  const std::vector<double> first = table.times(column);
+  const double step = (first.back() - first.front()) / static_cast<double>(first.size() - 1);
+  for (const StatedRate& rate : table.stated_rates())  // which a counter of samples has not
+    if (std::abs(step * rate.hz - 1.0) > step_tolerance) return -1;
+  for (std::size_t i = 1; i < first.size(); ++i) {
+    const double found = first[i] - first[i - 1];
+    if (found <= 0.0 || std::abs(found - step) > 2.0 * step_tolerance * step) return -1;
+  }
+  return column;
+}
+
+int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting) {
+  return find_named(table, without,
+                    {"tilt",
+                     "platform_tilt",
+                     "platform",
+                     "plattform",
+                     "platform_angle",
+                     "tilt_angle",
+                     "plattformwinkel",
+                     "kippwinkel",
+                     "support_tilt",
+                     "a_fs",
+                     "support_surface",
+                     "stimulus",
+                     "platform_pitch",
+                     "surface_tilt",
+                     "surface_angle",
+                     "support_surface_tilt",
+                     "support_surface_angle",
+                     "base_angle",
+                     "base_tilt",
+                     "stim_pitch",
+                     "stim_tilt",
+                     "stimulus_angle",
+                     "ss",
+                     "ss_angle"},
+                    where, setting);
+}
+
+double time_unit_s(std::string_view name) {
+  const std::string unit = words(name).back();
+  if (one_of(unit, {"min", "minutes", "minuten"})) return 60.0;
+  if (one_of(unit, {"ms", "msec", "msecs", "msecond", "mseconds", "milliseconds", "millisekunden"})) return 1e-3;
+  if (one_of(unit, {"us", "usec", "\xC2\xB5s", "microseconds", "mikrosekunden"})) return 1e-6;
+  if (one_of(unit, {"ns", "nsec", "nanoseconds", "nanosekunden"})) return 1e-9;
+  if (one_of(unit, {"days", "tage"})) return 86400.0;
+  return 1.0;
+}
+
+}  // namespace decid::recording

@@ -1,0 +1,114 @@
+// Which kind of file a table is read from: see table.hpp.
+#include "recording/table/table.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <iostream>
+#include <map>
+
+#include "base/error.hpp"
+#include "base/files/file.hpp"
+#include "base/text.hpp"
+#include "recording/formats/c3d.hpp"
+#include "recording/formats/csv.hpp"
+#include "recording/formats/foreign.hpp"
+#include "recording/formats/mat/mat.hpp"
+#include "recording/formats/xlsx.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+constexpr std::size_t file_limit_bytes = std::size_t{1} << 30;
+
+std::string read_standard_input() {
+  std::string text;
+  std::vector<char> block(std::size_t{1} << 16);
+  while (std::cin.read(block.data(), std::ssize(block)) || std::cin.gcount() > 0) {
+    text.append(block.data(), static_cast<std::size_t>(std::cin.gcount()));
+    if (text.size() > file_limit_bytes)
+      throw Error("standard input", "is larger than 1 GiB", "give the trial to be identified alone");
+  }
+  return text;
+}
+
+/// Refuses options that say where the table of a text begins, for files of another format.
+void refuse_text_options(const std::string& where, const std::string& is, std::optional<int> skip_lines,
+                         const std::string& section) {
+  if (skip_lines) throw Error(where, "is a " + is + ", which has no lines above a table", "leave out --skip-lines");
+  if (!section.empty()) throw Error(where, "is a " + is + ", which has no sections", "leave out --section");
+}
+
+/// The first sheet of a workbook, with the rules for text.
+std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& where, std::optional<int> skip_lines,
+                                  const std::string& section) {
+  Sheet first = read_xlsx(bytes, where);
+  const std::vector<std::string>& names = first.sheets;
+  if (!section.empty() && std::find(names.begin(), names.end(), section) != names.end())
+    throw Error(where, "is a workbook, of which only the first sheet that is not hidden is read: '" + names[0] + "'",
+                "leave out --section, or save the sheet '" + section + "' as CSV");
+  Warnings warnings;
+  if (names.size() > 1)
+    add_info(warnings, "sheet_assumed",
+             "the sheet '" + names[0] + "' is read, the first of " + std::to_string(names.size()) + " of the workbook");
+  return std::make_unique<CsvTable>(std::move(first.text), where, skip_lines, section, std::move(warnings));
+}
+
+}  // namespace
+
+const char* remedy_for(Missing missing) {
+  return missing == Missing::fillable
+             ? "give a value; short gaps of a recording are interpolated with --fill-gaps SECONDS"
+             : "give a value";
+}
+
+const std::vector<TableArray>& Table::arrays() const {
+  static const std::vector<TableArray> none;
+  return none;
+}
+
+void Table::keep_element(const std::string&, std::size_t) {}
+
+RowLabels Table::labels(int column) const {
+  RowLabels labels;
+  std::map<double, std::uint32_t> known;
+  for (const double value : numbers(column, Missing::kept)) {
+    const auto [found, is_new] =
+        known.try_emplace(std::isnan(value) ? HUGE_VAL : value, static_cast<std::uint32_t>(labels.values.size()));
+    if (is_new) labels.values.push_back(std::isfinite(value) ? format("%.15g", value) : std::string());
+    labels.of_row.push_back(found->second);
+  }
+  return labels;
+}
+
+void Table::keep_rows(int, const std::vector<std::size_t>&) {}
+
+std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines,
+                                  const std::string& section) {
+  const bool is_stdin = path == standard_input;
+  const std::string where = is_stdin ? "standard input" : path.string();
+  std::string end = path.extension().string();
+  std::transform(end.begin(), end.end(), end.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  // Reading it first gives the reason if a file cannot be read or is too large.
+  std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
+  if (is_xlsx(text)) return read_sheet(text, where, skip_lines, section);
+  refuse_foreign(text, where, end);
+  if (is_c3d(text, end)) {
+    refuse_text_options(where, "C3D file", skip_lines, section);
+    return std::make_unique<C3dTable>(std::move(text), where);
+  }
+  if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
+    if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
+    refuse_text_options(where, "MAT-file", skip_lines, section);
+    return std::make_unique<MatTable>(text, path);
+  }
+  if (text.starts_with("\x89HDF\r\n")) {
+    throw Error(where, "is an HDF5 file, but not MATLAB's",
+                "save the signals as a MAT-file (SciPy's savemat) or as CSV");
+  }
+  return std::make_unique<CsvTable>(std::move(text), where, skip_lines, section);
+}
+
+}  // namespace decid::recording

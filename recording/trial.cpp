@@ -1,0 +1,451 @@
+// Recordings brought to a protocol: its start, rate and length; offset and drift subtracted.
+#include "recording/trial.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "recording/quality/quality.hpp"
+#include "recording/quality/response_check.hpp"
+#include "recording/resample.hpp"
+#include "recording/table/columns.hpp"
+#include "recording/tilt_before.hpp"
+#include "recording/tilt_match.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+/// How much of a trial may be missing at either end.
+constexpr double missing_limit = 0.01;
+constexpr double least_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
+/// Networks err more on slower recordings: docs/recordings.md has the measurement.
+constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
+/// Samples by which lengths may differ by rounding alone.
+constexpr double rounding = 1e-6;
+
+std::string count_at(std::size_t samples, double rate_hz) {
+  return std::to_string(samples) + " samples at " + six_digits(rate_hz) + " Hz (" +
+         six_digits(static_cast<double>(samples) / rate_hz) + " s)";
+}
+
+/// A recording's samples among the trial's, k = first .. last, and where in the recording the trial starts.
+struct Place {
+  double start_s = 0.0;
+  long long first = 0, last = -1;
+};
+
+std::vector<double> cut(const std::vector<double>& signal, double from_hz, double to_hz, const Place& place,
+                        std::size_t samples) {
+  const auto count = static_cast<std::size_t>(place.last - place.first + 1);
+  std::vector<double> inside;
+  if (from_hz == to_hz) {
+    const auto begin = signal.begin() + static_cast<std::ptrdiff_t>(std::llround(place.start_s * to_hz) + place.first);
+    inside.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+  } else {
+    const double start_s = place.start_s + static_cast<double>(place.first) / to_hz;
+    inside = resample(signal, from_hz, to_hz, start_s, count);
+  }
+  std::vector<double> result(samples);
+  for (std::size_t k = 0; k < samples; ++k) {
+    const auto at = static_cast<long long>(k) - place.first;
+    const auto end = static_cast<long long>(count) - 1;
+    const long long mirrored = at < 0 ? -at : at > end ? 2 * end - at : at;
+    result[k] = inside[static_cast<std::size_t>(mirrored)];
+  }
+  return result;
+}
+
+bool in_memory(const Recording& recording) {
+  return recording.file.empty();
+}
+
+std::string where(const Recording& recording) {
+  return in_memory(recording) ? "recording" : recording.file;
+}
+
+/// What can be done about samples in memory, or about those of files, which options read.
+std::string either(const Recording& recording, const char* for_samples, const char* for_files) {
+  return in_memory(recording) ? for_samples : for_files;
+}
+
+/// Returns true if the protocols differ in the body at most.
+bool plays(const sim::Protocol& protocol, const sim::Protocol& known) {
+  sim::Experiment same_body = known.experiment;
+  same_body.body = protocol.experiment.body;
+  return same_body == protocol.experiment;
+}
+
+/// How to write down a protocol that is like this one but for some settings.
+std::string to_write(const sim::Protocol& protocol) {
+  if (plays(protocol, sim::default_protocol())) return "write its protocol (decid stimulus --write-protocol mine.json)";
+  if (plays(protocol, sim::short_protocol()))
+    return "write its protocol (decid stimulus --protocol short --write-protocol mine.json)";
+  return "copy its protocol's file";
+}
+
+[[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
+  const auto needed = static_cast<std::size_t>(protocol.samples());
+  const double left_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz - std::max(start_s, 0.0);
+  const int cycles = protocol.experiment.cycles();
+  const int whole = std::min(
+      cycles, static_cast<int>((left_s - protocol.experiment.lead_in_s()) / protocol.experiment.cycle_s() + 1e-9));
+  std::string problem = "recording has " + count_at(recording.signals.samples(), recording.rate_hz);
+  if (start_s < 0.0) problem += ", which begin " + six_digits(-start_s) + " s after the protocol";
+  if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
+  problem +=
+      "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.experiment.sample_rate_hz);
+  std::string remedy = "give whole trials of the protocol, or use a model of yours";
+  if (in_memory(recording)) throw Error(where(recording), problem, remedy);
+  if (whole >= 1 && whole < cycles) {
+    problem += ", and of its " + std::to_string(cycles) + " cycles only " + std::to_string(whole) +
+               (whole == 1 ? " is whole" : " are whole");
+    remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
+             ", and give it to decid fit --protocol, or to decid train --stream for a model of these";
+  } else {
+    remedy =
+        "give decid fit its own --protocol, or train a model for it (decid train --stream --protocol mine.json), then "
+        "identify --model; or give --rate if the time column is wrong";
+  }
+  throw Error(where(recording), problem, remedy);
+}
+
+/// Throws Error for a rate at which the response to the platform is lost, and warns of one at which much of it is.
+void check_rate(Recording& recording, double protocol_hz) {
+  const std::string rate = six_digits(recording.rate_hz) + " Hz";
+  if (recording.rate_hz < slowest_hz)
+    throw Error(
+        where(recording), "has " + rate + ", too slow for a protocol of " + six_digits(protocol_hz) + " Hz",
+        recording.rate_advice.empty() ? "record at 25 Hz or faster; 5 Hz is the slowest rate" : recording.rate_advice);
+  if (recording.rate_hz < (1.0 - slow_margin) * slow_hz)
+    add_caution(recording.warnings, "slow_rate",
+                "the recording has only " + rate +
+                    ": below 25 Hz the parameters err by up to 40% more than those of faster recordings");
+}
+
+std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
+  std::vector<double> tilt;
+  tilt.reserve(static_cast<std::size_t>(samples));
+  for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
+  return tilt;
+}
+
+/// How many of a protocol's samples may lie beyond a measured tilt's ends: more than may be missing, so that what is
+/// missing is reported, not overlooked.
+std::size_t overhang_of(std::size_t samples) {
+  return samples / 4;
+}
+
+/// The platform played something else.
+class OtherStimulus : public Error {
+  using Error::Error;
+};
+
+/// Where the sequence of `short` begins in the published COMTEST stimulus, examples/comtest.json.
+constexpr double comtest_offset_s = 9.12;
+
+/// Throws OtherStimulus for a tilt that follows COMTEST's stimulus better than the protocol `short`, whose sequence is
+/// the same from another place: `short` upside down and 0.88 s later is nearly COMTEST's (correlation 0.9988).
+void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measured, const sim::Protocol& protocol,
+                    double correlation, const Recording& recording) {
+  if (!plays(protocol, sim::short_protocol())) return;
+  sim::Protocol comtest = protocol;
+  comtest.sequence().offset_s = comtest_offset_s;
+  const std::vector<double> expected = prescribed_tilt(comtest);
+  const Match match = TiltMatcher(expected, static_cast<int>(overhang_of(expected.size()))).match(measured);
+  if (match.correlation < good_correlation || match.correlation < std::abs(correlation)) return;
+  throw OtherStimulus(where(recording),
+                      "the tilt " + tilt.column + " follows the published COMTEST stimulus (correlation " +
+                          six_digits(std::round(1e4 * match.correlation) / 1e4) + " from " +
+                          three_digits(match.delay_samples / protocol.experiment.sample_rate_hz) +
+                          " s on), not the protocol '" + protocol.name +
+                          "', which begins elsewhere in the same sequence",
+                      either(recording, "use a model for examples/comtest.json",
+                             "give decid fit --protocol comtest.json (from decid's examples), or a model for it"));
+}
+
+/// Finds the protocol's tilt in the recording's. Throws OtherStimulus if it is not there.
+TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
+  const sim::Protocol& protocol = plan.protocol();
+  const double rate = protocol.experiment.sample_rate_hz;
+  const auto needed = static_cast<std::size_t>(protocol.samples());
+  const std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
+  if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
+  const Match match = plan.tilt().match(measured);
+  TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
+  if (match.correlation < least_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
+  const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
+  if (std::abs(match.correlation) < least_correlation) {
+    throw OtherStimulus(
+        where(recording),
+        "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
+        either(recording, "give another tilt, or a model for the protocol that was played",
+               "name another --tilt-column, or a model for the protocol that was played"));
+  }
+  if (match.correlation < 0.0) {
+    throw OtherStimulus(
+        where(recording), "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
+        either(recording, "invert it if only its sensor is mounted the other way round, else the sway too",
+               "give --invert tilt if only its sensor is mounted the other way round, --invert both if the "
+               "sway is positive in that direction too"));
+  }
+  if (match.correlation < good_correlation) {
+    add_caution(recording.warnings, "tilt_follows_roughly",
+                "the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
+                    "): its delay may be wrong, or the platform played something else");
+  }
+  if (std::abs(match.gain - 1.0) > good_gain) {
+    add_caution(recording.warnings, "tilt_of_other_size",
+                "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
+                    " times as far as the protocol says; the model knows its amplitude only: train one "
+                    "for yours, or check " +
+                    either(recording, "the tilt's unit", "--tilt-unit") +
+                    (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", as these may be radians" : ""));
+  }
+  const std::vector<double> expected = prescribed_tilt(protocol);
+  const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
+  if (before == TiltBefore::at_rest || before == TiltBefore::cycle_end)
+    result.moved_before = before == TiltBefore::cycle_end;
+  if (before == TiltBefore::another_tilt)
+    add_caution(recording.warnings, "moved_before",
+                "the platform moved before the protocol's start, otherwise than its cycle ends: the first seconds hold "
+                "the response to that");
+  return result;
+}
+
+/// Warns of a measured tilt that follows the protocol with one delay in a part and with another in the next, as it does
+/// where a stretch of the recording is missing. tilt: at the protocol's samples.
+void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, Warnings& warnings) {
+  constexpr int parts = 8;
+  constexpr double most_s = 0.1, shortest_part_s = 5.0;
+  const double rate = plan.protocol().experiment.sample_rate_hz;
+  const std::vector<double> expected = prescribed_tilt(plan.protocol());
+  const std::size_t length = tilt.size() / parts, around = std::min(length / 4, static_cast<std::size_t>(3.0 * rate));
+  if (static_cast<double>(length) < shortest_part_s * rate) return;
+  for (std::size_t part = 0; part < parts; ++part) {
+    // The part of the recording within what was prescribed about it.
+    const std::size_t begin = part * length, from = begin > around ? begin - around : 0;
+    const std::size_t to = std::min(begin + length + around, expected.size());
+    const std::vector<double> played(tilt.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     tilt.begin() + static_cast<std::ptrdiff_t>(begin + length));
+    const std::vector<double> about(expected.begin() + static_cast<std::ptrdiff_t>(from),
+                                    expected.begin() + static_cast<std::ptrdiff_t>(to));
+    const Match match = TiltMatcher(played, 0).match(about);
+    const double slip_s = (match.delay_samples + static_cast<double>(from) - static_cast<double>(begin)) / rate;
+    if (match.correlation < good_correlation || std::abs(slip_s) <= most_s) continue;
+    add_caution(
+        warnings, "time_slips",
+        "from " + three_digits(static_cast<double>(begin) / rate) +
+            " s after the protocol's start on the measured tilt is " + three_digits(std::abs(slip_s)) + " s " +
+            (slip_s > 0.0 ? "early: a stretch of the recording is missing" : "late: a stretch was recorded twice"));
+    return;
+  }
+}
+
+/// The same of a tilt that was found by its name alone: if it does not follow the protocol, nothing else is known of
+/// the stimulus.
+std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
+  const Signal<double>& tilt = *recording.signals.find(platform_tilt);
+  try {
+    const TiltMatch match = find_start(tilt, plan, from_hz, recording);
+    add_info(recording.warnings, "tilt_found",
+             "the column " + tilt.column + " is taken as the platform's tilt and says where the protocol starts");
+    return match;
+  } catch (const OtherStimulus& error) {
+    add_invalid(recording.warnings, "tilt_not_used",
+                "another stimulus was played, if its column is the platform's: " + error.problem() + "; " +
+                    error.remedy() +
+                    either(recording, ", or leave it out", ", or --tilt-column none if it is no tilt"));
+    recording.signals.remove(platform_tilt);
+    return {};
+  } catch (const Error& error) {
+    add_caution(recording.warnings, "tilt_not_used",
+                "a column that may be the platform's tilt is not used: " + error.problem() + "; " + error.remedy());
+    recording.signals.remove(platform_tilt);
+    return {};
+  }
+}
+
+/// Looks for faults in the samples that the trial is made of.
+void look_for_faults_within(Recording& recording, double from_hz, const Place& place, const sim::Protocol& protocol) {
+  const std::vector<double>& sway = recording.signals.at(com_sway).rad;
+  const auto sample_at = [&](long long k) {
+    const double at =
+        std::round((place.start_s + static_cast<double>(k) / protocol.experiment.sample_rate_hz) * from_hz);
+    return static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(sway.size())));
+  };
+  const auto* sequence = std::get_if<sim::Sequence>(&protocol.experiment.stimulus);
+  const std::size_t begin = sample_at(place.first), end = sample_at(place.last + 1);
+  look_for_faults(std::span(sway).subspan(begin, end - begin), from_hz, recording.warnings,
+                  static_cast<double>(begin) / from_hz, sequence != nullptr ? sequence->state_s : 0.0);
+}
+
+/// Warns of what is not used of a longer recording and what is made up of a shorter one.
+void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
+  const double rate = protocol.experiment.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
+  const double after_s = recorded_s - place.start_s - protocol.duration_s();
+  const double sample_s = 1.0 / std::min(rate, recording.rate_hz);
+  if (before_s > 0.5 * sample_s || after_s > 0.5 * sample_s) {
+    std::string text = "the recording lasts " + six_digits(recorded_s) + " s, the protocol '" + protocol.name + "' " +
+                       six_digits(protocol.duration_s()) + " s: ";
+    if (before_s > 0.5 * sample_s) {
+      text += "the first " + six_digits(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
+    }
+    if (after_s > 0.5 * sample_s) text += "the last " + six_digits(after_s) + " s are not used";
+    if (start_was_told) {
+      add_info(recording.warnings, "part_not_used", text);
+    } else {
+      text += either(recording, "; a start chooses others", "; --begin SECONDS chooses others") +
+              ". Was this the protocol that was played?";
+      add_caution(recording.warnings, "part_not_used", text);
+    }
+  }
+  const long long lacking = place.first + (protocol.samples() - 1 - place.last);
+  if (lacking > 0) {
+    add_caution(recording.warnings, "samples_lacking",
+                "the recording lacks " + std::to_string(lacking) + (lacking == 1 ? " sample" : " samples") +
+                    " of the protocol's " + std::to_string(protocol.samples()) + " at its " +
+                    (place.first == 0                       ? "end"
+                     : place.last == protocol.samples() - 1 ? "start"
+                                                            : "ends") +
+                    "; its mirror image stands in for them");
+  }
+}
+
+/// Mean of samples begin .. end - 1.
+double mean(const std::vector<double>& signal, std::size_t begin, std::size_t end) {
+  double sum = 0.0;
+  for (std::size_t k = begin; k < end; ++k) sum += signal[k];
+  return sum / static_cast<double>(end - begin);
+}
+
+void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind, Warnings& warnings) {
+  if (kind == Detrend::none) return;
+  const double rate = protocol.experiment.sample_rate_hz, lead_in_s = protocol.experiment.lead_in_s(),
+               cycle_s = protocol.experiment.cycle_s();
+  const int cycles = protocol.experiment.cycles();
+  const auto sample_at = [&](int cycle) {
+    const double at = std::round((lead_in_s + cycle * cycle_s) * rate);
+    return std::min(static_cast<std::size_t>(at), sway.size());
+  };
+  const std::size_t begin = sample_at(0), end = sample_at(cycles);
+  double slope = 0.0;  // a sample
+  if (kind == Detrend::linear) {
+    // Least squares: of the cycles' means over their places, or of the samples over theirs.
+    const bool by_cycle = cycles > 1;
+    const std::size_t count = by_cycle ? static_cast<std::size_t>(cycles) : end - begin;
+    const double middle = 0.5 * (static_cast<double>(count) - 1.0), whole = mean(sway, begin, end);
+    double product = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double at = static_cast<double>(i) - middle;
+      const int cycle = static_cast<int>(i);
+      const double value = by_cycle ? mean(sway, sample_at(cycle), sample_at(cycle + 1)) : sway[begin + i];
+      product += at * (value - whole);
+      squares += at * at;
+    }
+    slope = product / squares / (by_cycle ? cycle_s * rate : 1.0);
+  }
+  for (std::size_t k = 0; k < sway.size(); ++k) sway[k] -= slope * static_cast<double>(k);
+  const double offset = mean(sway, begin, end);
+  for (double& value : sway) value -= offset;
+  const double drift = slope * static_cast<double>(sway.size());
+  add_info(warnings, "detrended",
+           "subtracted: an offset of " + three_digits((offset + 0.5 * drift) / sim::rad_per_deg) + " degrees" +
+               (kind == Detrend::linear
+                    ? " and a drift of " + three_digits(drift / sim::rad_per_deg) + " degrees over the trial"
+                    : ""));
+}
+
+}  // namespace
+
+ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol) {}
+
+ProtocolPlan::~ProtocolPlan() = default;
+
+const TiltMatcher& ProtocolPlan::tilt() const {
+  // Not std::call_once: what is thrown in there passes through a function of the C library, which ends a program that
+  // has gcc's unwinder within, and hangs with glibc before 2.34.
+  const std::lock_guard lock(making_);
+  if (!tilt_) {
+    const std::size_t overhang = overhang_of(static_cast<std::size_t>(protocol_.samples()));
+    tilt_ = std::make_unique<const TiltMatcher>(prescribed_tilt(protocol_), static_cast<int>(overhang));
+  }
+  return *tilt_;
+}
+
+const ResponseCheck& ProtocolPlan::response() const {
+  const std::lock_guard lock(making_);
+  if (!response_)
+    response_ = std::make_unique<const ResponseCheck>(prescribed_tilt(protocol_), protocol_.experiment.sample_rate_hz);
+  return *response_;
+}
+
+Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options) {
+  return bring_to_protocol(recording, ProtocolPlan(protocol), options);
+}
+
+Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const TrialOptions& options) {
+  const sim::Protocol& protocol = plan.protocol();
+  const double rate = protocol.experiment.sample_rate_hz;
+  const auto needed = static_cast<long long>(protocol.samples());
+  const bool same_rate = std::abs(recording.rate_hz - rate) <= rate_tolerance * rate;
+  const double from_hz = same_rate ? rate : recording.rate_hz;
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
+  if (recording.rate_hz < rate && !same_rate) check_rate(recording, rate);
+  if (options.start_s && recording.tilt_was_found) recording.signals.remove(platform_tilt);
+  const Signal<double>* tilt = recording.signals.find(platform_tilt);
+  if (options.start_s && tilt) {
+    throw Error(where(recording), "both a start and the tilt say where the protocol starts",
+                either(recording, "give one of them", "give --begin or --tilt-column, not both"));
+  }
+  if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {
+    throw Error(where(recording),
+                "the start, " + six_digits(*options.start_s) + " s after the first sample, is not within its " +
+                    six_digits(recorded_s) + " s",
+                either(recording, "give it in seconds after the first sample",
+                       "give --begin in seconds after the recording's first sample"));
+  }
+  Trial trial;
+  trial.is_large = recording.is_large;
+  Place place{options.start_s.value_or(0.0), 0, needed - 1};
+  if (tilt) {
+    trial.tilt =
+        recording.tilt_was_found ? try_start(plan, from_hz, recording) : find_start(*tilt, plan, from_hz, recording);
+    tilt = recording.signals.find(platform_tilt);
+  }
+  if (trial.tilt) place.start_s = trial.tilt->delay_s;
+  if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
+  // The length is settled before any work is done: samples k with 0 <= start + k / rate, and before the end.
+  place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - rounding)));
+  place.last =
+      std::min(needed - 1, static_cast<long long>(std::ceil((recorded_s - place.start_s) * rate - rounding)) - 1);
+  const auto most = static_cast<long long>(missing_limit * static_cast<double>(needed));
+  if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
+    refuse_length(recording, protocol, place.start_s);
+  }
+  look_for_faults_within(recording, from_hz, place, protocol);
+  const auto samples = static_cast<std::size_t>(needed);
+  if (!same_rate)
+    add_info(recording.warnings, "resampled",
+             "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
+  tell_length(recording, protocol, place, options.start_s || trial.tilt);
+  for (const Signal<double>& signal : recording.signals) {
+    std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
+    if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);
+    if (&signal == tilt) look_for_tilt_slips(values, plan, recording.warnings);
+    if (&signal != tilt) detrend(values, protocol, options.detrend, recording.warnings);
+    trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
+  }
+  return trial;
+}
+
+Trial trial_of(std::vector<float> sway_rad) {
+  Trial trial;
+  trial.signals.add({com_sway, "sway", std::move(sway_rad)});
+  return trial;
+}
+
+}  // namespace decid::recording

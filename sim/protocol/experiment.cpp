@@ -1,0 +1,93 @@
+// Experiments: see experiment.hpp. Their stimulus is sim/protocol/stimulus.cpp's part.
+#include "sim/protocol/experiment.hpp"
+
+#include <cmath>
+#include <variant>
+
+#include "sim/fft.hpp"
+#include "sim/protocol/checker.hpp"
+
+namespace decid::sim {
+namespace {
+
+/// Noise and spectra are made by transforms of the trial's length.
+void validate_length(const Checker& check, const Experiment& experiment) {
+  const int samples = experiment.samples(), largest = largest_prime_factor(samples);
+  if (largest <= largest_fft_prime) return;
+  int more = 1;
+  while (largest_prime_factor(samples + more) > largest_fft_prime) ++more;
+  check.fail("the trial",
+             "has " + std::to_string(samples) + " samples, a multiple of the prime " + std::to_string(largest) +
+                 "; primes up to " + std::to_string(largest_fft_prime) + " can be transformed",
+             "lengthen lead_out_s by " + setting_text(more / experiment.sample_rate_hz) + " s");
+}
+
+}  // namespace
+
+void Experiment::validate(const std::string& protocol) const {
+  const Checker check(protocol);
+  check.within("sample_rate_hz", sample_rate_hz, 1.0, steps_per_second);
+  if (std::fmod(steps_per_second, sample_rate_hz) != 0.0 || sample_rate_hz != std::floor(sample_rate_hz)) {
+    check.fail("sample_rate_hz", "is " + given_text(sample_rate_hz), "give a whole number that divides 1000");
+  }
+  check_stimulus(check, *this);
+  if (steps() % steps_per_sample() != 0) {
+    check.fail("the trial", "lasts " + setting_text(duration_s()) + " s, not a whole number of samples",
+               "change lead_out_s or sample_rate_hz");
+  }
+  validate_length(check, *this);
+  check.positive("body mass_kg", body.mass_kg, 500.0);
+  check.positive("body com_height_m", body.com_height_m, 5.0);
+  check.positive("body inertia_kgm2", body.inertia_kgm2, 10'000.0);
+}
+
+void Experiment::refuse_implausible(const std::string& protocol) const {
+  const Checker check(protocol);
+  const double least = body.mass_kg * body.com_height_m * body.com_height_m;
+  if (!(body.inertia_kgm2 >= least * (1.0 - 1e-6))) {
+    check.fail("body inertia_kgm2",
+               "is " + given_text(body.inertia_kgm2) + ", below mass_kg * com_height_m^2 = " + setting_text(least) +
+                   ", the least that a body can have about the ankles",
+               "give the inertia about the ankles: that about the centre of mass plus mass_kg * com_height_m^2; or a "
+               "subject");
+  }
+  const MeasuredTilt* measured = std::get_if<MeasuredTilt>(&stimulus);
+  if (measured == nullptr || measured->cycles == 1) return;
+  const std::string problem = broken_joint(measured->tilt_deg);
+  if (!problem.empty()) check.fail("measured tilt_deg", problem, "give cycles 1, or a recording of whole cycles");
+}
+
+int Experiment::cycles() const {
+  return std::visit([](const auto& kind) { return kind.cycles; }, stimulus);
+}
+
+double Experiment::lead_in_s() const {
+  return std::visit([](const auto& kind) { return kind.lead_in_s; }, stimulus);
+}
+
+double Experiment::cycle_s() const {
+  return static_cast<double>(cycle_steps(stimulus, steps_per_sample())) / steps_per_second;
+}
+
+int Experiment::steps() const {
+  const auto cycle = static_cast<int>(cycle_steps(stimulus, steps_per_sample()));
+  return std::visit(
+      [cycle](const auto& kind) {
+        return milliseconds(kind.lead_in_s) + kind.cycles * cycle + milliseconds(kind.lead_out_s);
+      },
+      stimulus);
+}
+
+int Experiment::steps_per_sample() const {
+  return steps_per_second / static_cast<int>(sample_rate_hz);
+}
+
+int Experiment::samples() const {
+  return steps() / steps_per_sample();
+}
+
+double Experiment::duration_s() const {
+  return static_cast<double>(steps()) / steps_per_second;
+}
+
+}  // namespace decid::sim

@@ -1,0 +1,180 @@
+// Protocols: see protocol.hpp.
+#include "sim/protocol/protocol.hpp"
+
+#include <cmath>
+#include <string>
+#include <variant>
+
+#include "base/error.hpp"
+#include "sim/noise.hpp"
+#include "sim/protocol/checker.hpp"
+
+namespace decid::sim {
+
+namespace {
+
+constexpr int default_period_trials = 2;
+constexpr double longest_period_trials = 100.0;
+constexpr double longest_standing_s = 60.0;
+
+void validate_noise(const Checker& check, const Protocol& protocol) {
+  const VestibularNoise& vestibular = protocol.noise.vestibular;
+  check.within("vestibular_noise scale_deg", vestibular.scale_deg, 0.0, 100.0);
+  // Above a tenth of the sample rate, interpolation between samples would add noise outside the band.
+  check.positive("vestibular_noise high_hz", vestibular.high_hz, protocol.experiment.sample_rate_hz / 10.0);
+  check.positive("vestibular_noise low_hz", vestibular.low_hz, vestibular.high_hz);
+  check.within("vestibular_noise exponent", vestibular.exponent, 0.0, 4.0);
+  const SensorNoise& sensor = protocol.noise.sensor;
+  check.within("sensor_noise_deg high", sensor.high_deg, 0.0, 90.0);
+  check.within("sensor_noise_deg low", sensor.low_deg, 0.0, sensor.high_deg);
+  if (sensor.high_deg > 0.0 && sensor.low_deg == 0.0) {
+    check.fail("sensor_noise_deg low", "is 0 though high is not",
+               "give a value above 0, as the level is drawn from a log-uniform distribution; or 0 for both");
+  }
+  const double period_s = vestibular.period_s, rate_hz = protocol.experiment.sample_rate_hz;
+  if (period_s != 0.0) {
+    const double duration_s = protocol.duration_s(), samples = period_s * rate_hz;
+    if (!(period_s >= duration_s * (1.0 - 1e-9) && period_s <= longest_period_trials * duration_s)) {
+      check.fail("vestibular_noise period_s", "is " + given_text(period_s),
+                 "give the trial's " + setting_text(duration_s) + " s or more, up to " +
+                     setting_text(longest_period_trials * duration_s) + " s; or leave it out");
+    }
+    if (!(std::abs(samples - std::floor(samples + 0.5)) <= 1e-6)) {
+      check.fail("vestibular_noise period_s", "is " + given_text(period_s) + " s, not a whole number of samples",
+                 "give a multiple of " + setting_text(1.0 / rate_hz) + " s");
+    }
+    const int largest = largest_prime_factor(protocol.noise_period_samples());
+    if (largest > largest_fft_prime) {
+      check.fail("vestibular_noise period_s", "has a multiple of the prime " + std::to_string(largest) + " of samples",
+                 "give another; primes up to " + std::to_string(largest_fft_prime) + " can be transformed");
+    }
+  }
+  static_cast<void>(noise_band(protocol));
+}
+
+/// Noise is needed for the standing too.
+void validate_standing(const Checker& check, const Protocol& protocol) {
+  const double rate_hz = protocol.experiment.sample_rate_hz;
+  check.within("standing_s", protocol.standing_s, 0.0, longest_standing_s);
+  const double samples = protocol.standing_s * rate_hz;
+  if (!(std::abs(samples - std::floor(samples + 0.5)) <= 1e-6)) {
+    check.fail("standing_s", "is " + given_text(protocol.standing_s) + " s, not a whole number of samples",
+               "give a multiple of " + setting_text(1.0 / rate_hz) + " s");
+  }
+  if (protocol.standing_s == 0.0) return;
+  const Protocol whole = protocol.with_standing();
+  static_cast<void>(noise_band(whole));
+  const int largest = largest_prime_factor(whole.noise_period_samples());
+  if (largest > largest_fft_prime) {
+    check.fail("standing_s",
+               "makes the vestibular noise's period a multiple of the prime " + std::to_string(largest) + " of samples",
+               "give another; primes up to " + std::to_string(largest_fft_prime) + " can be transformed");
+  }
+}
+
+void validate_conditions(const Checker& check, const Conditions& conditions) {
+  for (std::size_t c = 0; c < condition_count; ++c) {
+    const ConditionInfo& about = info(static_cast<Condition>(c));
+    const Severity& severity = conditions.severity[c];
+    const std::string key = std::string("recording ") + about.key;
+    check.within(key + " share", severity.share, 0.0, 1.0);
+    check.within(key + " high", severity.high, 0.0, about.most);
+    check.within(key + " low", severity.low, 0.0, severity.high);
+  }
+  const Severity& low_pass = conditions[Condition::low_pass];
+  if (low_pass.share > 0.0 && low_pass.low == 0.0)
+    check.fail("recording low_pass_hz low", "is 0", "give a frequency above 0");
+}
+
+}  // namespace
+
+void Protocol::validate() const {
+  experiment.validate(name);
+  validate_noise(Checker(name), *this);
+  validate_conditions(Checker(name), conditions);
+  Checker(name).within("body_heights low", heights.low, 0.5, 1.0);
+  Checker(name).within("body_heights high", heights.high, 1.0, 2.0);
+  validate_standing(Checker(name), *this);
+}
+
+Protocol Protocol::ideal() const {
+  Protocol same = *this;
+  same.noise.sensor = {};
+  same.conditions = {};
+  same.heights = {};
+  return same;
+}
+
+Protocol Protocol::with_standing() const {
+  Protocol whole = *this;
+  if (standing_s == 0.0) return whole;
+  whole.standing_s = 0.0;
+  std::visit([this](auto& kind) { kind.lead_in_s += standing_s; }, whole.experiment.stimulus);
+  const bool lasts = noise_period_samples() >= whole.samples();
+  whole.noise.vestibular.period_s = lasts ? noise_period_s() : 0.0;
+  return whole;
+}
+
+void Protocol::refuse_implausible() const {
+  // Those of ASCII, and those of Unicode from U+0080 to U+009F, which terminals obey too.
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(name[i]);
+    const bool second = i + 1 < name.size() && byte == 0xC2 && static_cast<unsigned char>(name[i + 1]) < 0xA0;
+    if (byte >= 0x20 && byte != 0x7F && !second) continue;
+    throw Error("protocol name", "has a control character at byte " + std::to_string(i + 1),
+                "give a name of plain text, on one line");
+  }
+  experiment.refuse_implausible(name);
+}
+
+int Protocol::noise_period_samples() const {
+  const double period_s = noise.vestibular.period_s;
+  return period_s == 0.0 ? default_period_trials * samples()
+                         : static_cast<int>(std::floor(period_s * experiment.sample_rate_hz + 0.5));
+}
+
+double Protocol::noise_period_s() const {
+  const double period_s = noise.vestibular.period_s;
+  return period_s == 0.0 ? noise_period_samples() / experiment.sample_rate_hz : period_s;
+}
+
+Sequence& Protocol::sequence() {
+  if (Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
+  throw Error("protocol " + name, "plays another stimulus than a ternary sequence", "use one that plays a sequence");
+}
+
+const Sequence& Protocol::sequence() const {
+  if (const Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
+  throw Error("protocol " + name, "plays another stimulus than a ternary sequence", "use one that plays a sequence");
+}
+
+Protocol default_protocol() {
+  return {};
+}
+
+Protocol short_protocol() {
+  Protocol protocol;
+  protocol.name = "short";
+  protocol.experiment.stimulus = Sequence{.feedback = {0, 0, -1, 1},
+                                          .start = {0, 0, 0, 1},
+                                          .state_s = 0.25,
+                                          .amplitude_deg = 1.0,
+                                          .offset_s = 0.0,
+                                          .cycles = 3,
+                                          .lead_in_s = 1.97,
+                                          .lead_out_s = 1.73};
+  return protocol;
+}
+
+ParameterTable Protocol::ranges() const {
+  const double ratio = experiment.body.mgh() / Body{}.mgh();
+  std::vector<ParameterInfo> scaled(parameters().begin(), parameters().end());
+  for (ParameterInfo& info : scaled) {
+    if (!info.per_mgh) continue;
+    info.low *= ratio;
+    info.high *= ratio;
+  }
+  return ParameterTable(std::move(scaled));
+}
+
+}  // namespace decid::sim

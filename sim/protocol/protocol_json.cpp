@@ -1,0 +1,192 @@
+// Protocols to JSON and back. Doubles are printed with as many digits as bring back their bits.
+// Source of the keys: the doc in protocol_json.hpp.
+#include "sim/protocol/protocol_json.hpp"
+
+#include <array>
+
+#include "base/error.hpp"
+#include "base/files/json_object.hpp"
+#include "sim/protocol/stimulus_json.hpp"
+#include "sim/segments.hpp"
+
+namespace decid::sim {
+
+namespace {
+
+/// A value, or the two that it is drawn between.
+Json range_json(double low, double high) {
+  if (low == high) return low;
+  return {low, high};
+}
+
+void read_range(const JsonObject& parent, const char* key, const Json& json, double& low, double& high) {
+  if (json.is_number()) {
+    low = high = json.get<double>();
+  } else if (json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number()) {
+    low = json[0].get<double>();
+    high = json[1].get<double>();
+  } else {
+    parent.wrong_type(key, "a number or [low, high]");
+  }
+}
+
+constexpr std::array<const char*, 3> body_keys{"mass_kg", "com_height_m", "inertia_kgm2"};
+
+/// Throws Error for some of the three without the others: with those of the default body it would be nobody's.
+void refuse_part_of_body(JsonObject& object, const std::string& where) {
+  std::string given, missing;
+  for (const char* key : body_keys) {
+    std::string& list = object.find(key) != nullptr ? given : missing;
+    list += (list.empty() ? "'body." : "', 'body.") + std::string(key);
+  }
+  if (given.empty() || missing.empty()) return;
+  throw Error(where, "has " + given + "' without " + missing + "'",
+              "give mass_kg, com_height_m and inertia_kgm2, or body.subject with the mass_kg and height_m of a person");
+}
+
+void read_body(const Json& json, const std::string& where, Body& body) {
+  JsonObject object(json, where, "body");
+  if (const Json* part = object.find("subject")) {
+    for (const char* key : body_keys) {
+      if (!object.find(key)) continue;
+      throw Error(where, std::string("'body.") + key + "' stands beside 'body.subject', which decides it",
+                  "keep one of them; body.mass_kg is the mass above the ankles");
+    }
+    Subject subject;
+    JsonObject subject_object(*part, where, "body.subject");
+    subject_object.require("mass_kg");
+    subject_object.require("height_m");
+    subject_object.read("mass_kg", subject.mass_kg);
+    subject_object.read("height_m", subject.height_m);
+    subject_object.finish();
+    try {
+      body = body_of(segments_of(subject));
+    } catch (const Error& error) {
+      throw Error(where, "body." + error.where() + ": " + error.problem(), error.remedy());
+    }
+  }
+  refuse_part_of_body(object, where);
+  object.read("mass_kg", body.mass_kg);
+  object.read("com_height_m", body.com_height_m);
+  object.read("inertia_kgm2", body.inertia_kgm2);
+  object.finish();
+}
+
+/// `repeats_with_trial`: whether the period is the trial's length; as it is if the object does not say.
+void read_vestibular_noise(const Json& json, const std::string& where, VestibularNoise& noise,
+                           bool& repeats_with_trial) {
+  JsonObject object(json, where, "vestibular_noise");
+  object.read("scale_deg", noise.scale_deg);
+  object.read("low_hz", noise.low_hz);
+  object.read("high_hz", noise.high_hz);
+  object.read("exponent", noise.exponent);
+  if (const Json* period = object.find("period_s")) {
+    repeats_with_trial = period->is_string() && period->get_ref<const std::string&>() == "trial";
+    if (period->is_number()) {
+      noise.period_s = period->get<double>();
+    } else if (!repeats_with_trial) {
+      object.wrong_type("period_s", "a number or \"trial\"");
+    }
+  }
+  object.finish();
+}
+
+Json conditions_json(const Conditions& conditions) {
+  Json json = Json::object();
+  for (std::size_t c = 0; c < condition_count; ++c) {
+    const Severity& severity = conditions.severity[c];
+    if (severity.share == 0.0) continue;
+    json[info(static_cast<Condition>(c)).key] = {{"share", severity.share},
+                                                 {"size", range_json(severity.low, severity.high)}};
+  }
+  return json;
+}
+
+void read_conditions(const Json& json, const std::string& where, Conditions& conditions) {
+  JsonObject object(json, where, "recording");
+  for (std::size_t c = 0; c < condition_count; ++c) {
+    const char* key = info(static_cast<Condition>(c)).key;
+    const Json* part = object.find(key);
+    if (part == nullptr) continue;
+    Severity& severity = conditions.severity[c];
+    JsonObject condition(*part, where, std::string("recording.") + key);
+    severity.share = 1.0;
+    condition.read("share", severity.share);
+    read_range(condition, "size", condition.require("size"), severity.low, severity.high);
+    condition.finish();
+  }
+  object.finish();
+}
+
+}  // namespace
+
+std::string to_json(const Protocol& protocol) {
+  const VestibularNoise& noise = protocol.noise.vestibular;
+  Json json{{"name", protocol.name}};
+  write_stimulus(protocol.experiment.stimulus, json);
+  json["sample_rate_hz"] = protocol.experiment.sample_rate_hz;
+  json["body"] = {{"mass_kg", protocol.experiment.body.mass_kg},
+                  {"com_height_m", protocol.experiment.body.com_height_m},
+                  {"inertia_kgm2", protocol.experiment.body.inertia_kgm2}};
+  json["vestibular_noise"] = {{"scale_deg", noise.scale_deg},
+                              {"low_hz", noise.low_hz},
+                              {"high_hz", noise.high_hz},
+                              {"exponent", noise.exponent},
+                              {"period_s", protocol.noise_period_s()}};
+  json["sensor_noise_deg"] = range_json(protocol.noise.sensor.low_deg, protocol.noise.sensor.high_deg);
+  if (protocol.standing_s > 0.0) json["standing_s"] = protocol.standing_s;
+  if (protocol.heights.vary()) json["body_heights"] = range_json(protocol.heights.low, protocol.heights.high);
+  if (Json recording = conditions_json(protocol.conditions); !recording.empty())
+    json["recording"] = std::move(recording);
+  return print_json(json);
+}
+
+namespace {
+
+Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
+  const std::string& where = source.where;
+  const Json json = parse_json(text, where);
+  const bool is_written_by_people = static_cast<bool>(source.read_tilt);
+  Protocol protocol = default_protocol();
+  JsonObject object(json, where);
+  protocol.name = source.name;
+  object.read("name", protocol.name);
+  object.read("sample_rate_hz", protocol.experiment.sample_rate_hz);
+  read_stimulus(object, source, protocol.experiment.sample_rate_hz, protocol.experiment.stimulus);
+  if (const Json* part = object.find("body")) read_body(*part, where, protocol.experiment.body);
+  // Data sets and models that do not say a period are from before there was another.
+  bool repeats_with_trial = !is_written_by_people;
+  if (const Json* part = object.find("vestibular_noise"))
+    read_vestibular_noise(*part, where, protocol.noise.vestibular, repeats_with_trial);
+  SensorNoise& sensor = protocol.noise.sensor;
+  if (const Json* part = object.find("sensor_noise_deg"))
+    read_range(object, "sensor_noise_deg", *part, sensor.low_deg, sensor.high_deg);
+  object.read("standing_s", protocol.standing_s);
+  if (const Json* part = object.find("body_heights"))
+    read_range(object, "body_heights", *part, protocol.heights.low, protocol.heights.high);
+  if (const Json* part = object.find("recording")) read_conditions(*part, where, protocol.conditions);
+  object.finish();
+  try {
+    protocol.experiment.validate(protocol.name);
+    if (repeats_with_trial)
+      protocol.noise.vestibular.period_s = protocol.samples() / protocol.experiment.sample_rate_hz;
+    protocol.validate();
+    if (is_written_by_people) protocol.refuse_implausible();
+  } catch (const Error& error) {
+    // validate() knows the setting, not the file.
+    throw Error(where, error.where() + ": " + error.problem(), error.remedy());
+  }
+  return protocol;
+}
+
+}  // namespace
+
+Protocol protocol_from_json(const std::string& text, const std::string& where) {
+  return parse_protocol(text, {.where = where});
+}
+
+Protocol protocol_from_text(const std::string& text, const ProtocolText& source) {
+  return parse_protocol(text, source);
+}
+
+}  // namespace decid::sim

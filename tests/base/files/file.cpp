@@ -1,0 +1,243 @@
+// Tests of base/files/file.hpp: content, replacement in one step, and every error path that root meets too.
+#include "base/files/file.hpp"
+
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <string>
+#include <thread>
+
+#include "base/error.hpp"
+
+namespace fs = std::filesystem;
+using decid::Error;
+using decid::PendingFile;
+using decid::read_file;
+using decid::write_file;
+
+namespace {
+
+// A folder of its own for each test.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "decid-test-XXXXXX").string();
+    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    path_ = name;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+  std::size_t entries() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
+  }
+
+ private:
+  fs::path path_;
+};
+
+// The message of the Error that `action` throws; it must name the file and say what to do.
+template <class Action>
+std::string error_of(const fs::path& path, Action action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    CHECK(error.where() == path.string());
+    CHECK_FALSE(error.remedy().empty());
+    return error.problem() + "; " + error.remedy();
+  }
+  return "no error";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::string binary_content(std::size_t bytes) {
+  std::string content;
+  for (std::size_t i = 0; i < bytes; ++i) content += static_cast<char>(i * i % 253);
+  return content;
+}
+
+}  // namespace
+
+TEST_CASE("files: what is written is read back") {
+  const Folder folder;
+  // Around the size of the reader's first buffer, 2^16.
+  for (const std::size_t bytes : {0u, 1u, 65535u, 65536u, 65537u, 3'000'000u}) {
+    const std::string content = binary_content(bytes);
+    write_file(folder / "file", content);
+    CHECK((read_file(folder / "file") == content));
+    CHECK(folder.entries() == 1);
+  }
+}
+
+TEST_CASE("files: a name without a folder is in the current one") {
+  const Folder folder;
+  const fs::path before = fs::current_path();
+  fs::current_path(folder / "");
+  write_file("bare", "x");
+  fs::current_path(before);
+  CHECK(read_file(folder / "bare") == "x");
+}
+
+TEST_CASE("read_file: limit") {
+  const Folder folder;
+  const std::string content = binary_content(100);
+  write_file(folder / "file", content);
+  CHECK((read_file(folder / "file", 100) == content));
+  CHECK(contains(error_of(folder / "file", [&] { read_file(folder / "file", 99); }), "larger than 99 bytes"));
+  CHECK(contains(error_of(folder / "file", [&] { read_file(folder / "file", 0); }), "larger than 0 bytes"));
+  CHECK(contains(error_of("/dev/zero", [&] { read_file("/dev/zero", 1'000'000); }), "larger than"));
+}
+
+TEST_CASE("read_file: a file that does not tell its size") {
+  CHECK(contains(read_file("/proc/self/status"), "Pid:"));
+}
+
+TEST_CASE("read_file: errors") {
+  const Folder folder;
+  CHECK(contains(error_of(folder / "none", [&] { read_file(folder / "none"); }), "cannot be opened: No such file"));
+  CHECK(contains(error_of(folder / "", [&] { read_file(folder / ""); }), "is a folder"));
+}
+
+TEST_CASE("write_file: errors") {
+  const Folder folder;
+  write_file(folder / "file", "old");
+  const auto error = [](const fs::path& path) { return error_of(path, [&] { write_file(path, "new"); }); };
+
+  const std::string missing = error(folder / "none/file");
+  CHECK(contains(missing, "its folder does not exist"));
+  CHECK(contains(missing, "create the folder " + (folder / "none").string()));
+  CHECK(contains(error(folder / "file/below"), "cannot be created: Not a directory"));
+  CHECK(contains(error("/proc/decid-test"), "cannot be created"));
+  fs::create_directory(folder / "sub");
+  CHECK(contains(error(folder / "sub"), "is a folder"));
+  CHECK(contains(error("/dev/full"), "writing failed: No space left"));
+  CHECK_THROWS_AS(write_file("/dev/full", "new"), decid::WriteError);
+  CHECK(read_file(folder / "file") == "old");
+  CHECK(folder.entries() == 2);
+}
+
+TEST_CASE("PendingFile: the target changes at commit, not before") {
+  const Folder folder;
+  write_file(folder / "file", "old");
+  PendingFile pending(folder / "file");
+  CHECK(pending.path().parent_path() == (folder / "file").parent_path());
+  CHECK(pending.path() != folder / "file");
+  write_file(pending.path(), "new");
+  CHECK(read_file(folder / "file") == "old");
+  pending.commit();
+  CHECK(read_file(folder / "file") == "new");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("PendingFile: without commit the old file stays and nothing is left behind") {
+  const Folder folder;
+  write_file(folder / "file", "old");
+  try {
+    PendingFile pending(folder / "file");
+    write_file(pending.path(), "half of the n");
+    throw 0;
+  } catch (int) {
+  }
+  CHECK(read_file(folder / "file") == "old");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("PendingFile: a killed process leaves the old file whole") {
+  const Folder folder;
+  write_file(folder / "file", "old");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const PendingFile pending(folder / "file");
+    write_file(pending.path(), "half of the n");
+    ::_exit(0);
+  }
+  REQUIRE(child > 0);
+  ::waitpid(child, nullptr, 0);
+  CHECK(read_file(folder / "file") == "old");
+  write_file(folder / "file", "new");
+  CHECK(read_file(folder / "file") == "new");
+}
+
+TEST_CASE("PendingFile: two of one target do not meet") {
+  const Folder folder;
+  PendingFile first(folder / "file"), second(folder / "file");
+  CHECK(first.path() != second.path());
+  write_file(first.path(), "first");
+  write_file(second.path(), "second");
+  second.commit();
+  first.commit();
+  CHECK(read_file(folder / "file") == "first");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("PendingFile: commit reports a temporary file that is gone") {
+  const Folder folder;
+  PendingFile pending(folder / "file");
+  fs::remove(pending.path());
+  CHECK(contains(error_of(folder / "file", [&] { pending.commit(); }), "No such file"));
+}
+
+TEST_CASE("PendingFile: commit reports a target that cannot be replaced") {
+  const Folder folder;
+  {
+    PendingFile pending(folder / "file");
+    fs::create_directory(folder / "file");
+    CHECK(contains(error_of(folder / "file", [&] { pending.commit(); }), "cannot be replaced: Is a directory"));
+  }
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("write_file: a link keeps pointing to its file, permissions stay") {
+  const Folder folder;
+  fs::create_directory(folder / "sub");
+  write_file(folder / "sub/file", "old");
+  fs::permissions(folder / "sub/file", fs::perms::owner_read | fs::perms::owner_write);
+  fs::create_symlink("sub/file", folder / "link");
+  write_file(folder / "link", "new");
+  CHECK(fs::is_symlink(folder / "link"));
+  CHECK(read_file(folder / "sub/file") == "new");
+  CHECK(fs::status(folder / "sub/file").permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+}
+
+TEST_CASE("write_file: devices and pipes are written directly") {
+  const Folder folder;
+  write_file("/dev/null", "gone");
+  CHECK(fs::is_character_file("/dev/null"));
+
+  REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  std::string received;
+  std::thread reader([&] { received = read_file(folder / "pipe"); });
+  const std::string content = binary_content(200'000);  // more than a pipe holds
+  write_file(folder / "pipe", content);
+  reader.join();
+  CHECK((received == content));
+  CHECK(fs::is_fifo(folder / "pipe"));
+}
+
+TEST_CASE("write_file: what /dev/stdout names stays the open file") {
+  const Folder folder;
+  write_file(folder / "out", "before ");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (std::freopen((folder / "out").c_str(), "a", stdout) == nullptr) ::_exit(1);
+    write_file("/dev/stdout", "written");
+    ::_exit(0);
+  }
+  REQUIRE(child > 0);
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  CHECK(status == 0);
+  CHECK(read_file(folder / "out") == "before written");
+  CHECK(folder.entries() == 1);
+}

@@ -1,0 +1,107 @@
+// JSON as decid reads it: what is nested too deeply or said twice is refused, and errors stay short.
+#include "base/files/json_object.hpp"
+
+#include <functional>
+
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::test;
+
+namespace {
+
+std::string nested(std::size_t levels) {
+  return std::string(levels, '[') + std::string(levels, ']');
+}
+
+std::string message_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+}  // namespace
+
+TEST_CASE("nesting is bounded, with its place") {
+  CHECK(parse_json(nested(32), "x.json").is_array());
+  check_error([] { parse_json(nested(33), "x.json"); }, {"x.json", "deeper than 32 levels at line 1, column 33"});
+  check_error([] { parse_json("{\n\"name\":\n  " + nested(100'000) + "}", "x.json"); }, {"line 3, column 34"});
+  // Objects count too, brackets in texts do not, and those that are closed are gone.
+  std::string objects = "1";
+  for (int i = 0; i < 33; ++i) objects = "{\"a\": " + objects + "}";
+  check_error([&] { parse_json(objects, "x.json"); }, {"deeper than 32"});
+  CHECK(parse_json("[\"" + std::string(100, '[') + "\\\"" + std::string(100, '{') + "\"]", "x.json").size() == 1);
+  std::string row = "[0";
+  for (int i = 0; i < 100; ++i) row += ",[{}]";
+  CHECK(parse_json(row + "]", "x.json").size() == 101);
+  // More brackets closed than opened are the parser's to refuse.
+  check_error([] { parse_json("]]]]", "x.json"); }, {"not valid JSON"});
+}
+
+TEST_CASE("a key that stands twice is refused") {
+  check_error([] { parse_json(R"({"a": 1, "b": 2, "a": 1})", "x.json"); }, {"x.json", "'a' stands twice", "keep one"});
+  // In different objects it may.
+  CHECK(parse_json(R"([{"a": {"a": 1}, "b": {"a": 1}}, {"a": 1}])", "x.json").size() == 2);
+  const std::string length = message_of([] {
+    const std::string key(100'000, 'k');
+    parse_json("{\"" + key + "\": 1, \"" + key + "\": 1}", "x.json");
+  });
+  CHECK(length.find("stands twice") != std::string::npos);
+  CHECK(length.size() < 200);
+}
+
+TEST_CASE("an object of very many keys is read in a time that grows with their number") {
+  std::string text = "{\"key\": 0";
+  for (int i = 0; i < 400'000; ++i) text += ", \"" + std::to_string(i) + "\": " + std::to_string(i);
+  const Json json = parse_json(text + "}", "x.json");
+  CHECK(json.size() == 400'001);
+  CHECK(json["399999"] == 399'999);
+  CHECK(json.begin().key() == "key");
+  check_error([&] { parse_json(text + ", \"7\": 1}", "x.json"); }, {"x.json", "'7' stands twice"});
+}
+
+TEST_CASE("values are those that the library's own builder makes") {
+  const std::string text = R"({"a": [1, -2, 18446744073709551615, 1e999, 2.5e-3, true, false, null, "\u00e4\n"], )"
+                           R"("b": {"c": {}, "d": []}, "": ""})";
+  check_error([&] { parse_json(text, "x.json"); }, {"x.json", "number overflow"});
+  const std::string finite = text.substr(0, text.find("1e999")) + "1e99" + text.substr(text.find("1e999") + 5);
+  CHECK(parse_json(finite, "x.json") == Json::parse(finite));
+  CHECK(parse_json(" 7 ", "x.json") == 7);
+  for (const char* wrong : {"", "{", "[1,]", "{\"a\" 1}", "{\"a\": 1} x", "nul", "\"\\ud800\""})
+    check_error([&] { parse_json(wrong, "x.json"); }, {"not valid JSON"});
+}
+
+TEST_CASE("errors show the beginning of a value, and each known key once") {
+  const auto reading = [](const std::string& value) {
+    return message_of([&] {
+      const Json json = parse_json("{\"key\": " + value + "}", "x.json");
+      JsonObject object(json, "x.json");
+      double number = 0.0;
+      object.read("key", number);
+    });
+  };
+  CHECK(reading("[1, \"two\", {\"a\": null}]") == "x.json: 'key' is [1, \"two\", {\"a\": null}]; make it a number");
+  CHECK(reading("\"short\"").find("'key' is \"short\";") != std::string::npos);
+  std::string wide = "[0";
+  for (int i = 0; i < 100'000; ++i) wide += ",[" + std::to_string(i) + "]";
+  CHECK(reading(wide + "]").find("'key' is [0, [0], [1], [2], [3], [4], [5], [6]...;") != std::string::npos);
+  // 36 bytes and a cut through the middle of a character that takes two.
+  const std::string umlauts = reading("\"" + std::string(35, 'x') + "\xC3\xA4\xC3\xA4\xC3\xA4\xC3\xA4\"");
+  CHECK(umlauts.find("'key' is \"" + std::string(35, 'x') + "...;") != std::string::npos);
+  CHECK(reading(nested(31)).find("'key' is " + std::string(31, '[')) != std::string::npos);
+  CHECK(message_of([] { parse_json("{\"" + std::string(100'000, 'x'), "x.json"); }).size() < 300);
+
+  const Json json = parse_json(R"({"first": 1, "second": 2, ")" + std::string(100'000, 'k') + R"(": 3})", "x.json");
+  const std::string unknown = message_of([&] {
+    JsonObject object(json, "x.json");
+    double number = 0.0;
+    for (const char* key : {"first", "second", "first"}) object.read(key, number);
+    object.finish();
+  });
+  CHECK(unknown.find("the keys here are first, second") != std::string::npos);
+  CHECK(unknown.find("second, first") == std::string::npos);
+  CHECK(unknown.size() < 300);
+}

@@ -1,0 +1,326 @@
+// Model files: everything identification needs survives the round trip to the bit.
+#include "identify/network/model.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "base/error.hpp"
+#include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
+#include "identify/network/prediction.hpp"
+#include "identify/training/checkpoint.hpp"
+#include "identify/training/presets.hpp"
+#include "nn/safetensors.hpp"
+#include "sim/protocol/protocol_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+Model example() {
+  sim::Protocol protocol = sim::short_protocol();
+  protocol.noise.sensor = {0.001, 0.1};
+  Model model(protocol, preset_named("small").image, preset_named("small").architecture);
+  model.network.initialise(3);
+  for (nn::Layer<float>& layer : model.network.layers())
+    for (nn::Statistic<float>& statistic : layer.statistics())
+      for (std::size_t i = 0; i < statistic.value.size(); ++i) statistic.value[i] = 0.1F + static_cast<float>(i) / 3.0F;
+  const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    model.rows.mean.push_back(static_cast<float>(i) / 7.0F);
+    model.rows.deviation.push_back(1.0F + static_cast<float>(i) / 9.0F);
+  }
+  model.targets.mean = sim::single_pendulum().parameters.middle();
+  for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p)
+    model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
+  model.origin.seed = 3;
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("a model survives its file to the bit") {
+  const Model model = example();
+  const std::string bytes = to_bytes(model);
+  CHECK(bytes == to_bytes(model));
+  const Model copy = model_from_bytes(bytes, "copy");
+  CHECK(nn::weights_sha256(copy.network) == nn::weights_sha256(model.network));
+  CHECK(copy.network.architecture() == model.network.architecture());
+  CHECK(sim::to_json(copy.protocol) == sim::to_json(model.protocol));
+  CHECK(copy.image() == model.image());
+  CHECK(copy.rows.mean == model.rows.mean);
+  CHECK(copy.rows.deviation == model.rows.deviation);
+  CHECK(copy.targets.mean == model.targets.mean);
+  CHECK(copy.targets.deviation == model.targets.deviation);
+  CHECK(copy.origin == model.origin);
+  CHECK(to_bytes(copy) == bytes);
+}
+
+TEST_CASE("a flipped bit anywhere in a model file is noticed") {
+  const std::string bytes = to_bytes(example());
+  const std::size_t header = 8 + static_cast<unsigned char>(bytes[0]) + 256 * static_cast<unsigned char>(bytes[1]);
+  const auto refused = [](const std::string& changed) {
+    try {
+      model_from_bytes(changed, "m.safetensors");
+    } catch (const Error& error) {
+      return error.where() == "m.safetensors";
+    }
+    return false;
+  };
+  int values = 0;
+  for (std::size_t i = header; i < bytes.size(); i += 61) {
+    std::string changed = bytes;
+    changed[i] = static_cast<char>(changed[i] ^ (1 << (i % 8)));
+    CAPTURE(i);
+    CHECK(refused(changed));
+    ++values;
+  }
+  CHECK(values > 400);
+  // In the header too, but for the blanks behind it and the hash's own name, without which the file is an old one.
+  const std::size_t name = bytes.find("\"sha256\"");
+  REQUIRE(name < header);
+  for (std::size_t i = 8; i < bytes.find_last_of('}', header) + 1; i += 3) {
+    if (i >= name && i < name + 8) continue;
+    std::string changed = bytes;
+    changed[i] = static_cast<char>(changed[i] ^ 1);
+    CAPTURE(changed.substr(i - 8, 16));
+    CHECK(refused(changed));
+  }
+  std::string damaged = bytes;
+  damaged.back() = static_cast<char>(damaged.back() ^ 1);
+  CHECK_THROWS_WITH_AS(model_from_bytes(damaged, "m"), doctest::Contains("is damaged"), Error);
+
+  // A file without a hash is read as it is, and gets one when it is written.
+  nn::TensorFile old = nn::from_safetensors(bytes, "m");
+  CHECK(old.metadata.erase(nn::content_hash_key) == 1);
+  CHECK(to_bytes(model_from_bytes(nn::to_safetensors(old), "m")) == bytes);
+  // Where a tensor lies says nothing.
+  nn::TensorFile turned = nn::from_safetensors(bytes, "m");
+  std::ranges::reverse(turned.tensors);
+  CHECK(to_bytes(model_from_bytes(nn::to_safetensors(turned), "m")) == bytes);
+}
+
+TEST_CASE("a model from before the noise had a period of its own keeps the trial's length") {
+  const auto period_s = [](const Json& protocol) {
+    nn::TensorFile file = nn::from_safetensors(to_bytes(example()), "m");
+    file.metadata.erase(nn::content_hash_key);
+    file.metadata["protocol"] = protocol.dump();
+    return model_from_bytes(nn::to_safetensors(file), "m").protocol.noise_period_s();
+  };
+  Json protocol = Json::parse(sim::to_json(example().protocol));
+  CHECK(protocol["vestibular_noise"]["period_s"] == 127.4);
+  CHECK(period_s(protocol) == 127.4);
+  protocol["vestibular_noise"].erase("period_s");
+  CHECK(period_s(protocol) == 63.7);
+}
+
+TEST_CASE("a scaling of another number of targets than parameters is refused") {
+  const std::string bytes = to_bytes(example());
+  for (const char* list : {"mean", "deviation"}) {
+    for (const bool more : {true, false}) {
+      nn::TensorFile file = nn::from_safetensors(bytes, "m");
+      file.metadata.erase(nn::content_hash_key);
+      Json targets = Json::parse(file.metadata.at("targets"));
+      if (more)
+        targets[list].push_back(1.0);
+      else
+        targets[list].erase(6);
+      file.metadata["targets"] = targets.dump();
+      CHECK_THROWS_WITH_AS(model_from_bytes(nn::to_safetensors(file), "m"), doctest::Contains("target scaling"), Error);
+    }
+  }
+}
+
+TEST_CASE("a model file whose parts do not stand is refused, each with its reason") {
+  Model whole = example();
+  const auto features = static_cast<std::size_t>(feature_count(whole.network));
+  whole.familiarity = {.mean = std::vector<float>(features, 0.5F),
+                       .whitening = std::vector<float>(features * (features + 1) / 2, 1.0F),
+                       .usual = 2.0};
+  const std::string bytes = to_bytes(whole);
+  CHECK(model_from_bytes(bytes, "m").familiarity.usual == 2.0);
+  const auto refused = [&](const char* reason, const auto& change) {
+    nn::TensorFile file = nn::from_safetensors(bytes, "m");
+    file.metadata.erase(nn::content_hash_key);
+    change(file);
+    CAPTURE(reason);
+    CHECK_THROWS_WITH_AS(model_from_bytes(nn::to_safetensors(file), "m"), doctest::Contains(reason), Error);
+  };
+  const auto tensor = [](nn::TensorFile& file, const char* name) -> std::vector<float>& {
+    return std::ranges::find(file.tensors, name, &nn::NamedTensor::name)->values;
+  };
+  refused("of format 'another'", [](auto& file) { file.metadata["format"] = "another"; });
+  for (const char* key : {"format", "architecture", "image", "protocol", "targets", "origin"}) {
+    const std::string reason = "not a decid model: it has no " + std::string(key);
+    refused(reason.c_str(), [&](auto& file) { file.metadata.erase(key); });
+  }
+  refused("target scaling that cannot be read", [](auto& file) { file.metadata["targets"] = "{}"; });
+  for (const double deviation : {0.0, -1.0})
+    refused("target scaling that is not positive", [&](auto& file) {
+      Json targets = Json::parse(file.metadata["targets"]);
+      targets["deviation"][3] = deviation;
+      file.metadata["targets"] = targets.dump();
+    });
+  refused("image scaling that is not positive", [&](auto& file) { tensor(file, "image.row_deviation")[5] = 0.0F; });
+  refused("image scaling that is not positive",
+          [&](auto& file) { tensor(file, "image.row_mean")[5] = std::numeric_limits<float>::quiet_NaN(); });
+  refused("familiarity that cannot be read", [](auto& file) { file.metadata["familiarity"] = R"({"usual": "two"})"; });
+  refused("familiarity that cannot be read", [](auto& file) { file.metadata["familiarity"] = "{}"; });
+  refused("familiarity that is not positive", [](auto& file) { file.metadata["familiarity"] = R"({"usual": 0.0})"; });
+  refused("recalibration of distributions that its head does not give",
+          [](auto& file) { file.metadata["recalibration"] = "{}"; });
+  refused("outputs of the kind 'another'", [](auto& file) { file.metadata["head"] = "another"; });
+  // A network of one layer has no features.
+  Model flat(sim::short_protocol(), {.window = 1000}, "fc 7");
+  flat.targets = whole.targets;
+  nn::TensorFile file = nn::from_safetensors(to_bytes(flat), "m");
+  file.metadata.erase(nn::content_hash_key);
+  file.metadata["familiarity"] = R"({"usual": 2.0})";
+  CHECK_THROWS_WITH_AS(model_from_bytes(nn::to_safetensors(file), "m"), doctest::Contains("familiarity of features"),
+                       Error);
+}
+
+TEST_CASE("outputs of another number than the network's are not decoded") {
+  const Model model = example();
+  const std::vector<float> outputs(8, 0.5F);
+  CHECK(model.decode(std::span(outputs).first(7)).size() == 7);
+  CHECK_THROWS_WITH_AS(model.decode(std::span(outputs).first(6)), doctest::Contains("give the network's 7"), Error);
+  CHECK_THROWS_AS(model.decode(outputs), Error);
+  std::vector<float> scores(7);
+  CHECK_THROWS_AS(model.head->scores(outputs, scores), Error);
+}
+
+TEST_CASE("the image settings of a model are those that its images are drawn with") {
+  const Model model = example();
+  CHECK(model.image() == preset_named("small").image);
+  CHECK(&model.image() == &model.images().settings());
+}
+
+TEST_CASE("a finished model is no checkpoint") {
+  Checkpoint checkpoint;
+  CHECK_THROWS_AS(model_from_bytes(to_bytes(example()), "m", &checkpoint), Error);
+}
+
+TEST_CASE("a model predicts the same for a trial alone and among others") {
+  Model model = example();
+  const auto samples = static_cast<std::size_t>(model.protocol.samples());
+  constexpr int trials = 70;
+  std::vector<float> sway(samples * trials);
+  for (std::size_t i = 0; i < sway.size(); ++i) sway[i] = static_cast<float>((i * 2654435761U) % 1000) * 1e-5F;
+  const auto trial = [&](int i) {
+    return std::span<const float>(sway).subspan(static_cast<std::size_t>(i) * samples, samples);
+  };
+  const std::vector<float> all = predict(model, trials, 33, sways_in_memory(trial));
+  for (const int i : {0, 15, 16, 32, 33, 63, 64, 69}) {
+    const std::vector<float> one = predict(model, 1, 64, sways_in_memory([&](int) { return trial(i); }));
+    for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p)
+      CHECK(one[p] == all[static_cast<std::size_t>(i) * sim::single_pendulum().parameters.size() + p]);
+  }
+}
+
+TEST_CASE("an architecture without 7 outputs is refused") {
+  CHECK_THROWS_WITH_AS(Model(sim::default_protocol(), {}, "fc 6"), doctest::Contains("7 outputs"), Error);
+}
+
+TEST_CASE("presets fit the protocols they are for, and folded images no other") {
+  for (const Preset& preset : presets()) {
+    CAPTURE(preset.name);
+    const auto make = [&](const sim::Protocol& protocol) {
+      return Model(protocol, preset.image, preset.architecture, head_named(preset.head, preset.name))
+          .network.parameter_count();
+    };
+    if (preset.name == "short") {
+      CHECK(make(sim::short_protocol()) > 1000);
+      CHECK_THROWS_WITH_AS(make(sim::default_protocol()), doctest::Contains("cycles"), Error);
+    } else {
+      CHECK(make(sim::default_protocol()) > 1000);
+      if (preset.image.fold > 1)
+        CHECK_THROWS_WITH_AS(make(sim::short_protocol()), doctest::Contains("cycles"), Error);
+      else
+        CHECK(make(sim::short_protocol()) > 1000);
+    }
+  }
+}
+
+TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency") {
+  const auto fitted = [](const char* preset, const sim::Protocol& protocol) {
+    const dataset::ImageSettings image = image_for(preset_named(preset), protocol);
+    CHECK(Model(protocol, image, preset_named(preset).architecture).network.parameter_count() > 1000);
+    return image;
+  };
+  // What they are made for stays as it is.
+  CHECK(fitted("best", sim::default_protocol()) == preset_named("best").image);
+  CHECK(fitted("firmware", sim::default_protocol()) == preset_named("firmware").image);
+  CHECK(fitted("short", sim::short_protocol()) == preset_named("short").image);
+  CHECK(fitted("paper", sim::short_protocol()) == preset_named("paper").image);
+
+  const dataset::ImageSettings brief = fitted("best", sim::short_protocol());
+  CHECK(brief.window == 2000);
+  CHECK(brief.fold == 3);
+  CHECK(brief.first_sample == 197);
+  CHECK(brief.rows == 85);  // 4.2 Hz of 0.05 each
+  CHECK(fitted("short", sim::default_protocol()).rows == 387);
+
+  sim::Protocol protocol;
+  protocol.experiment.sample_rate_hz = 50.0;
+  CHECK(fitted("best", protocol).window == 3025);
+  CHECK(fitted("best", protocol).rows == 256);
+  protocol.experiment.sample_rate_hz = 1000.0;
+  CHECK(fitted("best", protocol).window == 60'500);
+  // Cycles of 80.242 s are no whole number of samples: one window, all of them.
+  protocol.experiment.sample_rate_hz = 100.0;
+  protocol.sequence().state_s = 0.331;
+  const dataset::ImageSettings unfolded = fitted("best", protocol);
+  CHECK(unfolded.fold == 1);
+  CHECK(unfolded.window == 16'020);
+  CHECK(unfolded.rows == 678);
+
+  sim::Sines sines;
+  sines.components = {{.frequency_hz = 0.5, .amplitude_deg = 1.0}};
+  sines.cycle_s = 4.0;
+  sines.cycles = 1;
+  protocol.experiment.stimulus = sines;
+  protocol.noise.vestibular.low_hz = 0.25;
+  sines.cycle_s = 200.11;  // a prime number of samples
+  sines.lead_out_s = 0.39;
+  protocol.experiment.stimulus = sines;
+  const dataset::ImageSettings prime = fitted("best", protocol);
+  CHECK(prime.fold == 1);
+  CHECK(prime.window == 20'010);
+
+  sines.lead_out_s = 0.0;
+  // Cycles that are too long for a window, or too many to fold.
+  sines.cycle_s = 200.0;
+  sines.cycles = 2;
+  protocol.experiment.stimulus = sines;
+  protocol.experiment.sample_rate_hz = 1000.0;
+  const dataset::ImageSettings long_cycles = fitted("best", protocol);
+  CHECK(long_cycles.fold == 1);
+  CHECK(long_cycles.window == dataset::largest_window);
+  sines.cycle_s = 2.0;
+  sines.cycles = 1200;
+  protocol.experiment.stimulus = sines;
+  protocol.experiment.sample_rate_hz = 20.0;
+  CHECK(fitted("best", protocol).fold == 1);
+
+  protocol.experiment.sample_rate_hz = 100.0;
+  sines.cycles = 1;
+  sines.cycle_s = 4.0;
+  protocol.experiment.stimulus = sines;
+  const dataset::ImageSettings tiny = fitted("best", protocol);
+  CHECK(tiny.window == 400);
+  CHECK(tiny.fold == 1);
+  CHECK(tiny.rows == 64);
+}
+
+TEST_CASE("other noise than the model's is reported") {
+  const sim::Protocol ours;
+  sim::Protocol theirs;
+  theirs.noise.sensor = {0.01, 0.01};
+  CHECK(noise_difference(ours, theirs).empty());
+  theirs.noise.vestibular.scale_deg = 0.4;
+  CHECK(noise_difference(ours, theirs).find("0.4 degrees") != std::string::npos);
+}
+
+}  // namespace decid::tools

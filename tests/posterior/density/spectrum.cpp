@@ -1,0 +1,240 @@
+// Measurement noise by its spectrum against explicit covariance matrices of the blocks.
+#include "posterior/density/spectrum.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/math/random.hpp"
+#include "tests/helpers.hpp"
+#include "tests/posterior/dense_noise.hpp"
+
+using namespace decid;
+using namespace decid::posterior;
+using namespace decid::test;
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double drift_hz = 0.03;
+
+/// Eight residuals with eight levels of noise.
+struct Residuals {
+  NoiseSpectrum spectrum;
+  double block_s;
+  std::size_t blocks, rows;
+  NoiseLevels levels;
+  AlignedVector<double> unfolded;
+  NoiseWorkspace work;
+
+  Residuals(int count, double block_s_, double highest_hz)
+      : spectrum(count, block_s_, highest_hz, drift_hz),
+        block_s(block_s_),
+        blocks(static_cast<std::size_t>(spectrum.blocks())),
+        rows(static_cast<std::size_t>(spectrum.rows())),
+        unfolded(blocks * lanes),
+        work(spectrum.workspace()) {
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const double white = (0.002 + 0.003 * static_cast<double>(l)) * sim::rad_per_deg;
+      levels.white[l] = white * white;
+      levels.slow[l] = l == 0 ? 0.0 : 20.0 / static_cast<double>(l) * levels.white[l];
+      levels.memory[l] = std::pow(0.5 + static_cast<double>(l), 2);
+      const std::vector<double> values = random(l, std::sqrt(levels.white[l] * 2.0));
+      put(values, l);
+    }
+  }
+  DenseNoise dense(std::size_t l) const {
+    return {blocks, block_s, drift_hz, levels.white[l], levels.slow[l], levels.memory[l]};
+  }
+  /// Noise, an offset and a line.
+  std::vector<double> random(std::uint64_t item, double sd) const {
+    std::vector<double> values(blocks);
+    Random(4, Stream::posterior, item).fill_normal(values);
+    for (std::size_t m = 0; m < blocks; ++m) values[m] = sd * (values[m] + 30.0 + 0.7 * static_cast<double>(m));
+    return values;
+  }
+  /// The even blocks, then the odd ones backwards.
+  std::size_t place(std::size_t m) const { return m % 2 == 0 ? m / 2 : blocks - 1 - m / 2; }
+  void put(const std::vector<double>& values, std::size_t l) {
+    for (std::size_t m = 0; m < blocks; ++m) unfolded[place(m) * lanes + l] = values[m];
+  }
+  std::vector<double> blocks_of(const AlignedVector<double>& from, std::size_t l) const {
+    std::vector<double> values(blocks);
+    for (std::size_t m = 0; m < blocks; ++m) values[m] = from[place(m) * lanes + l];
+    return values;
+  }
+  std::array<double, lanes> misfit() { return spectrum.misfit(levels, unfolded, work, chosen_isa()); }
+};
+
+/// Half of the coefficients, a fifth, and two; lengths whose halves are even and odd.
+std::vector<Residuals> cases() {
+  return {Residuals(40, 0.1, 2.5), Residuals(42, 0.1, 1.0), Residuals(44, 0.1, 100.0), Residuals(26, 0.05, 0.0)};
+}
+
+}  // namespace
+
+TEST_CASE("NoiseSpectrum: as many blocks as are fast") {
+  for (int most = 2; most < 1000; ++most) {
+    const int found = NoiseSpectrum::fast_blocks(most);
+    int expected = 0;
+    for (int blocks = 2; blocks <= most; blocks += 2) {
+      int rest = blocks;
+      for (const int prime : {2, 3, 5, 7, 11, 13})
+        while (rest % prime == 0) rest /= prime;
+      if (rest == 1) expected = blocks;
+    }
+    REQUIRE(found == expected);
+  }
+}
+
+TEST_CASE("NoiseSpectrum: coefficients up to a frequency, at most half of them, at least two") {
+  CHECK(NoiseSpectrum(40, 0.1, 2.0, 0.0).rows() == 17);  // k / 8 s
+  CHECK(NoiseSpectrum(40, 0.1, 2.5, 0.0).rows() == 20);
+  CHECK(NoiseSpectrum(40, 0.1, 0.01, 0.0).rows() == 2);
+  const NoiseSpectrum drifting(40, 0.1, 2.5, 0.25);
+  CHECK(drifting.white(0) == 1.0);
+  CHECK(near(drifting.white(2), 2.0, 8.0 * epsilon));
+}
+
+TEST_CASE("NoiseSpectrum: the misfit is the Gaussian density of the kept coefficients") {
+  for (Residuals& r : cases()) {
+    const std::array<double, lanes> misfit = r.misfit();
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const DenseNoise dense = r.dense(l);
+      const std::vector<double> kept = dense.transform(r.rows, r.blocks_of(r.unfolded, l));
+      const DenseGaussian gaussian = dense.of_coefficients(r.rows);
+      const double scale = gaussian.product(kept, kept) + std::abs(gaussian.log_determinant());
+      CHECK(within(misfit[l], gaussian.misfit(kept), dense.rounding(r.rows) * scale));
+    }
+  }
+}
+
+TEST_CASE("NoiseSpectrum: derivatives by the levels are those of finite differences") {
+  for (Residuals& r : cases()) {
+    const std::array<double, lanes> here = r.misfit();
+    AlignedVector<double> by_unfolded(r.unfolded.size());
+    const NoiseSpectrum::LevelGradient by = r.spectrum.gradient(r.levels, by_unfolded, r.work, chosen_isa());
+    // By logarithms, so that a step is right for all; its errors are alike at the cube root of epsilon.
+    const double step = 6e-6;
+    for (std::array<double, lanes> NoiseLevels::*const level :
+         {&NoiseLevels::white, &NoiseLevels::slow, &NoiseLevels::memory}) {
+      const NoiseLevels levels = r.levels;
+      for (double& value : r.levels.*level) value *= std::exp(step);
+      const std::array<double, lanes> above = r.misfit();
+      r.levels = levels;
+      for (double& value : r.levels.*level) value *= std::exp(-step);
+      const std::array<double, lanes> below = r.misfit();
+      r.levels = levels;
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const double derivative = level == &NoiseLevels::white  ? by.white[l] * levels.white[l]
+                                  : level == &NoiseLevels::slow ? by.slow[l] * levels.slow[l]
+                                                                : by.memory[l];
+        // The logarithms of the variances, of some 1e-9, cancel in part.
+        const double scale = std::abs(here[l]) + 20.0 * static_cast<double>(r.rows);
+        CHECK(within(derivative, (above[l] - below[l]) / (2.0 * step), 100.0 * (epsilon / step + step * step) * scale));
+      }
+    }
+  }
+}
+
+TEST_CASE("NoiseSpectrum: derivatives by the residual are the inverse covariance times it") {
+  for (Residuals& r : cases()) {
+    r.misfit();
+    AlignedVector<double> by_unfolded(r.unfolded.size());
+    r.spectrum.gradient(r.levels, by_unfolded, r.work, chosen_isa());
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const DenseNoise dense = r.dense(l);
+      const DenseGaussian gaussian = dense.of_coefficients(r.rows);
+      const std::vector<double> derivative = r.blocks_of(by_unfolded, l);
+      const std::vector<double> kept = dense.transform(r.rows, r.blocks_of(r.unfolded, l));
+      for (std::size_t m = 0; m < r.blocks; ++m) {
+        std::vector<double> unit(r.blocks, 0.0);
+        unit[m] = 1.0;
+        const std::vector<double> its = dense.transform(r.rows, unit);
+        const double scale = std::sqrt(gaussian.product(kept, kept) * gaussian.product(its, its));
+        CHECK(within(derivative[m], gaussian.product(kept, its), dense.rounding(r.rows) * scale));
+      }
+    }
+  }
+}
+
+TEST_CASE("NoiseSpectrum: products of whitened columns are those of the inverse covariance") {
+  for (Residuals& r : cases()) {
+    r.misfit();
+    r.spectrum.begin_whitening(r.work);
+    std::array<std::vector<std::vector<double>>, 2> columns;  // of each chain
+    std::array<AlignedVector<double>, 2> whitened;
+    for (std::size_t i = 0; i < 2; ++i) {
+      for (std::size_t l = 0; l < lanes; ++l) {
+        columns[i].push_back(r.random(100 * (i + 1) + l, 1e-3));
+        r.put(columns[i].back(), l);
+      }
+      r.spectrum.whiten(r.unfolded, r.work, chosen_isa());
+      whitened[i] = r.work.coefficient;
+      REQUIRE(whitened[i].size() == r.rows * lanes);
+    }
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const DenseNoise dense = r.dense(l);
+      const DenseGaussian gaussian = dense.of_coefficients(r.rows);
+      for (std::size_t a = 0; a < 2; ++a) {
+        for (std::size_t b = 0; b <= a; ++b) {
+          const std::vector<double> of_a = dense.transform(r.rows, columns[a][l]),
+                                    of_b = dense.transform(r.rows, columns[b][l]);
+          double product = 0.0;
+          for (std::size_t k = 0; k < r.rows; ++k) product += whitened[a][k * lanes + l] * whitened[b][k * lanes + l];
+          const double scale = std::sqrt(gaussian.product(of_a, of_a) * gaussian.product(of_b, of_b));
+          CHECK(within(product, gaussian.product(of_a, of_b), dense.rounding(r.rows) * scale));
+        }
+      }
+    }
+  }
+}
+
+// The coefficients that are left out have a variance that says nothing: 1e8 times the smallest one's, so that what it
+// does say and what rounding leaves are both 1e-8.
+TEST_CASE("NoiseSpectrum: a block given all others has the density of all over that of the others") {
+  for (Residuals& r : cases()) {
+    if (r.rows < 8) continue;  // offset and line alone say as little
+    r.misfit();
+    std::vector<double> log_density(r.blocks * lanes);
+    r.spectrum.leave_block_out(log_density, r.work, chosen_isa());
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const DenseNoise dense = r.dense(l);
+      const std::vector<double> covariance = dense.of_blocks(r.rows, 1e8 * r.levels.white[l]);
+      const std::vector<double> residual = r.blocks_of(r.unfolded, l);
+      const double all = DenseGaussian(covariance).misfit(residual);
+      for (std::size_t i = 0; i < r.blocks; ++i) {
+        std::vector<double> others, of_others;
+        for (std::size_t m = 0; m < r.blocks; ++m) {
+          if (m == i) continue;
+          of_others.push_back(residual[m]);
+          for (std::size_t n = 0; n < r.blocks; ++n)
+            if (n != i) others.push_back(covariance[m * r.blocks + n]);
+        }
+        const double expected = DenseGaussian(others).misfit(of_others) - all - 0.5 * std::log(2.0 * sim::pi);
+        CHECK(within(log_density[i * lanes + l], expected, 1e-5));
+      }
+    }
+  }
+}
+
+TEST_CASE("NoiseSpectrum: the same bits for every instruction set") {
+  std::vector<double> first;
+  for (const Isa isa : available_isas()) {
+    Residuals r(40, 0.1, 2.5);
+    AlignedVector<double> by_unfolded(r.unfolded.size());
+    std::vector<double> all(r.blocks * lanes);
+    const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
+    add(r.spectrum.misfit(r.levels, r.unfolded, r.work, isa));
+    r.spectrum.leave_block_out(all, r.work, isa);
+    const NoiseSpectrum::LevelGradient by = r.spectrum.gradient(r.levels, by_unfolded, r.work, isa);
+    add(by_unfolded);
+    for (const auto& values : {by.white, by.slow, by.memory}) add(values);
+    r.spectrum.begin_whitening(r.work);
+    r.spectrum.whiten(r.unfolded, r.work, isa);
+    add(r.work.coefficient);
+    if (first.empty()) first = all;
+    CHECK(all == first);
+  }
+}

@@ -1,0 +1,129 @@
+// Do posteriors of frequency responses keep what they promise? Simulation-based calibration: of tables made from the
+// prior, the true values' ranks among the draws are uniform (Talts et al., arXiv:1804.06788).
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+
+#include "base/parallel.hpp"
+#include "posterior/frf/fit.hpp"
+#include "sim/body_model.hpp"
+#include "tests/posterior/frf/made_table.hpp"
+
+using namespace decid;
+using decid::test::empty_table;
+using decid::test::short_frequencies_hz;
+using decid::test::state_of_prior;
+using decid::test::table_of;
+
+namespace {
+
+// Sampled tables per case. The short form guards the sampler in every check, the long form in tools/check --long.
+constexpr int short_form = 40, long_form = 200;
+// Kolmogorov's distance times sqrt(n) exceeds 1.95 with a probability of 1 in 1000; 9 quantities in 2 cases, so that a
+// right sampler fails with 1 in 55 of all seeds. The short form has the same false-alarm rate; it detects errors that
+// are sqrt(5) times as large.
+constexpr double most_distance = 1.95;
+
+struct Calibration {
+  std::array<std::vector<double>, frf::Density::quantities> ranks;
+  std::vector<double> rhat, p_values, errors;
+};
+
+Calibration calibrate(double deviation, int tables) {
+  const sim::Protocol protocol = sim::short_protocol();
+  const frf::Density made(protocol, empty_table(short_frequencies_hz, deviation), {});
+  frf::WalkerSettings settings;
+  settings.effective_draws = 200;  // ranks are known to 0.035 or better, an eighth of their own spread
+  settings.largest_rhat = 1.05;
+  Calibration all;
+  for (auto& ranks : all.ranks) ranks.resize(static_cast<std::size_t>(tables));
+  all.rhat.resize(static_cast<std::size_t>(tables));
+  all.p_values.resize(all.rhat.size());
+  all.errors.resize(all.rhat.size());
+  parallel_for(tables, [&](int i) {
+    const auto number = static_cast<std::size_t>(i);
+    const Random random(31, Stream::base_parameters, number);
+    const frf::State truth = state_of_prior(made, random);
+    const frf::Density density(protocol, table_of(made, truth, random), {});
+    const frf::Fit found = frf::fit(density, settings);
+    for (int q = 0; q < frf::Density::quantities; ++q) {
+      const std::vector<double>& draws = found.draws_of(q);
+      const double value = frf::Density::value(truth, q);
+      const auto below = std::ranges::count_if(draws, [&](double draw) { return draw < value; });
+      const auto equal = std::ranges::count(draws, value);
+      all.ranks[static_cast<std::size_t>(q)][number] =
+          (static_cast<double>(below) + 0.5 * static_cast<double>(equal)) / static_cast<double>(draws.size());
+    }
+    all.rhat[number] = *std::ranges::max_element(found.rhat());
+    all.p_values[number] = found.misfit().p_value;
+    all.errors[number] = truth.error;
+  });
+  return all;
+}
+
+/// Kolmogorov's, from uniform, times the root of their number.
+double distance(std::vector<double> ranks) {
+  std::sort(ranks.begin(), ranks.end());
+  const auto count = static_cast<double>(ranks.size());
+  double largest = 0.0;
+  for (std::size_t i = 0; i < ranks.size(); ++i)
+    largest =
+        std::max({largest, static_cast<double>(i + 1) / count - ranks[i], ranks[i] - static_cast<double>(i) / count});
+  return largest * std::sqrt(count);
+}
+
+double share_covered(const std::vector<double>& ranks) {
+  return static_cast<double>(std::ranges::count_if(ranks, [](double rank) { return rank > 0.05 && rank < 0.95; })) /
+         static_cast<double>(ranks.size());
+}
+
+void check(const Calibration& found) {
+  const auto tables = static_cast<int>(found.rhat.size());
+  for (int q = 0; q < frf::Density::quantities; ++q) {
+    const auto& ranks = found.ranks[static_cast<std::size_t>(q)];
+    CAPTURE(q);
+    const double off = distance(ranks), covered = share_covered(ranks);
+    MESSAGE("quantity " << q << ": distance " << off << ", in the 90 % interval " << covered);
+    CHECK(off < most_distance);
+    CHECK(covered > 0.9 - 3.1 * std::sqrt(0.09 / tables));
+  }
+  const auto disagreeing = std::ranges::count_if(found.rhat, [](double value) { return value > 1.1; });
+  MESSAGE(disagreeing << " of " << tables << " with an R-hat above 1.1, largest "
+                      << *std::ranges::max_element(found.rhat));
+  CHECK(disagreeing <= std::max(1, tables / 50));
+}
+
+void check_with_confidence(int tables) {
+  const Calibration found = calibrate(0.03, tables);
+  check(found);
+  // Warned of are those that err beyond their confidence; of the others, a few in a hundred at most.
+  int small = 0, alarms = 0, false_alarms = 0;
+  for (std::size_t i = 0; i < found.errors.size(); ++i) {
+    const bool is_small = found.errors[i] < 0.01, warned = found.p_values[i] < 0.01;
+    small += is_small ? 1 : 0;
+    alarms += warned ? 1 : 0;
+    false_alarms += is_small && warned ? 1 : 0;
+  }
+  MESSAGE("warned of " << alarms << " of " << tables << " tables, of " << false_alarms << " of " << small
+                       << " that err by less than 1 % beyond their confidence");
+  CHECK(false_alarms <= std::max(1, small / 25));
+}
+
+}  // namespace
+
+TEST_CASE("ranks of known values among the draws are uniform, with confidence" * doctest::test_suite("slow")) {
+  check_with_confidence(short_form);
+}
+
+TEST_CASE("ranks of known values among the draws are uniform, without confidence" * doctest::test_suite("slow")) {
+  check(calibrate(0.0, short_form));
+}
+
+TEST_CASE("200 tables: ranks are uniform, with confidence" * doctest::test_suite("long")) {
+  check_with_confidence(long_form);
+}
+
+TEST_CASE("200 tables: ranks are uniform, without confidence" * doctest::test_suite("long")) {
+  check(calibrate(0.0, long_form));
+}

@@ -1,0 +1,128 @@
+#include "posterior/frf/fit.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "base/files/sha256.hpp"
+#include "sim/body_model.hpp"
+#include "tests/helpers.hpp"
+#include "tests/posterior/frf/made_table.hpp"
+
+using namespace decid;
+using decid::test::empty_table;
+using decid::test::near;
+using decid::test::short_frequencies_hz;
+using decid::test::within;
+using frf::Density;
+
+namespace {
+
+frf::State known() {
+  return {{900.0, 260.0, 150.0, 120.0, 0.2, 0.002, 0.12}, 1.0, 0.0};
+}
+
+/// What a known controller says, its gains changed by `spoil` at each row, with that confidence.
+frf::Fit fit_of(double deviation, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr) {
+  const sim::Protocol protocol = sim::short_protocol();
+  const Density made(protocol, empty_table(short_frequencies_hz, 0.02), {});
+  frf::Table table = test::table_of(made, known(), Random(4, Stream::base_parameters, 0));
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    table.rows[i].deviation = deviation;
+    if (spoil) table.rows[i].response *= spoil(i);
+  }
+  if (deviation == 0.0) table.confidence.clear();
+  return frf::fit(Density(protocol, table, priors), {});
+}
+
+double zigzag(std::size_t row) {
+  return row % 2 == 0 ? 1.5 : 0.6;
+}
+
+}  // namespace
+
+TEST_CASE("chi-square's tail is that of the tables") {
+  CHECK(near(frf::chi_square_beyond(5.991, 2), 0.05, 1e-3));
+  CHECK(near(frf::chi_square_beyond(33.924, 22), 0.05, 1e-3));
+  CHECK(near(frf::chi_square_beyond(40.289, 22), 0.01, 1e-3));
+  CHECK(frf::chi_square_beyond(0.0, 4) == 1.0);
+}
+
+TEST_CASE("a controller is found again, and what the table does not tell is as it was known") {
+  const frf::Fit found = fit_of(0.02, {});
+  CHECK(found.agreed());
+  CHECK(*std::ranges::min_element(found.effective_draws()) >= 1000);
+  const frf::State truth = known();
+  for (int q = 0; q <= static_cast<int>(sim::Delay); ++q) {
+    CAPTURE(q);
+    // 3.5 deviations: 1 in 2000.
+    CHECK(within(found.mean(q), Density::value(truth, q), 3.5 * found.deviation(q)));
+    CHECK(found.quantile(q, 0.05) < found.mean(q));
+    CHECK(found.quantile(q, 0.95) > found.mean(q));
+    CHECK(near(found.prior_deviation(q),
+               sim::single_pendulum().parameters[static_cast<std::size_t>(q)].range() / std::sqrt(12.0), 0.15));
+  }
+  CHECK(found.told(sim::Delay) > 0.9);
+  CHECK(found.told(sim::Kd) > 0.9);
+  CHECK(found.told(sim::Nv) < 0.7);  // as much passes with more noise and a larger threshold
+  CHECK(found.correlation(sim::Nv, sim::Theta) > 0.5);
+  CHECK(near(found.correlation(sim::Nv, sim::Nv), 1.0, 1e-12));
+  CHECK(found.misfit().degrees_of_freedom == 22);
+  CHECK(found.misfit().p_value > 0.01);
+  CHECK(found.warnings().empty());
+  REQUIRE(found.predicted().size() == 11);
+  for (const frf::Predicted& row : found.predicted()) {
+    const double gain = std::abs(row.response);
+    CHECK(row.gain_low < gain);
+    CHECK(row.gain_high > gain);
+    CHECK(row.phase_low_deg < row.phase_deg);
+    CHECK(row.phase_high_deg > row.phase_deg);
+    CHECK(row.distance < 4.0);
+  }
+}
+
+TEST_CASE("what is known stays known") {
+  const frf::Fit found = fit_of(0.02, {.gain = 0.0, .error = 0.0});
+  CHECK(found.deviation(Density::gain) == 0.0);
+  CHECK(found.deviation(Density::error) == 0.0);
+  CHECK(found.told(Density::gain) == 0.0);
+  CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);
+  CHECK(found.warnings().empty());
+}
+
+TEST_CASE("a table that no controller explains is said to be one, and widens the answer") {
+  const frf::Fit good = fit_of(0.02, {}), bad = fit_of(0.02, {}, zigzag);
+  CHECK(bad.misfit().p_value < 1e-6);
+  REQUIRE(bad.warnings().size() == 2);
+  CHECK(bad.warnings()[0].code == "no_controller");
+  CHECK(bad.warnings()[0].severity == Severity::invalid);
+  CHECK(bad.warnings()[1].code == "table_unexplained");
+  CHECK_FALSE(bad.explained());
+  CHECK(good.explained());
+  CHECK(bad.mean(Density::error) > 0.2);
+  CHECK(bad.deviation(sim::Delay) > 2.0 * good.deviation(sim::Delay));
+  const frf::Fit sure = fit_of(0.02, {.error = 0.0}, zigzag);
+  REQUIRE_FALSE(sure.warnings().empty());
+  CHECK(sure.warnings().back().text.find("too narrow") != std::string::npos);
+}
+
+TEST_CASE("without confidence the table's errors are inferred, and too large ones said") {
+  const frf::Fit good = fit_of(0.0, {});
+  CHECK(std::isnan(good.misfit().p_value));
+  CHECK(good.mean(Density::error) > 0.005);
+  CHECK(good.mean(Density::error) < 0.08);
+  CHECK(good.warnings().empty());
+  const frf::Fit bad = fit_of(0.0, {}, zigzag);
+  CHECK(bad.mean(Density::error) > 0.25);
+  REQUIRE(bad.warnings().size() == 2);
+  CHECK(bad.warnings()[0].code == "no_controller");
+  CHECK(bad.warnings()[1].code == "response_unexplained");
+}
+
+TEST_CASE("the draws have the bits that they have everywhere" * doctest::test_suite("golden")) {
+  const frf::Fit found = fit_of(0.02, {});
+  std::string bytes;
+  for (int q = 0; q < Density::quantities; ++q)
+    bytes.append(reinterpret_cast<const char*>(found.draws_of(q).data()), found.draws_of(q).size() * sizeof(double));
+  CHECK(sha256(bytes) == "9e2819aa15e9e87881437715a02d07996359d997aa14447868dedd2b950dc424");
+}

@@ -1,0 +1,223 @@
+#include "posterior/frf/response.hpp"
+
+#include <doctest/doctest.h>
+
+#include <mutex>
+
+#include "base/math/random.hpp"
+#include "sim/frf.hpp"
+#include "sim/simulate.hpp"
+#include "tests/helpers.hpp"
+#include "tests/posterior/frf/made_table.hpp"
+
+using namespace decid;
+using decid::test::check_error;
+using decid::test::empty_table;
+using decid::test::near;
+using decid::test::short_frequencies_hz;
+using decid::test::within;
+using sim::Complex;
+
+namespace {
+
+std::vector<Complex> responses_of(const frf::ResponseModel& model, const sim::Parameters& parameters) {
+  std::vector<Complex> responses(model.rows());
+  model.respond(parameters, responses);
+  return responses;
+}
+
+/// The mean over simulated trials of their frequency responses behind the first cycle, and its standard error a part.
+struct Simulated {
+  std::vector<Complex> mean;
+  std::vector<double> error;
+};
+
+Simulated simulated(const sim::Simulator& simulator, const sim::FrequencyResponse& analysis,
+                    const std::vector<float>& tilt, const sim::Parameters& parameters, int trials) {
+  Simulated found{std::vector<Complex>(analysis.bands()), std::vector<double>(analysis.bands())};
+  std::vector<double> squares(analysis.bands());
+  std::mutex mutex;
+  simulator.run_all(
+      trials,
+      [&](int i) {
+        return sim::TrialInput{parameters, Random(5, Stream::vestibular_noise, static_cast<unsigned>(i))};
+      },
+      [&](int, const sim::Outcome& outcome, std::span<double> sway) {
+        CHECK(outcome.valid);
+        const auto points = analysis.measure(std::vector<float>(sway.begin(), sway.end()), tilt);
+        const std::lock_guard lock(mutex);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          found.mean[i] += points[i].response / static_cast<double>(trials);
+          squares[i] += std::norm(points[i].response) / trials;
+        }
+      });
+  for (std::size_t i = 0; i < squares.size(); ++i)
+    found.error[i] = std::sqrt(std::max(0.0, squares[i] - std::norm(found.mean[i])) / 2.0 / trials);
+  return found;
+}
+
+/// Simulated trials of a protocol against the model, up to 2.5 Hz: without noise within `relative` of the response,
+/// with noise besides within 4.5 of the standard errors, as 1 in 10,000 of the worst of 30 parts is not.
+void check_against_simulator(const sim::Protocol& protocol, const sim::Parameters& parameters, double relative,
+                             int trials) {
+  const sim::Simulator simulator(protocol);
+  const sim::FrequencyResponse analysis(protocol.experiment, 1);
+  std::vector<float> tilt;
+  for (int k = 0; k < protocol.samples(); ++k)
+    tilt.push_back(static_cast<float>(simulator.stimulus().tilt_at(k * protocol.experiment.steps_per_sample())));
+  frf::Table table;
+  for (const sim::FrfPoint& point : analysis.measure(tilt, tilt))
+    if (point.frequency_hz < 2.5) table.rows.push_back({point.frequency_hz, 1.0, 0.0, point.harmonics});
+  const std::vector<Complex> model = responses_of(frf::ResponseModel(protocol, table), parameters);
+  const Simulated found = simulated(simulator, analysis, tilt, parameters, trials);
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    CAPTURE(table.rows[i].frequency_hz);
+    CHECK(within(std::abs(found.mean[i] - model[i]), 0.0, relative * std::abs(model[i]) + 4.5 * found.error[i]));
+  }
+}
+
+sim::Protocol sines() {
+  sim::Protocol protocol;
+  protocol.name = "sines";
+  sim::Sines stimulus;
+  stimulus.components = {{0.1, 0.3, 0.0}, {0.3, 0.2, 30.0}, {0.7, 0.1, 60.0}};
+  stimulus.cycle_s = 20.0;
+  stimulus.cycles = 4;
+  protocol.experiment.stimulus = stimulus;
+  return protocol;
+}
+
+const sim::Parameters usual{800.0, 250.0, 130.0, 120.0, 0.0, 0.002, 0.1};
+
+}  // namespace
+
+TEST_CASE("what passes the dead band is the mean over the noise") {
+  // Simpson's rule over 10 deviations either way: its error is below 1e-6 with the kinks between its points.
+  for (const double theta : {0.0, 0.002, 0.005}) {
+    for (const double signal : {0.0, 0.001, 0.0041}) {
+      const double deviation = 0.003;
+      double sum = 0.0;
+      constexpr int points = 20'000;
+      for (int i = 0; i <= points; ++i) {
+        const double u = -10.0 + 20.0 * i / points, x = signal + deviation * u;
+        const double passed = x > theta ? x - theta : x < -theta ? x + theta : 0.0;
+        const double weight = i == 0 || i == points ? 1.0 : i % 2 ? 4.0 : 2.0;
+        sum += weight * passed * std::exp(-0.5 * u * u) / std::sqrt(2.0 * sim::pi) * 20.0 / points / 3.0;
+      }
+      CHECK(within(frf::mean_passed(signal, deviation, theta), sum, 1e-9));
+    }
+  }
+  CHECK(near(frf::mean_passed(0.004, 0.0, 0.001), 0.003, 1e-9));
+  CHECK(within(frf::mean_passed(0.004, 0.0, 0.005), 0.0, 1e-15));
+  CHECK(near(frf::mean_passed(-0.004, 0.0, 0.001), -0.003, 1e-9));
+}
+
+// What is left without noise is that of samples: the tilt's kinks between them, (pi f / rate)^2 / 3, 0.0016 at 2.2 Hz.
+TEST_CASE("the response is the simulator's, without noise") {
+  for (const double theta : {0.0, 0.002, 0.005}) {
+    sim::Parameters parameters = usual;
+    parameters[sim::Theta] = theta;
+    check_against_simulator(sim::default_protocol(), parameters, 0.0025, 1);
+    check_against_simulator(sim::short_protocol(), parameters, 0.004, 1);
+    check_against_simulator(sines(), parameters, 0.004, 1);
+  }
+}
+
+TEST_CASE("the response is the mean of the simulator's, with noise") {
+  for (const double nv : {0.1, 0.3}) {
+    sim::Parameters parameters = usual;
+    parameters[sim::Nv] = nv;
+    parameters[sim::Theta] = 0.003;
+    check_against_simulator(sim::default_protocol(), parameters, 0.0025, 200);
+    check_against_simulator(sines(), parameters, 0.004, 200);
+  }
+}
+
+TEST_CASE("at threshold 0 it is the closed loop") {
+  sim::Parameters parameters = usual;
+  parameters[sim::Theta] = 0.0;
+  const sim::Protocol protocol = sim::short_protocol();
+  const auto model = responses_of({protocol, empty_table(short_frequencies_hz, 0.1)}, parameters);
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    // The steps of 1 ms are 2 pi f / 1000 of a radian.
+    const Complex expected = sim::closed_loop(parameters, protocol.experiment.body, short_frequencies_hz[i]);
+    CHECK(within(std::abs(model[i] - expected), 0.0, 0.01 * std::abs(expected)));
+  }
+}
+
+TEST_CASE("rows of several harmonics are their mean") {
+  const sim::Protocol protocol = sim::short_protocol();
+  const auto one = responses_of({protocol, empty_table({0.25, 0.3, 0.35}, 0.1)}, usual);
+  const auto two = responses_of({protocol, empty_table({0.29, 0.55, 0.9}, 0.1, 2)}, usual);
+  // 0.29 Hz is nearest to 0.25 and 0.35 Hz, of which the lower has more power.
+  const double share = std::real((two[0] - one[2]) / (one[0] - one[2]));
+  CHECK(share > 0.5);
+  CHECK(share < 0.8);
+  CHECK(within(std::abs(two[0] - (share * one[0] + (1.0 - share) * one[2])), 0.0, 1e-9));
+}
+
+TEST_CASE("a loop is stable up to the delay at which it oscillates") {
+  const frf::ResponseModel model(sim::default_protocol(), empty_table({0.05, 0.4, 1.1}, 0.1));
+  sim::Parameters parameters = usual;
+  parameters[sim::Theta] = 0.0;
+  double stable_s = 0.0, unstable_s = 1.0;
+  for (int i = 0; i < 40; ++i) {
+    parameters[sim::Delay] = 0.5 * (stable_s + unstable_s);
+    (model.is_stable(parameters) ? stable_s : unstable_s) = parameters[sim::Delay];
+  }
+  // There a frequency has no denominator.
+  double least = 1e9;
+  parameters[sim::Delay] = stable_s;
+  for (double hz = 0.2; hz < 3.0; hz += 0.0005)
+    least = std::min(least, 1.0 / std::abs(sim::closed_loop(parameters, sim::Body{}, hz)));
+  CHECK(least < 2e-3);
+  CHECK(stable_s > 0.1);
+  parameters[sim::Delay] = 0.0;
+  CHECK(model.is_stable(parameters));
+  parameters[sim::Kp] = 300.0;  // 2 Kp + Kp_pass below m g h: it falls
+  CHECK_FALSE(model.is_stable(parameters));
+}
+
+TEST_CASE("the stability is the simulator's") {
+  sim::Protocol quiet = sim::short_protocol();
+  quiet.noise.vestibular.scale_deg = 0.0;
+  quiet.sequence().amplitude_deg = 0.01;
+  const sim::Simulator simulator(quiet);
+  const frf::ResponseModel model(quiet, empty_table({0.05, 0.4, 1.1}, 0.1));
+  const sim::ParameterTable& ranges = sim::single_pendulum().parameters;
+  std::vector<double> sway(static_cast<std::size_t>(quiet.samples()));
+  int stable = 0, unstable = 0;
+  for (unsigned i = 0; i < 200; ++i) {
+    const Random random(9, Stream::base_parameters, i);
+    std::vector<double> unit;
+    for (std::size_t p = 0; p < ranges.size(); ++p) unit.push_back(random.uniform(p));
+    sim::Parameters parameters = ranges.from_unit(unit);
+    parameters[sim::Theta] = 0.0;
+    const auto is_stable = [&](double factor) {
+      sim::Parameters other = parameters;
+      other[sim::Delay] *= factor;
+      return model.is_stable(other);
+    };
+    // So near to the limit, what grows does not leave 5 degrees within the trial.
+    if (is_stable(0.9) != is_stable(1.1)) continue;
+    (is_stable(1.0) ? stable : unstable)++;
+    CHECK(simulator.run(parameters, random, sway).valid == is_stable(1.0));
+  }
+  CHECK(stable > 40);
+  CHECK(unstable > 5);
+}
+
+TEST_CASE("what has no response is an error") {
+  const auto with = [](const sim::Protocol& protocol, const std::vector<double>& hz, int harmonics) {
+    return [=] { frf::ResponseModel(protocol, empty_table(hz, 0.1, harmonics)); };
+  };
+  check_error(with(sim::default_protocol(), {0.05, 0.4, 30.0}, 0), {"made.csv", "nothing at 30 Hz", "with protocol"});
+  check_error(with(sines(), {0.1, 0.3, 0.5}, 0), {"made.csv", "nothing at 0.5 Hz", "nearest to it is 0."});
+  check_error(with(sines(), {0.1, 0.3, 0.7}, 4), {"made.csv", "mean of 4 harmonics, the stimulus has 3"});
+  sim::Protocol still = sines();
+  std::get<sim::Sines>(still.experiment.stimulus).components = {{0.1, 0.0, 0.0}};
+  CHECK_THROWS_AS(with(still, {0.1, 0.3, 0.7}, 0)(), Error);
+  const frf::ResponseModel model(sim::default_protocol(), empty_table({0.05, 0.4, 1.1}, 0.1));
+  std::vector<Complex> few(2);
+  check_error([&] { model.respond(usual, few); }, {"room for 2 responses", "give room for 3"});
+}

@@ -1,0 +1,105 @@
+#include "posterior/frf/table.hpp"
+
+#include <doctest/doctest.h>
+
+#include "sim/protocol/protocol.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using decid::test::check_error;
+using decid::test::near;
+using decid::test::TemporaryFolder;
+using decid::test::within;
+using decid::test::write_text;
+
+namespace {
+
+frf::Table read(const std::string& text) {
+  const TemporaryFolder folder;
+  return frf::read_table(write_text(folder / "t.csv", text));
+}
+
+void check_refused(const std::string& text, std::initializer_list<const char*> parts) {
+  INFO(text);
+  check_error([&] { read(text); }, parts);
+}
+
+const std::string rows = "0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";
+
+}  // namespace
+
+TEST_CASE("gain and phase are a complex response") {
+  const frf::Table table = read("frequency_hz,gain,phase_deg\n" + rows);
+  REQUIRE(table.rows.size() == 3);
+  CHECK(table.rows[1].frequency_hz == 0.4);
+  CHECK(near(table.rows[1].response.real(), 0.9, 1e-12));
+  CHECK(near(table.rows[1].response.imag(), -1.8 * std::sqrt(0.75), 1e-12));
+  CHECK(table.rows[1].deviation == 0.0);
+  CHECK(table.rows[1].harmonics == 0);
+  CHECK_FALSE(table.has_confidence());
+}
+
+TEST_CASE("columns are found by many names, in any order, with units") {
+  const frf::Table first = read("frequency_hz,gain,phase_deg\n" + rows);
+  for (const char* text :
+       {"Phase [deg];Gain;Freq (Hz)\n20;0,9;0,05\n-60;1,8;0,4\n-150;0,8;1,1\n",
+        "f\tmagnitude\tphase\tsubject\nHz\t1\tdeg\t-\n0.05\t0.9\t20\ta\n0.4\t1.8\t-60\tb\n1.1\t0.8\t-150\tc\n",
+        "frequency gain phase_rad\n0.05 0.9 0.34906585039886590\n0.4 1.8 -1.0471975511965976\n"
+        "1.1 0.8 -2.6179938779914944\n"}) {
+    INFO(text);
+    const frf::Table other = read(text);
+    REQUIRE(other.rows.size() == 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK(other.rows[i].frequency_hz == first.rows[i].frequency_hz);
+      CHECK(within(std::abs(other.rows[i].response - first.rows[i].response), 0.0, 1e-12));
+    }
+  }
+}
+
+TEST_CASE("kinds of confidence are one deviation") {
+  const auto with = [](const std::string& header, const std::string& cells) {
+    return read("frequency,gain,phase," + header + "\n0.05,0.9,20," + cells + "\n0.4,1.8,-60," + cells +
+                "\n1.1,0.8,-150," + cells + "\n");
+  };
+  CHECK(with("SD", "0.1").rows[1].deviation == 0.1);
+  CHECK(with("SD", "0.1").confidence == "SD");
+  CHECK(with("sem", "0.1").rows[1].deviation == 0.1);
+  CHECK(near(with("ci95", "0.196").rows[1].deviation, 0.1, 1e-4));
+  CHECK(near(with("radius95", "0.2448").rows[1].deviation, 0.1, 1e-3));
+  CHECK(near(with("coherence,cycles", "0.5,8").rows[1].deviation, 1.8 * 0.25, 1e-12));
+  const frf::Table several = with("coherence,cycles,harmonics", "0.5,8,4");
+  CHECK(near(several.rows[1].deviation, 1.8 * 0.125, 1e-12));
+  CHECK(several.rows[1].harmonics == 4);
+}
+
+TEST_CASE("tables that cannot be used are errors") {
+  check_refused("gain,phase_deg\n0.9,20\n1.8,-60\n0.8,-150\n",
+                {"no column called frequency_hz", "'gain', 'phase_deg'"});
+  check_refused("frequency,phase\n0.05,20\n0.4,-60\n1.1,-150\n", {"no column called gain"});
+  check_refused("frequency,gain\n0.05,0.9\n0.4,1.8\n1.1,0.8\n", {"no column called phase"});
+  check_refused("frequency,gain,gain,phase\n0.05,0.9,1,20\n", {"2 columns are called gain", "rename"});
+  check_refused("frequency,gain_db,phase\n" + rows, {"gain_db is in decibels", "10^"});
+  check_refused(rows, {"no header", "frequency_hz"});
+  check_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "0 is not above 0", "Hz"});
+  check_refused("frequency,gain,phase\n-0.05,0.9,20\n0.4,1.8,-60\n", {"line 2", "-0.05 is not above 0"});
+  check_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n",
+                {"line 3", "0.05 Hz comes after 0.4 Hz", "sort"});
+  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", {"line 4", "0.4 Hz is there twice"});
+  check_refused("frequency,gain,phase\n0.05,-0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "-0.9 is not above 0"});
+  check_refused("frequency,gain,phase\n0.05,,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "empty"});
+  check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "'x'"});
+  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", {"has 2 rows", "3 to 1000"});
+  check_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"radians?", "phase_rad"});
+  check_refused("frequency,gain,phase_deg\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"radians?", "phase_rad"});
+  const auto with = [](const std::string& header, const std::string& cells) {
+    return "frequency,gain,phase," + header + "\n0.05,0.9,20," + cells + "\n0.4,1.8,-60," + cells + "\n1.1,0.8,-150," +
+           cells + "\n";
+  };
+  check_refused(with("sd", "0"), {"line 2, sd", "0 is not above 0", "leave the column out"});
+  check_refused(with("sd,ci95", "0.1,0.2"), {"two kinds of confidence, sd and ci95"});
+  check_refused(with("coherence", "0.5"), {"coherence but no column called cycles"});
+  check_refused(with("coherence,cycles", "1.5,8"), {"1.5 is not between 0 and 1"});
+  check_refused(with("coherence,cycles", "0.5,0.5"), {"0.5 is no number of cycles"});
+  check_refused(with("harmonics", "1.5"), {"1.5 is no number of harmonics"});
+  check_error([] { frf::read_table("/no/such/table.csv"); }, {"/no/such/table.csv"});
+}

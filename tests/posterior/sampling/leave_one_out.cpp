@@ -1,0 +1,115 @@
+// Leave-one-out cross-validation against the exact one: means of groups of normal values, of which all is known.
+#include "posterior/sampling/leave_one_out.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "base/math/random.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::posterior;
+using namespace decid::test;
+
+namespace {
+
+double log_normal(double x, double mean, double variance) {
+  return -0.5 * (std::log(2.0 * 3.14159265358979323846 * variance) + (x - mean) * (x - mean) / variance);
+}
+
+/// `groups` of `each` values about means of their own, variance 1, flat prior: the mean's posterior is N(mean, 1/each).
+struct Groups {
+  int groups, each;
+  std::vector<double> values, means;
+
+  Groups(int groups_, int each_, double outlier = 0.0) : groups(groups_), each(each_) {
+    const Random random(1, Stream::base_parameters, static_cast<std::uint64_t>(each));
+    for (int i = 0; i < groups * each; ++i) values.push_back(random.normal(static_cast<std::uint64_t>(i)));
+    values[0] += outlier;
+    for (int g = 0; g < groups; ++g) {
+      double sum = 0.0;
+      for (int i = 0; i < each; ++i) sum += values[static_cast<std::size_t>(g * each + i)];
+      means.push_back(sum / each);
+    }
+  }
+
+  std::vector<double> log_likelihood(int draws) const {
+    std::vector<double> result;
+    for (int draw = 0; draw < draws; ++draw) {
+      const Random random(2, Stream::posterior, static_cast<std::uint64_t>(draw));
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::size_t g = i / static_cast<std::size_t>(each);
+        result.push_back(log_normal(values[i], means[g] + random.normal(g) / std::sqrt(double(each)), 1.0));
+      }
+    }
+    return result;
+  }
+
+  struct Exact {
+    double left_out, seen;
+  };
+  Exact exact() const {
+    Exact sum{0.0, 0.0};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double mean = means[i / static_cast<std::size_t>(each)];
+      const double others = (mean * each - values[i]) / (each - 1);
+      sum.left_out += log_normal(values[i], others, 1.0 + 1.0 / (each - 1));
+      sum.seen += log_normal(values[i], mean, 1.0 + 1.0 / each);
+    }
+    return sum;
+  }
+};
+
+}  // namespace
+
+// The tolerance: 2000 draws leave 0.02 of a value's logarithm to chance, and the draws of a group are shared by its
+// values: 0.02 sqrt(200 * 5) in all.
+TEST_CASE("leave_one_out: the exact density, and as many parameters as there are") {
+  const Groups data(40, 5);
+  const LeaveOneOut found = leave_one_out(data.log_likelihood(2000), 200);
+  const auto [left_out, seen] = data.exact();
+  CHECK(within(found.log_density, left_out, 0.65));
+  CHECK(within(found.effective_parameters, seen - left_out, 0.65));
+  CHECK(seen - left_out > 30.0);  // of 40 means
+  CHECK(found.unreliable == 0);
+  CHECK(found.largest_shape < 0.7);
+  // Each is about -1.5 with a deviation of 0.8.
+  CHECK((found.standard_error > 9.0 && found.standard_error < 14.0));
+}
+
+// What a posterior keeps whole are 130 to 256 draws: 0.06 a value by chance, 2 in all.
+TEST_CASE("leave_one_out: two hundred draws do") {
+  const Groups data(40, 5);
+  const LeaveOneOut found = leave_one_out(data.log_likelihood(200), 200);
+  const auto [left_out, seen] = data.exact();
+  CHECK(within(found.log_density, left_out, 2.0));
+  CHECK(within(found.effective_parameters, seen - left_out, 2.0));
+}
+
+TEST_CASE("leave_one_out: values that fix their own parameter are told apart") {
+  const LeaveOneOut usual = leave_one_out(Groups(100, 2).log_likelihood(500), 200);
+  const LeaveOneOut odd = leave_one_out(Groups(100, 2, 9.0).log_likelihood(500), 200);
+  CHECK(odd.largest_shape > 0.7);
+  CHECK(odd.unreliable > usual.unreliable);
+}
+
+TEST_CASE("leave_one_out: draws that say the same need no weights") {
+  std::vector<double> same;
+  for (int draw = 0; draw < 25; ++draw) same.insert(same.end(), {-1.0, -2.0, -4.0});
+  const LeaveOneOut found = leave_one_out(same, 3);
+  CHECK(near(found.log_density, -7.0, 1e-14));
+  CHECK(within(found.effective_parameters, 0.0, 1e-13));
+  CHECK(near(found.standard_error, std::sqrt(7.0), 1e-13));  // deviation sqrt(7 / 3) of three
+  CHECK(found.unreliable == 0);
+}
+
+TEST_CASE("leave_one_out: what it cannot use is refused") {
+  const std::vector<double> values(75, -1.0);
+  check_error([&] { leave_one_out(values, 1); }, {"75 values for 1 obs", "2 observations"});
+  check_error([&] { leave_one_out(values, 4); }, {"75 values for 4 obs", "25 draws"});
+  check_error([&] { leave_one_out(std::vector<double>(77, -1.0), 3); }, {"77 values"});
+  check_error([&] { leave_one_out({}, 0); }, {"0 values"});
+  std::vector<double> odd = values;
+  odd[3] = std::nan("");
+  check_error([&] { leave_one_out(odd, 3); }, {"not finite"});
+}

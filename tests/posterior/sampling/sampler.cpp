@@ -1,0 +1,155 @@
+// The sampler on densities whose moments are known.
+#include "posterior/sampling/sampler.hpp"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "posterior/cholesky.hpp"
+#include "tests/helpers.hpp"
+#include "tests/posterior/trial.hpp"
+
+using namespace decid;
+using namespace decid::posterior;
+using namespace decid::test;
+
+namespace {
+
+/// A recording that says nothing: the sensor's noise is fixed far above any sway, so the posterior is the prior.
+struct Prior {
+  sim::Protocol protocol = sines_protocol();
+  Density density{protocol, {}};
+  Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+};
+
+}  // namespace
+
+TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are those of the prior" *
+                             doctest::test_suite("slow")) {
+  Sampler sampler(density, observation, 3, 0);
+  sampler.fix_noise(1e6);
+  sampler.begin_adapting(0.3);
+  // Small steps, or small Nv, where all noise is in a narrow neck, is left out.
+  for (int i = 0; i < 200; ++i) {
+    sampler.move(48);
+    sampler.adapt(0.95);
+  }
+  sampler.end_adapting();
+  constexpr int draws = 2000;
+  std::array<double, Density::globals> sum{}, squares{};
+  double noise_squares = 0.0, accepted = 0.0;
+  for (int i = 0; i < draws; ++i) {
+    sampler.move(48);
+    for (int chain = 0; chain < lanes; ++chain) {
+      const auto l = static_cast<std::size_t>(chain);
+      accepted += sampler.acceptance()[l];
+      const double nv = density.state(sampler.coordinates(), chain).parameters[sim::Nv];
+      for (std::size_t q = 0; q < Density::globals; ++q) {
+        const double x = sampler.coordinates()[(static_cast<std::size_t>(density.noise_size()) + q) * lanes + l];
+        sum[q] += x;
+        squares[q] += x * x;
+      }
+      // Noise coefficient 5 over its deviation given Nv.
+      const double w = sampler.coordinates()[5 * lanes + l] / std::sqrt(nv * nv + 0.05 * 0.05);
+      noise_squares += w * w;
+    }
+  }
+  // 16,000 draws, worth at least a twentieth of that: 5 standard errors of means (0.035) and of variances (0.05).
+  for (std::size_t q = 0; q < Density::globals; ++q) {
+    CHECK(within(sum[q] / (draws * lanes), 0.0, 0.18));
+    CHECK(within(squares[q] / (draws * lanes), 1.0, 0.25));
+  }
+  CHECK(within(noise_squares / (draws * lanes), 1.0, 0.25));
+  CHECK(accepted / (draws * lanes) > 0.6);
+}
+
+TEST_CASE_FIXTURE(Prior,
+                  "Sampler: small steps keep the energy, so all is accepted; huge steps diverge and change nothing") {
+  Sampler sampler(density, observation, 3, 1);
+  for (int chain = 0; chain < lanes; ++chain)
+    density.set({.parameters = some_parameters(), .sensor_noise_deg = 0.02}, sampler.coordinates(), chain);
+  const std::vector<double> before(sampler.coordinates().begin(), sampler.coordinates().end());
+  sampler.begin_adapting(2.0);
+  sampler.move(3);
+  for (std::size_t l = 0; l < lanes; ++l) {
+    CHECK(sampler.diverged()[l]);
+    CHECK(sampler.acceptance()[l] == 0.0);
+  }
+  CHECK(std::equal(before.begin(), before.end(), sampler.coordinates().begin()));
+  sampler.begin_adapting(1e-6);
+  sampler.move(3);
+  for (std::size_t l = 0; l < lanes; ++l) CHECK(sampler.acceptance()[l] > 0.999);
+  CHECK(!std::equal(before.begin(), before.end(), sampler.coordinates().begin()));
+  CHECK(sampler.leaps() == 8);
+}
+
+TEST_CASE_FIXTURE(Prior, "Sampler: a metric that is not positive definite is refused and changes nothing") {
+  Sampler sampler(density, observation, 3, 0);
+  const auto size = static_cast<std::size_t>(density.size());
+  CHECK_FALSE(sampler.set_metric(std::vector<double>(triangle(size), 0.0)));
+  std::vector<double> matrices(triangle(size) * lanes), information(triangle(size));
+  sampler.information(sampler.coordinates(), matrices);
+  for (std::size_t i = 0; i < information.size(); ++i) information[i] = matrices[i * lanes];
+  CHECK(sampler.set_metric(information));
+}
+
+TEST_CASE_FIXTURE(Prior, "Sampler: globals that are held stay where they are, and all others move") {
+  Sampler sampler(density, observation, 3, 0);
+  for (int chain = 0; chain < lanes; ++chain)
+    density.set({.parameters = some_parameters(), .sensor_noise_deg = 0.02, .slow_noise_deg = 0.01},
+                sampler.coordinates(), chain);
+  const auto size = static_cast<std::size_t>(density.size()), moving = size - Density::held;
+  const auto check = [&] {
+    const std::vector<double> before(sampler.coordinates().begin(), sampler.coordinates().end());
+    sampler.begin_adapting(1e-6);
+    sampler.move(3);
+    for (std::size_t i = 0; i < size * lanes; ++i) {
+      REQUIRE(sampler.acceptance()[i % lanes] > 0.9);
+      REQUIRE((sampler.coordinates()[i] == before[i]) == (i >= moving * lanes));
+    }
+  };
+  sampler.hold_last(true);
+  check();
+  std::vector<double> matrices(triangle(size) * lanes), information(triangle(size));
+  sampler.information(sampler.coordinates(), matrices);
+  for (std::size_t i = 0; i < information.size(); ++i) information[i] = matrices[i * lanes];
+  REQUIRE(sampler.set_metric(information));
+  check();
+}
+
+TEST_CASE_FIXTURE(Prior, "Sampler: the potential is the density's") {
+  Sampler sampler(density, observation, 3, 0);
+  Density::Workspace work(density);
+  std::vector<double> gradient(sampler.coordinates().size()), potential(lanes);
+  density.evaluate(observation, sampler.coordinates(), gradient, potential, work);
+  const Sampler::Lanes found = sampler.potential(sampler.coordinates());
+  for (std::size_t l = 0; l < lanes; ++l) CHECK(found[l] == potential[l]);
+}
+
+// Points whose deviation is 1 in units of the metric, but for one direction, where it is 5.
+TEST_CASE_FIXTURE(Prior, "Sampler: the widest direction is found in units of the metric") {
+  Sampler sampler(density, observation, 3, 0);
+  const auto size = static_cast<std::size_t>(density.size()), noises = static_cast<std::size_t>(density.noise_size());
+  std::vector<double> metric(triangle(size), 0.0);
+  for (std::size_t i = 0; i < size; ++i) metric[triangle(i) + i] = i < noises ? 7.0 : 4.0;
+  metric[triangle(noises + 2) + noises + 1] = 1.0;
+  REQUIRE(sampler.set_metric(metric));
+  std::vector<std::array<double, Density::globals>> points;
+  const double root = std::sqrt(0.5);
+  for (std::size_t i = 0; i < Density::globals; ++i) {
+    for (const double sign : {-1.0, 1.0}) {
+      // Eigenvectors of the metric's block: (1, 1) and (1, -1) over root 2 with values 5 and 3, unit vectors with 4.
+      auto& point = points.emplace_back();
+      point.fill(0.0);
+      const double length = sign * std::sqrt(static_cast<double>(Density::globals)) * (i == 1 ? 5.0 : 1.0);
+      if (i == 1 || i == 2) {
+        point[1] = length * root / std::sqrt(i == 1 ? 5.0 : 3.0);
+        point[2] = (i == 1 ? 1.0 : -1.0) * point[1];
+      } else {
+        point[i] = length / 2.0;
+      }
+    }
+  }
+  CHECK(near(sampler.widest(points), 5.0, 1e-9));
+  CHECK(sampler.widest(std::vector(4, points[0])) == 0.0);
+}

@@ -1,0 +1,215 @@
+// Uneven times, lost samples and gaps: what is corrected, what is reported, and what is refused.
+#include "recording/clock.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "base/math/random.hpp"
+#include "recording/recording.hpp"
+#include "sim/protocol/protocol.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+namespace {
+
+/// A sine of 1 degree, 1 Hz, at the times given.
+std::string sine_at(const std::vector<double>& times, const char* format = "%.9f,%.9f\n") {
+  std::string text = "time,sway_deg\n";
+  char line[64];
+  for (const double t : times) {
+    std::snprintf(line, sizeof line, format, t, std::sin(2.0 * sim::pi * t));
+    text += line;
+  }
+  return text;
+}
+
+Recording read(const std::string& text, const RecordingOptions& options = {}) {
+  const TemporaryFolder folder;
+  return read_recording(write_text(folder / "r.csv", text), options);
+}
+
+/// Largest difference from that sine, in degrees; of all samples, or without some at either end.
+double deviation(const Recording& recording, std::size_t margin = 0) {
+  double largest = 0.0;
+  for (std::size_t k = margin; k + margin < recording.signals.at(com_sway).rad.size(); ++k) {
+    const double exact = std::sin(2.0 * sim::pi * static_cast<double>(k) / recording.rate_hz);
+    largest = std::max(largest, std::abs(recording.signals.at(com_sway).rad[k] / sim::rad_per_deg - exact));
+  }
+  return largest;
+}
+
+bool warns(const Recording& recording, const std::string& part) {
+  for (const Warning& warning : recording.warnings) {
+    if (warning.text.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("jitter is interpolated, and reported") {
+  const Random random(3, Stream::sensor_noise, 0);
+  std::vector<double> times;
+  for (std::size_t k = 0; k <= 1000; ++k) {
+    const bool end = k == 0 || k == 1000;
+    times.push_back(0.01 * (static_cast<double>(k) + (end ? 0.0 : random.uniform(k, -0.12, 0.12))));
+  }
+  const Recording recording = read(sine_at(times));
+  CHECK(recording.rate_hz == 100.0);
+  CHECK(recording.signals.at(com_sway).rad.size() == 1001);
+  // Cubic: (2 pi / 100)^4 3 / 128 = 4e-7, twice that for uneven points; straight lines at the ends, (2 pi / 100)^2 / 8
+  // = 5e-4, but the ends are on the grid; times within 1% of a sample are taken as they are, 2 pi / 100 * 0.01
+  // = 6.3e-4.
+  CHECK(deviation(recording) < 7e-4);
+  CHECK(warns(recording, "uneven"));
+  // Three digits: "20.5%".
+  const std::string digits =
+      recording.warnings.front().text.substr(recording.warnings.front().text.find("by up to ") + 9, 5);
+  CHECK(digits[2] == '.');
+  CHECK(digits[4] == '%');
+  CHECK(warns(recording, "100 Hz"));
+}
+
+TEST_CASE("what is interpolated is so by cubics") {
+  const Random random(3, Stream::sensor_noise, 1);
+  std::vector<double> times;
+  for (std::size_t k = 0; k <= 1000; ++k) {
+    // 3 to 12% of a sample early or late: none is taken as it is.
+    const double apart = k == 0 || k == 1000 ? 0.0 : random.uniform(2 * k, 0.03, 0.12);
+    times.push_back(0.01 * (static_cast<double>(k) + (random.uniform(2 * k + 1) < 0.5 ? -apart : apart)));
+  }
+  const Recording recording = read(sine_at(times));
+  CHECK(recording.rate_hz == 100.0);
+  // 4e-7 as above, twice that for uneven points; a straight line would be 1e-4 away. The first and last have no
+  // neighbours beyond.
+  CHECK(deviation(recording, 2) < 8e-7);
+}
+
+TEST_CASE("times rounded to milliseconds are an even grid") {
+  std::vector<double> times;
+  for (int k = 0; k < 1200; ++k) times.push_back(k / 120.0);
+  const Recording recording = read(sine_at(times, "%.3f,%.9f\n"));
+  CHECK(recording.rate_hz == 120.0);
+  CHECK(trust_of(recording.warnings) == Trust::usable);
+  CHECK(deviation(recording) < 1e-8);
+}
+
+TEST_CASE("lost samples are gaps: filled when they may be, else refused with their place") {
+  std::vector<double> times;
+  for (int k = 0; k < 500; ++k) {
+    if (k != 100 && !(k >= 300 && k < 304)) times.push_back(k / 100.0);
+  }
+  check_error([&] { read(sine_at(times)); },
+              {"r.csv", "lacks 1 sample (0.01 s) from 1 s", "--fill-gaps 0.04 interpolates all its gaps"});
+  check_error([&] { read(sine_at(times), {.fill_gaps_s = 0.03}); },
+              {"lacks 4 samples (0.04 s) from 3 s", "more than --fill-gaps 0.03"});
+  const Recording recording = read(sine_at(times), {.fill_gaps_s = 0.04});
+  CHECK(recording.rate_hz == 100.0);
+  REQUIRE(recording.signals.at(com_sway).rad.size() == 500);
+  // A straight line over 0.05 s: (2 pi 0.05)^2 / 8 = 0.0123 degrees at most.
+  CHECK(deviation(recording) < 0.0124);
+  CHECK(warns(recording, "5 missing values of sway_deg in 2 gaps, the longest 0.04 s, are interpolated (1% of"));
+}
+
+TEST_CASE("missing cells are gaps, in the middle and at the ends") {
+  const auto text = [](const std::string& a, const std::string& b, const std::string& c) {
+    return "time,sway_deg\n0," + a + "\n0.01,1\n0.02," + b + "\n0.03,3\n0.04," + c + "\n";
+  };
+  check_error([&] { read(text("0", "", "4")); }, {"line 4, sway_deg", "the cell is empty", "--fill-gaps"});
+  check_error([&] { read(text("0", "NaN", "4")); }, {"line 4", "'NaN' is not a finite number", "--fill-gaps"});
+  check_error([&] { read(text("0", "inf", "4"), {.fill_gaps_s = 1.0}); }, {"line 4", "'inf' is not a finite number"});
+  const Recording recording = read(text("", "n/a", "nan"), {.fill_gaps_s = 0.01});
+  const double expected[] = {1.0, 1.0, 2.0, 3.0, 3.0};
+  REQUIRE(recording.signals.at(com_sway).rad.size() == 5);
+  for (std::size_t k = 0; k < 5; ++k) {
+    CHECK(near(recording.signals.at(com_sway).rad[k] / sim::rad_per_deg, expected[k], 1e-15));
+  }
+  CHECK(warns(recording, "3 missing values of sway_deg in 3 gaps"));
+  check_error([] { read("time,sway\n0,\n0.01,\n", {.fill_gaps_s = 1.0}); }, {"all values of sway are missing"});
+}
+
+TEST_CASE("no clock's times are refused") {
+  // Farther away than any recording is long: found by fuzzing.
+  for (const char* far : {"1e9", "1e30", "1e300"})
+    check_error([&] { read("time,sway_deg\n0,1\n0.01,2\n0.02,3\n" + std::string(far) + ",4\n", {.fill_gaps_s = 1.0}); },
+                {"line 5", "'time' steps by 1e+"});
+  std::vector<double> times{0.0, 0.01, 0.02, 0.0345, 0.04, 0.05};
+  check_error([&] { read(sine_at(times)); }, {"line 5", "steps by 0.0145", "--rate"});
+  times[3] = 0.015;
+  check_error([&] { read(sine_at(times)); }, {"line 5", "goes backwards, by 0.005"});
+}
+
+namespace {
+
+/// Times whose steps are one of these, in ms.
+std::vector<double> times_of_steps(const std::vector<double>& steps_ms, std::size_t count) {
+  const Random random(4, Stream::sensor_noise, 0);
+  std::vector<double> times{0.0};
+  for (std::size_t k = 1; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(random.uniform(k) * static_cast<double>(steps_ms.size()));
+    times.push_back(times.back() + 1e-3 * steps_ms[i]);
+  }
+  return times;
+}
+
+const Warning& uneven_times(const Recording& recording) {
+  for (const Warning& warning : recording.warnings)
+    if (warning.code == "uneven_times") return warning;
+  throw Error("test", "no warning of uneven times", "");
+}
+
+}  // namespace
+
+TEST_CASE("times without a grid, as headsets and webcams have them, are interpolated") {
+  // A headset at some 90 Hz: mean step 12.9 ms.
+  const std::vector<double> headset = times_of_steps({8.4, 9.0, 10.9, 11.1, 12.3, 17.2, 22.4}, 2000);
+  const Recording fast = read(sine_at(headset));
+  const double rate = 1999.0 / headset.back();
+  CHECK(near(fast.rate_hz, rate, 1e-9));
+  CHECK(fast.signals.at(com_sway).rad.size() == 2000);
+  // Cubics over steps of up to 22.4 ms err by (2 pi 0.0224)^4 3 / 128 = 9e-6; times within 1% of a sample move the sine
+  // by 2 pi 0.01 / 77 = 8e-4.
+  CHECK(deviation(fast, 2) < 1e-3);
+  CHECK(uneven_times(fast).severity == Severity::info);
+
+  // A webcam of 30 frames a second that drops some: straight lines would err by (2 pi 0.066)^2 / 8 = 2e-2.
+  const Recording slow = read(sine_at(times_of_steps({30, 33, 33, 33, 36, 40, 66}, 1000)));
+  CHECK(slow.rate_hz > 25.0);
+  CHECK(deviation(slow, 2) < 4e-3);
+
+  // A gap in them is a gap, at the right place: 0.5 s after the 500th sample.
+  std::vector<double> stopped = times_of_steps({30, 33, 36}, 1000);
+  for (std::size_t k = 500; k < 1000; ++k) stopped[k] += 0.5;
+  check_error([&] { read(sine_at(stopped)); }, {"sway_deg lacks", "--fill-gaps"});
+  const Recording filled = read(sine_at(stopped), {.fill_gaps_s = 0.6});
+  CHECK(near(filled.rate_hz, 999.0 / (stopped.back() - 0.5), 2e-3));
+  const auto after = static_cast<std::size_t>(stopped[600] * filled.rate_hz);
+  const double exact = std::sin(2.0 * sim::pi * static_cast<double>(after) / filled.rate_hz);
+  CHECK(within(filled.signals.at(com_sway).rad[after] / sim::rad_per_deg, exact, 4e-3));
+}
+
+TEST_CASE("samples far apart make interpolated times a caution, and close ones no swing") {
+  const Recording slow = read(sine_at(times_of_steps({60, 90, 140}, 500)));
+  CHECK(uneven_times(slow).severity == Severity::caution);
+  // Pairs of samples 0.1 ms apart that differ by noise of 0.001: a cubic through them would be off by 0.1.
+  std::vector<double> times = times_of_steps({9, 11}, 400);
+  for (std::size_t k = 100; k < 400; k += 10) times[k] = times[k - 1] + 1e-4;
+  std::string text = "time,sway_deg\n";
+  char line[64];
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    std::snprintf(line, sizeof line, "%.6f,%.4f\n", times[k], k % 2 == 0 ? 1.001 : 1.0);
+    text += line;
+  }
+  const Recording close = read(text);
+  for (const double value : close.signals.at(com_sway).rad) CHECK(within(value / sim::rad_per_deg, 1.0, 2e-3));
+}
+
+TEST_CASE("some uneven steps among even ones are a fault, not a clock without a grid") {
+  std::vector<double> times;
+  for (std::size_t k = 0; k < 500; ++k) times.push_back(0.01 * static_cast<double>(k));
+  for (std::size_t k = 100; k < 500; ++k) times[k] += 0.004;
+  check_error([&] { read(sine_at(times)); }, {"line 102", "steps by 0.014, elsewhere by 0.01"});
+}

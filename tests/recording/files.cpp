@@ -1,0 +1,461 @@
+// Files as laboratories have them: encodings, lines above the table, clock times, and columns found or made into sway.
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "recording/formats/csv.hpp"
+#include "recording/formats/encoding.hpp"
+#include "recording/table/cells.hpp"
+#include "recording/table/preamble.hpp"
+#include "recording/trial.hpp"
+#include "sim/double_pendulum.hpp"
+#include "tests/helpers.hpp"
+#include "tests/recording/reading.hpp"
+#include "tests/sim/tiny_protocol.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+namespace {
+
+const Warning* warning(const Warnings& warnings, const std::string& code) {
+  for (const Warning& warning : warnings)
+    if (warning.code == code) return &warning;
+  return nullptr;
+}
+
+/// ASCII in UTF-16, little or big endian, without a mark.
+std::string utf16(const std::string& text, bool little_endian) {
+  std::string wide;
+  for (const char c : text) {
+    if (!little_endian) wide += '\0';
+    wide += c;
+    if (little_endian) wide += '\0';
+  }
+  return wide;
+}
+
+}  // namespace
+
+TEST_CASE("text in UTF-8, UTF-16 and Windows-1252 is the same text") {
+  const std::string text = "time,sway (\xC2\xB0)\n0,1\n";
+  CHECK(to_utf8(text, "t") == text);
+  CHECK(to_utf8("\xEF\xBB\xBF" + text, "t") == text);
+  CHECK(to_utf8("time,sway (\xB0)\n0,1\n", "t") == text);
+  const std::string ascii = "time,sway\n0,1\n";
+  CHECK(to_utf8(utf16(ascii, true), "t") == ascii);
+  CHECK(to_utf8(utf16(ascii, false), "t") == ascii);
+  CHECK(to_utf8("\xFF\xFE" + utf16(ascii, true), "t") == ascii);
+  CHECK(to_utf8("\xFE\xFF" + utf16(ascii, false), "t") == ascii);
+  // A degree sign, a euro sign, and a pair of surrogates (U+1D11E), by their code points.
+  CHECK(to_utf8(std::string("\xFF\xFE\xB0\x00\xAC\x20\x34\xD8\x1E\xDD", 10), "t") ==
+        "\xC2\xB0\xE2\x82\xAC\xF0\x9D\x84\x9E");
+  CHECK(to_utf8(std::string("\xFF\xFE\x34\xD8\x41\x00", 6), "t") ==
+        "\xEF\xBF\xBD"
+        "A");  // half of a pair
+  CHECK(to_utf8("\x80 \x9F \xFF", "t") == "\xE2\x82\xAC \xC5\xB8 \xC3\xBF");
+  CHECK(to_utf8("\xC3\xB6\xF6", "t") == "\xC3\x83\xC2\xB6\xC3\xB6");  // not all of it is UTF-8: none is
+  check_error([] { to_utf8(std::string("ab\0cd\0\0\0efgh", 12), "t.csv"); }, {"t.csv", "no text file"});
+  check_one_two_three("\xFF\xFE" + utf16("time;sway_deg\r\n0;1\r\n0,01;2\r\n0,02;3\r\n", true));
+  check_one_two_three("Zeit [s];sway [\xB0]\n0;1\n0,01;2\n0,02;3\n");
+}
+
+TEST_CASE("a line of units names no columns: they are found by what the header says") {
+  for (const char* units : {"s;Grad;Grad", "[s];[Grad];[Grad]", "sek;deg;", "Sekunden;Grad;Grad"}) {
+    const std::string text = "Zeit;KSP;EMG\n" + std::string(units) + "\n0;1;7\n0,01;2;7\n0,02;3;7\n";
+    check_one_two_three(text, {.column = "KSP"});
+    check_one_two_three(text, {.column = "ksp"});
+    check_one_two_three(text);
+    CHECK(warning(read(text).warnings, "unit_assumed") == nullptr);
+  }
+  check_one_two_three("Zeit (Sekunden),KSP [deg]\n0,1\n0.01,2\n0.02,3\n", {.column = "KSP"});
+  check_error(reading("time,KSP (deg),KSP [rad]\n0,1,1\n0.01,2,2\n", {.column = "KSP"}),
+              {"2 columns are called 'KSP'"});
+  check_error(reading("Zeit;KSP\n[s;[Grad\n0;1\n"), {"line 2"});
+}
+
+TEST_CASE("lines above the table are passed over, and said so") {
+  const std::string table = "time,sway_deg\n0,1\n0.01,2\n0.02,3\n";
+  for (const std::string above : {"Subject 12\n", "Subject: A,B,C\nDate: 2026-03-01\n\n", "sep=,\n", "a;b;c;d\ne;f\n",
+                                  "# x\nTrial 3, second day, eyes closed\n"}) {
+    check_one_two_three(above + table);
+    const Recording recording = read(above + table);
+    REQUIRE(warning(recording.warnings, "preamble") != nullptr);
+    CHECK(warning(recording.warnings, "preamble")->severity == Severity::info);
+  }
+  CHECK(warning(read(table).warnings, "preamble") == nullptr);
+  check_one_two_three("1\n2,3,4\nx\n" + table, {.skip_lines = 3});
+  CHECK(warning(read("1\n" + table, {.skip_lines = 1}).warnings, "preamble") == nullptr);
+  // The rate that they state, where there is no time. Where there is, it counts.
+  check_one_two_three("Frequency: 100 Hz\nx,sway_deg\n0,1\n0,2\n0,3\n");
+  check_one_two_three("NO_OF_FRAMES\t3\nDataRate\t100\nx\ty\tsway_deg\n5\t6\t1\n5\t6\t2\n5\t6\t3\n");
+  check_one_two_three("Frequency: 200 Hz\n" + table);
+  // Units below names, with names above both.
+  check_one_two_three("Lab 3\ntime,sway\ns,deg\n0,1\n0.01,2\n0.02,3\n");
+  check_one_two_three("note,more\ntime,sway\ns,deg\n0,1\n0.01,2\n0.02,3\n", {.skip_lines = 1});
+}
+
+TEST_CASE("a last column that is empty in the first rows takes nothing from the header") {
+  check_one_two_three("time,sway_deg,event\n0,1,\n0.01,2,\n0.02,3,\n");
+  check_one_two_three("Zeit;sway_deg;Ereignis\n0;1;\n0,01;2;\n0,02;3;los\n");
+  CHECK(read("time,sway_rad,note\n0,0.1,\n0.01,0.2,\n0.02,0.3,\n0.03,0.4,x\n").signals.at(com_sway).rad.size() == 4);
+  check_error(reading("time,ankle_angle,note\n0,1,\n0.01,2,\n0.02,3,\n"), {"'ankle_angle', 'note'", "--column"});
+  // A last row or two of separators alone, as spreadsheets leave them.
+  check_one_two_three("time;sway_deg\n0;1\n0,01;2\n0,02;3\n;\n;\n");
+  check_one_two_three("time,sway_deg\n0,1\n0.01,#N/A\n0.02,3\n", {.fill_gaps_s = 0.02});
+}
+
+TEST_CASE("lines above a table that look like it, and above one column") {
+  const std::string table = "time,sway_deg\n0,1\n0.01,2\n0.02,3\n";
+  check_one_two_three("Patient: Schmidt, Anna\nDate: 1 March\n" + table);
+  check_one_two_three("Subject,01\nTrial,2\nDay,3\nRate,50\n" + table);
+  check_one_two_three("Abtastrate: 100 Hz\nPatient: x\n\nsway_deg\n1\n2\n3\n");
+  check_one_two_three("fs=100\nx,sway_deg\n5,1\n5,2\n5,3\n", {.skip_lines = 1});
+  check_error(reading("time,sway_deg\n0,x\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2, sway_deg", "'x'"});
+  check_error(reading("a,sway_deg\none,1\n2,2\n3,3\n4,4\n", {.column = "a", .rate_hz = 100.0}), {"line 2, a", "'one'"});
+  check_error(reading("Patient: Anna\nx\n1,2\n"), {"--skip-lines"});
+}
+
+TEST_CASE("units that are no angle's are refused, a column of tilt alone too; minutes are sixty seconds") {
+  for (const char* name : {"sway (V)", "sway [N]", "Torque [Nm]", "sway (m/s)", "load (%)"})
+    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), {name, "by its name", "--unit"});
+  check_error(reading("time,sway\ns,V\n0,1\n0.01,2\n"), {"sway (V) is a voltage"});
+  CHECK(read("time,sway (AP)\n0,1\n0.01,2\n").signals.samples() == 2);  // a note is no unit
+  check_error(reading("time,tilt_deg\n0,1\n0.01,2\n"), {"the platform's tilt, 'tilt_deg', but none of sway"});
+  CHECK(near(read("time (min),sway_deg\n0,1\n0.01,2\n0.02,3\n").rate_hz, 100.0 / 60.0, 1e-12));
+}
+
+TEST_CASE("what is no sway by its name is refused, the only column too; of a part of the body it is warned of") {
+  for (const auto& [name, quantity] : {std::pair{"torque_ap", "a torque"},
+                                       {"ankle_torque", "a torque"},
+                                       {"acc_x", "an acceleration"},
+                                       {"EMG_TA", "muscle activity"},
+                                       {"GRF", "a force"},
+                                       {"gyro_y", "a velocity"},
+                                       {"CoP_AP", "a centre of pressure"},
+                                       {"COPx (mm)", "a centre of pressure"}})
+    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), {name, quantity, "by its name"});
+  check_error(reading("time,COPx_mm\n0,1\n0.01,2\n", {.column = "COPx_mm", .com_height_m = 0.9}),
+              {"COPx_mm is a centre of pressure", "estimate the centre of mass first"});
+  for (const char* name : {"head_deg", "trunk_angle_deg", "foot_deg"})
+    CHECK(warning(read("time," + std::string(name) + "\n0,1\n0.01,2\n").warnings, "sway_of_a_part") != nullptr);
+  CHECK(warning(read("time,lean_deg\n0,1\n0.01,2\n").warnings, "sway_of_a_part") == nullptr);
+}
+
+TEST_CASE("of two columns one of which is the platform's tilt, the other is the sway") {
+  const Recording recording = read("time,lean_deg,platform_deg\n0,1,0\n0.01,2,0.1\n0.02,3,0.2\n");
+  CHECK(recording.signals.at(com_sway).column == "lean_deg");
+  CHECK(recording.signals.at(platform_tilt).column == "platform_deg");
+  CHECK(read("time,platform_deg,lean_deg\n0,0,1\n0.01,0.1,2\n").signals.at(com_sway).column == "lean_deg");
+  check_error(reading("time,lean_deg,other_deg\n0,1,0\n0.01,2,0.1\n"), {"several columns that may be the sway"});
+  // Decimal commas between commas: four cells where two names are.
+  check_error(reading("time,lean\n0,01,0,12\n0,02,0,13\n0,03,0,14\n"), {"2 names", "4 columns", "semicolons"});
+}
+
+TEST_CASE("a unit that is not the name's is used, and warned of") {
+  const Recording as_given =
+      read("time,sway_deg,tilt\n0,.1,1\n0.01,.2,2\n", {.unit = Unit::radian, .tilt_unit = Unit::degree});
+  CHECK(as_given.signals.at(com_sway).rad[1] == 0.2);
+  const Warning* found = warning(as_given.warnings, "unit_differs");
+  REQUIRE(found != nullptr);
+  CHECK(found->severity == Severity::caution);
+  CHECK(found->text.starts_with("sway_deg has another unit"));
+  CHECK(warning(read("time,sway (V)\n0,.1\n0.01,.2\n", {.unit = Unit::radian}).warnings, "unit_differs") != nullptr);
+  CHECK(warning(read("time,sway_deg\n0,.1\n0.01,.2\n", {.unit = Unit::degree}).warnings, "unit_differs") == nullptr);
+}
+
+TEST_CASE("a header with other names than columns is refused, so that no unit is lost") {
+  const std::string rows = "0.00,1.0\n0.01,2.0\n0.02,3.0\n", blanks = "0 1\n0.01 2\n0.02 3\n";
+  for (const auto& [header, found] :
+       {std::pair{"time,COM_x_cm,note", "3 names between commas"}, std::pair{"COM_x_cm", "1 name"},
+        std::pair{"time,COPx,COPy", "3 names"}, std::pair{"time;COM_x_cm", "2 names between semicolons"},
+        std::pair{"time\tCOPx", "2 names between tabs"}, std::pair{"time,angular velocity,x", "3 names"},
+        std::pair{"time;sway (deg)", "2 names"}, std::pair{"s;cm", "2 names"}, std::pair{"time cop deg", "3 names"},
+        std::pair{"COP", "1 name"}, std::pair{"sway_rad,tilt_rad,note", "3 names"}}) {
+    const std::string text = header + ("\n" + rows);
+    check_error(reading("Lab 3\n\n" + text), {"line 3, '", found, "2 columns between commas", "--skip-lines 3"});
+    // What the error advises.
+    check_one_two_three("Lab 3\n\n" + text, {.unit = Unit::degree, .skip_lines = 3});
+    check_one_two_three(text, {.column = "2", .unit = Unit::degree, .skip_lines = 1});
+  }
+  check_error(reading("time COM x cm\n" + blanks), {"line 1, 'time COM x cm'", "4 names between blanks", "2 columns"});
+  check_error(reading("Time (s) Sway (cm)\n" + blanks), {"4 names between blanks"});
+  for (const char* header : {"\"time\n(s)\",\"COM x\n(cm)\"\n", "\"time\n(s)\",\"CoP\n(deg)\"\n"})
+    check_error(reading(header + rows), {"line 3, '(", "names of several lines", "--skip-lines 3"});
+  for (const char* above :
+       {"Subject: time, COM, cm", "fs=100, time, deg", "Trial 3, second day, eyes closed", "Day,1,x", "Anna",
+        "Postural sway, subject Anna, first day", "sway of the platform in deg", "Sway angle",
+        "time course of the platform's tilt", "height 65\"", "Sex,m,Anna", "Force plate,2,x"}) {
+    CAPTURE(above);
+    check_one_two_three(std::string(above) + "\n" + rows);
+  }
+}
+
+TEST_CASE("a damaged row is not taken for a line above the table") {
+  check_error(reading("time,sway\n0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 3 columns", "before it 2"});
+  check_error(reading("0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 2 columns", "before it 3"});
+  check_error(reading("1,2,3\ntime,sway\n0,1\n0.01,2\n0.02,3\n"), {"columns"});
+  CHECK(find_preamble("").lines == 0);
+  CHECK(find_preamble("a\nb\nc\n").lines == 0);
+  CHECK(find_preamble("sway\nx\n1\n2\n3\n").lines == 0);  // one column: which line is its name?
+}
+
+TEST_CASE("tables of OpenSim: .mot with its end of header, .trc with names in two lines and a unit") {
+  check_one_two_three(
+      "Coordinates\nversion=1\nnRows=3\nnColumns=2\ninDegrees=yes\nendheader\ntime\tsway_deg\n0\t1\n0.01\t2\n0."
+      "02\t3\n");
+  const std::string radians =
+      "Coordinates\ninDegrees = no\nendheader\ntime\tsway\ttilt_deg\n0\t.1\t1\n.01\t.2\t2\n.02\t.3\t3\n";
+  for (const std::optional<int> skip : {std::optional<int>(), std::optional<int>(3)}) {
+    const Recording stated = read(radians, {.tilt_column = "tilt_deg", .skip_lines = skip});
+    CHECK(stated.signals.at(com_sway).rad == std::vector<double>{0.1, 0.2, 0.3});
+    CHECK(stated.signals.at(platform_tilt).rad[0] == sim::rad_per_deg);  // by its name
+    CHECK(warning(stated.warnings, "unit_assumed") == nullptr);
+    CHECK(warning(stated.warnings, "unit_differs") == nullptr);
+  }
+  const std::string trc =
+      "PathFileType\t4\t(X/Y/Z)\tt.trc\n"
+      "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t3\t2\tmm\n"
+      "Frame#\tTime\tHIP\t\t\tC7\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n"
+      "1\t0.00\t10\t900\t1\t0\t1400\t2\n2\t0.01\t20\t900\t1\t0\t1400\t2\n3\t0.02\t30\t900\t1\t0\t1400\t2\n";
+  const CsvTable table(trc, "t.trc");
+  CHECK(table.names() == std::vector<std::string>{"Frame#", "Time", "HIP X (mm)", "HIP Y (mm)", "HIP Z (mm)",
+                                                  "C7 X (mm)", "C7 Y (mm)", "C7 Z (mm)"});
+  CHECK(table.rows(0) == 3);
+  CHECK(table.numbers(2) == std::vector<double>{10, 20, 30});
+  CHECK(table.place_of(0) == "line 7");
+  const Recording recording = read(trc, {.column = "HIP X", .com_height_m = 0.9});
+  CHECK(recording.rate_hz == 100.0);
+  CHECK(near(recording.signals.at(com_sway).rad[2], std::asin(0.01 / 0.9), 1e-15));  // from the mean, 20 mm
+  check_error(reading("PathFileType\t4\n"), {"no lines of data"});
+  // Fewer figures than names, a rate that is none, coordinates without a marker and a marker without a coordinate.
+  const CsvTable sparse(
+      "PathFileType\t4\nDataRate\tUnits\tFrames\n0\tmm\nFrame#\tTime\tHIP\t\tC7\n\t\tX1\tY1\n"
+      "1\t0\t10\t900\t7\n2\t0.5\t20\t900\t7\n",
+      "t.trc");
+  CHECK(sparse.names() == std::vector<std::string>{"Frame#", "Time", "HIP X (mm)", "HIP Y (mm)", "C7"});
+  CHECK(sparse.stated_rates().empty());
+  // A long name above many coordinates would stand in each column's.
+  std::string coordinates = "\t\tX1";
+  for (int i = 0; i < 40'000; ++i) coordinates += "\tY1";
+  check_error(reading("PathFileType\t4\nDataRate\tUnits\n100\tmm\nFrame#\tTime\t" + std::string(100'000, 'm') + "\n" +
+                      coordinates + "\n1\t0\t1\n"),
+              {"has 1001 columns"});
+}
+
+TEST_CASE("clock times, with and without a date, over midnight") {
+  CHECK(clock_time("00:00:01.5") == ClockTime{0.0, 1.5});
+  CHECK(clock_time("12:30:00,25") == ClockTime{0.0, 45000.25});
+  CHECK_FALSE(clock_time("12:61:00"));
+  CHECK_FALSE(clock_time("12:00"));
+  CHECK_FALSE(clock_time("12:00:00.1e2"));
+  CHECK_FALSE(clock_time("32.13.2026 12:00:00"));
+  CHECK_FALSE(clock_time(""));
+  // Days by the calendar: a leap day, and the end of a year.
+  const auto day = [](const char* date) { return clock_time(date + std::string(" 00:00:00"))->day; };
+  CHECK(day("2024-03-01") - day("2024-02-28") == 2.0);
+  CHECK(day("2026-01-01") - day("31.12.2025") == 1.0);
+  CHECK(day("2100-03-01") - day("2100-02-28") == 1.0);
+  CHECK(day("2000-01-01") - day("1900-01-01") == 36524.0);
+  CHECK(day("3/1/2026") == day("2026-03-01"));
+  CHECK(clock_time("2026-03-01T00:00:01Z") == ClockTime{day("2026-03-01"), 1.0});
+  check_one_two_three("Uhrzeit;sway_deg\n12:00:00,00;1\n12:00:00,01;2\n12:00:00,02;3\n");
+  check_one_two_three("time,sway_deg\n2026-03-05 23:59:59.99,1\n2026-03-06 00:00:00.00,2\n2026-03-06 00:00:00.01,3\n");
+  check_one_two_three("time,sway_deg\n23:59:59.99,1\n00:00:00.00,2\n00:00:00.01,3\n");
+  check_one_two_three("23:59:59.99,1\n00:00:00.00,2\n00:00:00.01,3\n", {.column = "2", .unit = Unit::degree});
+  check_error(reading("time,sway_deg\n12:00:00.00,1\n12:61:00,2\n"), {"line 3, time", "'12:61:00'"});
+  check_error(reading("time,sway_deg\n0,12:00:00\n0.01,2\n0.02,3\n"), {"line 2, sway_deg", "'12:00:00'"});
+}
+
+TEST_CASE("positions are sway at their height above the ankles") {
+  const auto sway = [](const std::string& text, const RecordingOptions& options) {
+    return read(text, options).signals.at(com_sway).rad;
+  };
+  const std::string text = "time,COM_x_mm,ankle_mm\n0,100,100\n0.01,110,100\n0.02,140,110\n";
+  const auto from_ankle = sway(text, {.column = "COM_x_mm", .com_height_m = 0.95, .ankle_column = "ankle_mm"});
+  CHECK(from_ankle[0] == 0.0);
+  CHECK(near(from_ankle[1], std::asin(0.01 / 0.95), 1e-14));
+  CHECK(near(from_ankle[2], std::asin(0.03 / 0.95), 1e-14));
+  // Without the ankle their mean is upright, said so.
+  const Recording centred = read("time,COM_x_cm\n0,1\n0.01,2\n0.02,3\n", {.com_height_m = 1.0});
+  CHECK(near(centred.signals.at(com_sway).rad[0], -std::asin(0.01), 1e-14));
+  CHECK(warning(centred.warnings, "mean_is_upright") != nullptr);
+  CHECK(near(sway("time,x\n0,1\n0.01,2\n0.02,3\n", {.com_height_m = 1.0, .metres_per_unit = 1e-3})[2], std::asin(1e-3),
+             1e-14));
+  check_error(reading(text), {"COM_x_mm is a length", "--com-height"});
+  check_error(reading("time,x\n0,1\n0.01,2\n", {.com_height_m = 1.0}), {"unit of x", "--unit mm, cm or m"});
+  check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), {"from the upright", "--ankle"});
+  check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), {"--ankle", "--com-height"});
+  check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), {"a length", "--com-height"});
+  check_error(reading(text, {.com_height_m = -1.0}), {"--com-height", "-1"});
+}
+
+TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of mass") {
+  const sim::Segments segments = sim::segments_of({.mass_kg = 70.0, .height_m = 1.7});
+  const sim::DoubleBody body(segments);
+  const double leg = 1.0 * sim::rad_per_deg, trunk = -2.0 * sim::rad_per_deg;
+  const Recording angles =
+      read("time,leg_deg,trunk_deg\n0,0,0\n0.01,1,-2\n0.02,1,1\n", {.leg_column = "leg_deg", .trunk_column = "3"});
+  const auto& sway = angles.signals.at(com_sway).rad;
+  CHECK(sway[0] == 0.0);
+  CHECK(near(sway[1], body.centre_of_mass(leg, trunk), 1e-14));
+  CHECK(near(sway[2], leg, 1e-14));  // a straight body
+  CHECK(angles.signals.at(com_sway).column == "leg_deg, trunk_deg");
+  // Markers on the same segments.
+  char row[128];
+  std::string text = "time,hip_m,shoulder_m,ankle_m\n0,0.1,0.1,0.1\n";
+  const double hip = segments.leg_length_m * std::sin(leg), shoulder = hip + segments.trunk_length_m * std::sin(trunk);
+  std::snprintf(row, sizeof row, "0.01,%.15f,%.15f,0.1\n", 0.1 + hip, 0.1 + shoulder);
+  text += row;
+  const RecordingOptions markers{
+      .hip_column = "hip_m", .shoulder_column = "shoulder_m", .ankle_column = "ankle_m", .body_height_m = 1.7};
+  CHECK(near(read(text, markers).signals.at(com_sway).rad[1], body.centre_of_mass(leg, trunk), 1e-13));
+  RecordingOptions without_height = markers;
+  without_height.body_height_m = {};
+  check_error(reading(text, without_height), {"--hip, --shoulder", "--mass and --height"});
+  check_error(reading(text, {.hip_column = "hip_m"}), {"one stands alone"});
+  check_error(reading(text, {.leg_column = "hip_m"}), {"--leg, --trunk", "one stands alone"});
+  check_error(reading(text, {.column = "2", .leg_column = "2", .trunk_column = "3"}), {"several ways"});
+  check_error(reading(text, {.leg_column = "2", .trunk_column = "2"}), {"hip_m", "two signals"});
+  RecordingOptions same = markers;
+  same.shoulder_column = "hip_m";
+  check_error(reading(text, same), {"hip_m", "two signals"});
+  const auto codes = [&](const RecordingOptions& options, const std::string& names) {
+    std::set<std::string> found;
+    const std::string table = names + text.substr(text.find('\n')) + "0.02,0.11,0.13,0.1\n";
+    for (const Warning& warning : read(table, options).warnings) found.insert(warning.code);
+    return found;
+  };
+  CHECK_FALSE(codes(markers, "time,hip_m,shoulder_m,ankle_m").contains("shoulder_moves_less"));
+  CHECK_FALSE(codes(markers, "time,hip_m,shoulder_m,ankle_m").contains("axes_differ"));
+  CHECK(codes({.hip_column = "3", .shoulder_column = "2", .ankle_column = "4", .body_height_m = 1.7},
+              "time,hip_m,shoulder_m,ankle_m")
+            .contains("shoulder_moves_less"));
+  const RecordingOptions by_number{
+      .hip_column = "2", .shoulder_column = "3", .ankle_column = "4", .body_height_m = 1.7};
+  CHECK(codes(by_number, "time,HIP_x (m),C7 Z (m),ANK.x (m)").contains("axes_differ"));
+  CHECK(codes(by_number, "time,HIP_x (m),C7 X (m),ANK_y_m").contains("axes_differ"));
+  CHECK_FALSE(codes(by_number, "time,HIP_x (m),C7 X (m),ANK.x_m").contains("axes_differ"));
+  check_error(reading(text, {.leg_column = "2", .trunk_column = "no"}), {"has no column 'no'", "--trunk"});
+}
+
+TEST_CASE("positions without a unit are read as degrees with a caution, angles without one") {
+  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
+  for (const std::string name : {"COM_x", "CoM X", "COMx", "COG_y", "COM_AP", "COM displacement", "com_position",
+                                 "com_pos", "HIP_x", "C7 X", "LASI:Z", "Trunk Position X"}) {
+    CAPTURE(name);
+    const Recording recording = read(text(name));
+    REQUIRE(warning(recording.warnings, "perhaps_a_length") != nullptr);
+    CHECK(warning(recording.warnings, "perhaps_a_length")->severity == Severity::caution);
+    CHECK(recording.signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
+    CHECK(warning(read(text(name), {.unit = Unit::degree}).warnings, "perhaps_a_length") == nullptr);
+    CHECK(warning(read(text(name + " (deg)")).warnings, "perhaps_a_length") == nullptr);
+  }
+  for (const char* name : {"sway", "com_sway", "COM_angle", "angle", "lean", "sway_x", "Euler X", "Trunk Angle X",
+                           "KSP", "body_sway", "sway (x)", "pitch"}) {
+    CAPTURE(std::string(name));
+    CHECK(warning(read(text(name)).warnings, "perhaps_a_length") == nullptr);
+  }
+  check_error(reading(text("COM_x (centimetres)")), {"is a length", "--com-height"});
+  const Recording metres = read(text("COM_x (centimetres)"), {.com_height_m = 1.0});
+  CHECK(near(metres.signals.at(com_sway).rad[1], std::asin(0.005), 1e-14));
+  for (const char* name : {"COM_x (in)", "sway [counts]", "sway_mV", "sway_percent", "swayvel", "sway_std"}) {
+    CAPTURE(std::string(name));
+    check_error(reading(text(name)), {name, "by its name", "--unit"});
+    CHECK(read(text(name), {.unit = Unit::degree}).signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
+  }
+}
+
+TEST_CASE("names of joints and parts are known between capitals and behind the letter of a side") {
+  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
+  for (const char* name : {"LAnkleAngles", "AbsAnkleAngle", "AnkleAngle_deg", "RANKLE_deg", "leftAnkleFlexion_deg",
+                           "Sprunggelenkwinkel_Grad"})
+    check_error(reading(text(name)), {name, "an angle of the ankle"});
+  for (const char* name : {"RKneeAngles", "RPelvisAngles", "LThoraxAngles", "HeadAngles", "SpineAngles_deg",
+                           "LHipAngles_deg", "rknee_deg"}) {
+    CAPTURE(std::string(name));
+    CHECK(warning(read(text(name)).warnings, "sway_of_a_part") != nullptr);
+  }
+  for (const char* name : {"CoMAngle", "CoMAnkleAngle_deg", "comAngle", "BodySway", "hip_sway_deg"}) {
+    CAPTURE(std::string(name));
+    CHECK(warning(read(text(name)).warnings, "sway_of_a_part") == nullptr);
+  }
+}
+
+TEST_CASE("another direction, and what is looked at or aimed at, is no sway forwards") {
+  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
+  for (const char* name :
+       {"COM_ML", "sway_ML_deg", "sway (ML)", "sway_lateral_deg", "yaw", "gaze", "target", "swayYaw", "HeadingDeg"}) {
+    CAPTURE(std::string(name));
+    const Recording recording = read(text(name));
+    REQUIRE(warning(recording.warnings, "not_this_sway") != nullptr);
+    CHECK(warning(recording.warnings, "not_this_sway")->severity == Severity::caution);
+  }
+  for (const char* name : {"sway_AP_deg", "pitch", "com_sway", "roll"})
+    CHECK(warning(read(text(name)).warnings, "not_this_sway") == nullptr);
+}
+
+TEST_CASE("an angle of the ankle, and a table of a frequency response, are refused by name") {
+  for (const char* name : {"ankle_angle_deg", "Ankle (deg)", "Sprunggelenk [Grad]"})
+    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"),
+                {name, "against the platform", "add the platform's tilt"});
+  check_error(reading("time,ankle_deg\n0,1\n0.01,2\n", {.column = "ankle_deg", .unit = Unit::degree}),
+              {"an angle of the ankle"});
+  check_error(reading("frequency_hz,gain,phase_deg\n0.1,1,0\n0.2,1,-10\n"), {"frequency response", "decid fit --frf"});
+}
+
+TEST_CASE("a column that is plainly the platform's tilt is used, and left out if it does not follow the protocol") {
+  const sim::Protocol protocol = tiny_protocol();
+  const auto text = [&](const char* name, double gain, int delay) {
+    const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+    std::string rows = "time,sway_deg," + std::string(name) + "\n";
+    char row[96];
+    for (int k = 0; k < protocol.samples() + delay; ++k) {
+      const int at = std::max(0, k - delay) * protocol.experiment.steps_per_sample();
+      std::snprintf(row, sizeof row, "%.2f,%.6f,%.6f\n", k / 100.0, std::sin(0.1 * k),
+                    gain * stimulus.tilt_at(at) / sim::rad_per_deg);
+      rows += row;
+    }
+    return rows;
+  };
+  for (const char* name : {"tilt_deg", "platform (deg)", "Plattform [Grad]", "platform"}) {
+    CAPTURE(name);
+    Recording recording = read(text(name, 1.0, 30));
+    const Trial trial = bring_to_protocol(recording, protocol);
+    REQUIRE(trial.tilt);
+    CHECK(near(trial.tilt->delay_s, 0.3, 0.02));
+    REQUIRE(warning(recording.warnings, "tilt_found") != nullptr);
+    CHECK(trust_of({*warning(recording.warnings, "tilt_found")}) == Trust::usable);
+  }
+  // Another movement, the other sign: the recording is not to be used, unless that is no tilt.
+  for (const double gain : {-1.0, 0.0}) {
+    Recording recording = read(text("platform_deg", gain, 0));
+    const Trial trial = bring_to_protocol(recording, protocol);
+    CHECK_FALSE(trial.tilt);
+    CHECK(trial.signals.find(platform_tilt) == nullptr);
+    REQUIRE(warning(recording.warnings, "tilt_not_used") != nullptr);
+    CHECK(warning(recording.warnings, "tilt_not_used")->severity == Severity::invalid);
+    Recording without = read(text("platform_deg", gain, 0), {.find_tilt = false});
+    CHECK_FALSE(bring_to_protocol(without, protocol).tilt);
+    CHECK(trust_of(without.warnings) != Trust::not_usable);
+    // Named, it is an error.
+    Recording named = read(text("platform_deg", gain, 0), {.tilt_column = "platform_deg"});
+    CHECK_THROWS_AS(bring_to_protocol(named, protocol), Error);
+  }
+  // Its sign can be turned, as that of one that is named; where there is none, that is said.
+  Recording turned = read(text("platform_deg", -1.0, 0), {.invert_tilt = true});
+  CHECK(bring_to_protocol(turned, protocol).tilt.has_value());
+  check_error(reading("time,sway_deg\n0,1\n0.01,2\n", {.invert_tilt = true}), {"no tilt is read", "--tilt-column"});
+  // A start that was given counts; so does the wish to have none read.
+  Recording started = read(text("platform_deg", 1.0, 30));
+  CHECK_FALSE(bring_to_protocol(started, protocol, {.start_s = 0.1}).tilt);
+  CHECK(read(text("platform_deg", 1.0, 0), {.find_tilt = false}).signals.find(platform_tilt) == nullptr);
+  // A column that is no angle, or holds no numbers, is not plain.
+  const Recording length = read("time,sway_deg,platform_mm\n0,1,1\n0.01,2,1\n");
+  CHECK(length.signals.find(platform_tilt) == nullptr);
+  CHECK(warning(length.warnings, "tilt_not_used") != nullptr);
+  const Recording words = read("time,sway_deg,platform_deg\n0,1,on\n0.01,2,off\n");
+  CHECK(words.signals.find(platform_tilt) == nullptr);
+  CHECK(warning(words.warnings, "tilt_not_used") != nullptr);
+}

@@ -1,0 +1,211 @@
+// Tables as text: each dialect with the names and numbers that it must give, and every refusal with its line.
+#include "recording/formats/csv.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+namespace {
+
+using Names = std::vector<std::string>;
+using Columns = std::vector<std::vector<double>>;
+
+void check_table(const std::string& text, const Names& names, const Columns& columns, bool has_header = true) {
+  INFO(text);
+  const CsvTable table(text, "t.csv");
+  CHECK(table.has_header() == has_header);
+  CHECK(table.names() == names);
+  REQUIRE(table.columns() == static_cast<int>(columns.size()));
+  for (int c = 0; c < table.columns(); ++c) {
+    const std::vector<double>& expected = columns[static_cast<std::size_t>(c)];
+    CHECK(table.rows(c) == expected.size());
+    CHECK(table.numbers(c) == expected);
+  }
+}
+
+/// Makes the table and takes the numbers of one column.
+auto taking(const std::string& text, int column, Missing missing = Missing::refused) {
+  return [=] { CsvTable(text, "t.csv").numbers(column, missing); };
+}
+
+auto making(const std::string& text) {
+  return [=] { CsvTable(text, "t.csv"); };
+}
+
+const Names a_b{"a", "b"}, unnamed{"column 1", "column 2"};
+const Columns numbers{{1.5, -2.25}, {3, 4}};
+
+}  // namespace
+
+TEST_CASE("csv: commas, semicolons, tabs and blanks separate") {
+  check_table("a,b\n1.5,3\n-2.25,4\n", a_b, numbers);
+  check_table("a;b\n1.5;3\n-2.25;4\n", a_b, numbers);
+  check_table("a\tb\n1.5\t3\n-2.25\t4\n", a_b, numbers);
+  check_table("a b\n1.5 3\n-2.25 4\n", a_b, numbers);
+  check_table("  a    b \n 1.5   3\n-2.25   4 \n", a_b, numbers);  // a run of blanks separates once
+  check_table("a , b\n 1.5,3 \n-2.25\t, 4\n", a_b, numbers);
+  // The second line decides: a header may hold anything.
+  check_table("a, all of it;b\n1.5;3\n-2.25;4\n", {"a, all of it", "b"}, numbers);
+}
+
+TEST_CASE("csv: a decimal comma where it cannot separate") {
+  check_table("a;b\n1,5;3\n-2,25;4\n", a_b, numbers);
+  check_table("a\tb\n1,5\t3\n-2,25\t4\n", a_b, numbers);
+  check_table("a b\n1,5 3,0\n-2,25 4,0\n", a_b, numbers);
+  check_table("1,5 3,0\n-2,25 4,0\n", unnamed, numbers, false);
+  check_table("a,b\n\"1,5\",3\n\"-2,25\",4\n", a_b, numbers);
+  check_table("a b\n\"1,5\" 3,0\n\"-2,25\" \"4,0\"\n", a_b, numbers);
+  check_table("a\n1,5\n-2,25\n", {"a"}, {{1.5, -2.25}});
+  // Without a header's word, two numbers.
+  check_table("1,5\n2,25\n", unnamed, {{1, 2}, {5, 25}}, false);
+  check_table("a, b\n1, 3\n2, 4\n", a_b, {{1, 2}, {3, 4}});
+  check_error(taking("a;b\n1,5,5;3\n", 0), {"t.csv", "line 2, a", "'1,5,5' is not a finite number"});
+}
+
+TEST_CASE("csv: numbers as they are written") {
+  check_table("+1\n-.5\n2.\n1e3\n1E-2\n-0\n1.7976931348623157e308\n5e-324\n", {"column 1"},
+              {{1, -0.5, 2, 1000, 0.01, 0, 1.7976931348623157e308, 5e-324}}, false);
+  CHECK(std::signbit(CsvTable("-0\n", "t.csv").numbers(0).front()));
+  for (const std::string odd : {"0x10", "1.5.2", "+-1", "++1", "1e", "1 2", "--1", "1_000", "one"}) {
+    CAPTURE(odd);
+    check_error(taking("a;b\n" + odd + ";3\n", 0), {"line 2, a", ("'" + odd + "'").c_str(), "before lines"});
+  }
+  check_error(taking("a;b\n" + std::string(50, 'x') + ";3\n", 0), {("'" + std::string(37, 'x') + "...'").c_str()});
+}
+
+TEST_CASE("csv: a header is a line with a word that is no number") {
+  check_table("1.5,3\n-2.25,4\n", unnamed, numbers, false);
+  check_table("1.5,b\n1.5,3\n-2.25,4\n", {"1.5", "b"}, numbers);
+  check_table("a,,c\n1.5,3,0\n-2.25,4,0\n", {"a", "column 2", "c"}, {{1.5, -2.25}, {3, 4}, {0, 0}});
+  // An empty cell is no word.
+  const CsvTable gap("1.5,,0\n", "t.csv");
+  CHECK_FALSE(gap.has_header());
+  CHECK(gap.columns() == 3);
+  CHECK(gap.rows(0) == 1);
+}
+
+TEST_CASE("csv: a line of units becomes part of the names") {
+  check_table("a,b\ns,deg\n1.5,3\n-2.25,4\n", {"a (s)", "b (deg)"}, numbers);
+  check_table("a;b\n[ms];(N m)\n1,5;3\n-2,25;4\n", {"a (ms)", "b (N m)"}, numbers);
+  check_table("a,b\n-,deg\n1.5,3\n-2.25,4\n", {"a", "b (deg)"}, numbers);
+  check_table("a,b\n,\xC2\xB0\n1.5,3\n-2.25,4\n", {"a", "b (\xC2\xB0)"}, numbers);
+  check_table("a,b\n1,1\n2,2\n", a_b, {{1, 2}, {1, 2}});  // "1" is a unit, but numbers are data
+  // Below the header only, and known ones only.
+  check_error(taking("a,b\n1,1\ns,deg\n", 0), {"line 3, a", "'s'"});
+  check_table("a,b,c\ns,N.mm,uV\n1,3,5\n2,4,6\n", {"a (s)", "b (N.mm)", "c (uV)"}, {{1, 2}, {3, 4}, {5, 6}});
+  check_table("a,b\ns,furlongs\n1,3\n2,4\n", {"a (s)", "b (furlongs)"}, {{1, 2}, {3, 4}});
+  check_error(taking("a,b,c\ns,some,word\n1,1,1\n", 0), {"line 2, a", "'s'"});
+}
+
+TEST_CASE("csv: quotes hold separators, and are no part of names and numbers") {
+  check_table("\"a, in s\",\"b\"\n\"1.5\",3\n-2.25,\" 4 \"\n", {"a, in s", "b"}, numbers);
+  check_table("\"a;x\";b\n1.5;3\n-2.25;\"4\"\n", {"a;x", "b"}, numbers);
+  // Whatever a note holds, it does not decide what separates.
+  for (const std::string note : {"x; y", "x\ty", "x y", "x, y", "x"}) {
+    CAPTURE(note);
+    const CsvTable table("a,b,note\n1.5,3,\"" + note + "\"\n-2.25,4,\n", "t.csv");
+    REQUIRE(table.names() == Names{"a", "b", "note"});
+    CHECK(table.numbers(0) == numbers[0]);
+    CHECK(table.numbers(1) == numbers[1]);
+  }
+}
+
+TEST_CASE("csv: comments, blank lines, byte order mark, line ends and a last separator are taken in stride") {
+  check_table("# made by hand\n\n% too\na,b\n  \t\n1.5,3\n # a pause\n-2.25,4\n\n", a_b, numbers);
+  check_table(
+      "\xEF\xBB\xBF"
+      "a,b\n1.5,3\n-2.25,4",
+      a_b, numbers);
+  check_table("a,b\r\n1.5,3\r\n-2.25,4\r\n", a_b, numbers);
+  check_table("a,b\r1.5,3\r-2.25,4\r", a_b, numbers);
+  check_table("a,b,\n1.5,3,\n-2.25,4,\n", a_b, numbers);
+  check_table("a,b\n1.5,3,\n-2.25,4\n", a_b, numbers);
+}
+
+TEST_CASE("csv: rows are found in the file") {
+  const CsvTable table("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,4\r5,6\n", "t.csv");
+  REQUIRE(table.rows(0) == 3);
+  CHECK(table.place_of(0) == "line 5");
+  CHECK(table.place_of(1) == "line 8");
+  CHECK(table.place_of(2) == "line 9");
+  CHECK(CsvTable("1,2\n3,4\n", "t.csv").place_of(1) == "line 2");
+  check_error(taking("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,x\n5,6\n", 1), {"t.csv", "line 8, b (deg)", "'x'"});
+}
+
+TEST_CASE("csv: missing cells are refused, or kept as gaps; what is wrong is refused always") {
+  for (const std::string cell : {"", "nan", "NaN", "-nan", "NA", "n/a", "N/A", "null", "-"}) {
+    CAPTURE(cell);
+    const std::string text = "a,b\n1,2\n3," + cell + "\n5,6\n";
+    const std::vector<double> kept = CsvTable(text, "t.csv").numbers(1, Missing::kept);
+    REQUIRE(kept.size() == 3);
+    CHECK(kept[0] == 2);
+    CHECK(std::isnan(kept[1]));
+    CHECK(kept[2] == 6);
+    check_error(taking(text, 1, Missing::fillable), {"line 3, b", "--fill-gaps"});
+    try {
+      CsvTable(text, "t.csv").numbers(1);
+      FAIL_CHECK("no Error");
+    } catch (const Error& error) {
+      CHECK(error.remedy() == "give a value");
+    }
+    CHECK(CsvTable(text, "t.csv").numbers(0) == std::vector<double>{1, 3, 5});  // of no concern to another column
+  }
+  for (const std::string cell : {"inf", "-inf", "1e999", "x"}) {
+    CAPTURE(cell);
+    check_error(taking("a,b\n1,2\n3," + cell + "\n", 1, Missing::kept), {"line 3, b", "is not a finite number"});
+  }
+}
+
+TEST_CASE("csv: what is no table is refused with its line") {
+  check_error(making(""), {"t.csv", "no lines of data"});
+  check_error(making("# c\n\n"), {"no lines of data"});
+  check_error(making("a,b\n"), {"no lines of data"});
+  check_error(making("a,b\ns,deg\n"), {"no lines of data"});
+  check_error(making(std::string("a\0b", 3)), {"t.csv", "UTF-8"});
+  check_error(making("a,b\n1,2\n# c\n3,4,5\n"), {"t.csv", "line 4 has 3 columns", "before it 2", "#"});
+  check_error(making("a,b\n1,2\n3\n"), {"line 3 has 1 column,", "before it 2 (between commas"});
+  // The first lines decide what separates.
+  check_error(making("Subject: 7\nRate: 100\nPlace: lab\ntime,sway_deg\n0,1\n"),
+              {"line 4 has 1 column, the lines before it 2 (between blanks, as in its first lines)", "#"});
+  check_error(making("a;b\n1;2\n3\n"), {"between semicolons"});
+  check_error(making("a\tb\n1\t2\n3\n"), {"between tabs"});
+  check_error(making("1,2\n3,4,,\n"), {"line 2 has 4 columns", "before it 2"});
+  const auto wide = [](int columns) {
+    std::string line = "1";
+    for (int c = 1; c < columns; ++c) line += ",1";
+    return line + "\n";
+  };
+  CHECK(CsvTable(wide(1000), "t.csv").columns() == 1000);
+  check_error(making(wide(1001)), {"has 1001 columns", "1000"});
+  check_error(making("a,b\n1,2\n" + wide(100'000)), {"t.csv", "line 3 has more than 131,072 bytes", "1000 columns"});
+}
+
+TEST_CASE("csv: a last line that is cut short is left out, and said") {
+  const std::string three = "a,b,c\n1,2,0.10\n3,4,0.20\n5,6,0.30\n";
+  for (const std::string cut : {"7", "7,", "7,8", "7,8,", "7,8,0", "7,8,0.", "7,8,0.4", "7,8,-", "7,8,0.4x"}) {
+    CAPTURE(cut);
+    const CsvTable table(three + cut, "t.csv");
+    CHECK(table.rows(0) == 3);
+    REQUIRE(table.warnings().size() == 1);
+    CHECK(table.warnings().front().code == "last_line_cut");
+    CHECK(table.warnings().front().severity == Severity::info);
+    CHECK(table.warnings().front().text.find("line 5") != std::string::npos);
+    CHECK(table.numbers(2) == std::vector<double>{0.1, 0.2, 0.3});
+  }
+  // Whole lines without a line end, and numbers of any length.
+  for (const std::string& whole : {three + "7,8,NaN", three + "7,8,0.40", three + "7,8,0.45", three + "7,8,12.00",
+                                   std::string("a,b\n1,0.1\n2,0.25\n3,0.3\n4,0")}) {
+    CAPTURE(whole);
+    const CsvTable table(whole, "t.csv");
+    CHECK(table.rows(0) == 4);
+    CHECK(table.warnings().empty());
+  }
+  // A line end says that the line was written to its end.
+  check_error(making(three + "7,8\n"), {"line 5 has 2 columns"});
+  check_error(making(three + "x,8"), {"line 5 has 2 columns"});
+}

@@ -1,0 +1,176 @@
+// Workbooks: what office programs write, what cells may hold, and what an archive may claim.
+#include "recording/formats/xlsx.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "recording/formats/xml_scanner.hpp"
+#include "recording/formats/zip_member.hpp"
+#include "recording/recording.hpp"
+#include "sim/protocol/protocol.hpp"
+#include "tests/helpers.hpp"
+#include "tests/recording/xlsx_file.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+namespace {
+
+const std::string where = "r.xlsx";
+
+Recording read(const std::string& bytes, const RecordingOptions& options = {}) {
+  const TemporaryFolder folder;
+  return read_recording(write_text(folder / "r.xlsx", bytes), options);
+}
+
+bool has(const Recording& recording, const std::string& code) {
+  return std::ranges::any_of(recording.warnings, [&](const Warning& warning) { return warning.code == code; });
+}
+
+std::string text_of(const std::string& rows, const std::string& shared = "") {
+  return read_xlsx(workbook(rows, shared), where).text;
+}
+
+}  // namespace
+
+TEST_CASE("a workbook of openpyxl is the recording of its CSV") {
+  const std::filesystem::path path = std::filesystem::path(DECID_SOURCE_DIR) / "tests/recording/xlsx/openpyxl.xlsx";
+  const Recording recording = read_recording(path, {.column = "sway", .fill_gaps_s = 0.02});
+  CHECK(recording.rate_hz == 50.0);
+  const std::vector<double>& sway = recording.signals.at(com_sway).rad;
+  REQUIRE(sway.size() == 20);
+  for (std::size_t k = 0; k < 20; ++k) CHECK(near(sway[k], static_cast<double>(k + 1) / 8.0 * sim::rad_per_deg, 1e-14));
+  CHECK(has(recording, "sheet_assumed"));
+  CHECK(has(recording, "gaps_filled"));
+  check_error([&] { read_recording(path, {.column = "sway"}); }, {"openpyxl.xlsx", "line 8", "--fill-gaps"});
+}
+
+TEST_CASE("XLSX: cells of every kind, where they say that they are") {
+  CHECK(
+      text_of(R"(<row><c><v>1.5E-3</v></c><c t="b"><v>1</v></c><c t="str"><f>A1&amp;"x"</f><v>a&lt;b</v></c></row>)") ==
+      "1.5E-3\tTRUE\ta<b\n");
+  CHECK(
+      text_of(
+          R"(<row r="2"><c r="B2" t="s"><v>1</v></c></row><row r="4"><c r="D4" t="e"><v>#N/A</v></c><c r="E4"/></row>)",
+          "<si><t>no</t></si><si><r><t>a </t></r><r><t xml:space='preserve'>b</t></r><rPh><t>c</t></rPh></si>") ==
+      "\n\ta b\n\n\n");
+  CHECK(text_of(R"(<row><c t="inlineStr"><is><t>&#xB0;&#8364;&#x1F600;</t></is></c><c r="AB1"><v>2</v></c></row>)") ==
+        "\xC2\xB0\xE2\x82\xAC\xF0\x9F\x98\x80" + std::string(27, '\t') + "2\n");
+  CHECK(text_of("<row><c t='inlineStr'><is><t>a\tb\n\"c\"</t></is></c></row>") == "a b 'c'\n");
+  CHECK(text_of("<!-- a > b --><row><c><v><![CDATA[7]]></v></c></row><?x y?>") == "7\n");
+  CHECK(text_of(R"(<row><c r="A1"><v>1</v></c><c r="ALM1" s="3"/><c r="ALN1" s="3"/></row>)") == "1\n");
+  CHECK(text_of("<row><c><v>1</v></c></row><row><c/><c><v>2</v></c></row>") == "1\t\n\t2\n");
+}
+
+TEST_CASE("XLSX: the first sheet that is not hidden, and the rules for text") {
+  std::string rows =
+      R"(<row r="1"><c t="inlineStr"><is><t>Ann</t></is></c></row>)"
+      R"(<row r="3"><c t="inlineStr"><is><t>time</t></is></c><c t="inlineStr"><is><t>sway_deg</t></is></c></row>)";
+  for (int k = 0; k < 5; ++k)
+    rows += "<row><c><v>" + std::to_string(k) + "E-2</v></c><c><v>" + std::to_string(k) + "</v></c></row>";
+  const Recording recording = read(workbook(rows));
+  CHECK(recording.rate_hz == 100.0);
+  CHECK(recording.signals.at(com_sway).rad[4] == 4.0 * sim::rad_per_deg);
+  CHECK_FALSE(has(recording, "sheet_assumed"));
+  std::map<std::string, std::string> parts = workbook_parts("<row><c><v>1</v></c></row>");
+  parts["xl/workbook.xml"] =
+      R"(<x:workbook><x:sheets><x:sheet name="a" state="hidden" r:id="none"/><x:sheet name="b &amp; c" r:id="r1"/></x:sheets></x:workbook>)";
+  const Sheet sheet = read_xlsx(zip(parts), where);
+  CHECK(sheet.sheets == std::vector<std::string>{"b & c"});
+  CHECK(sheet.text == "1\n");
+}
+
+TEST_CASE("XLSX: --section names tables of the first sheet, and no sheet") {
+  std::map<std::string, std::string> parts = workbook_parts("<row><c><v>1</v></c></row>");
+  parts["xl/workbook.xml"] =
+      R"(<workbook><sheets><sheet name="one" r:id="r1"/><sheet name="Sheet2" r:id="r9"/></sheets></workbook>)";
+  for (const char* name : {"Sheet2", "one"})
+    check_error([&] { read(zip(parts), {.section = name}); },
+                {"r.xlsx", "only the first sheet", "'one'", "leave out --section", name, "as CSV"});
+}
+
+TEST_CASE("XLSX: true and false are words; a first sheet without a table names those that have one") {
+  std::string rows =
+      R"(<row><c t="inlineStr"><is><t>time</t></is></c><c t="inlineStr"><is><t>sway_deg</t></is></c></row>)";
+  for (int k = 0; k < 5; ++k)
+    rows += "<row><c><v>" + std::to_string(k) + "E-2</v></c><c" + (k == 3 ? " t='b'" : "") + "><v>1</v></c></row>";
+  check_error([&] { read(workbook(rows)); }, {"line 5, sway_deg: 'TRUE' is not a finite number"});
+  std::map<std::string, std::string> parts =
+      workbook_parts("<row><c t='inlineStr'><is><t>Measured by Ann</t></is></c></row>");
+  parts["xl/workbook.xml"] = R"(<workbook><sheets><sheet name="Notes" r:id="r1"/><sheet name="Chart" r:id="r8"/>)"
+                             R"(<sheet name="Trial 7" r:id="r9"/></sheets></workbook>)";
+  parts["xl/_rels/workbook.xml.rels"] =
+      R"(<Relationships><Relationship Id="r1" Target="worksheets/sheet1.xml" Type="x/worksheet"/>)"
+      R"(<Relationship Id="r8" Target="none.xml" Type="x/chartsheet"/>)"
+      R"(<Relationship Id="r9" Target="worksheets/sheet2.xml" Type="x/worksheet"/></Relationships>)";
+  parts["xl/worksheets/sheet2.xml"] = "<worksheet><sheetData>" + rows + "</sheetData></worksheet>";
+  check_error([&] { read(zip(parts)); },
+              {"no table in its first sheet 'Notes', but in 'Trial 7'", "move the sheet", "as CSV"});
+}
+
+TEST_CASE("XLSX: archives that are stored or deflated, and what they may claim") {
+  const std::string rows = "<row><c><v>1</v></c><c><v>2</v></c></row>";
+  const std::string bytes = workbook(rows);
+  CHECK(read_xlsx(bytes, where).text == "1\t2\n");
+  CHECK(read_xlsx(zip(workbook_parts(rows), true), where).text == "1\t2\n");
+  for (std::size_t length = 0; length < bytes.size(); length += 7)
+    check_error([&] { read_xlsx(bytes.substr(0, length), where); }, {"r.xlsx"});
+  int refused = 0;
+  for (const bool deflated : {false, true}) {
+    const std::string whole = zip(workbook_parts(rows), deflated);
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      std::string changed = whole;
+      changed[at] = static_cast<char>(changed[at] ^ 0x15);
+      try {
+        const std::string text = read_xlsx(changed, where).text;
+        CHECK(text == "1\t2\n");
+      } catch (const Error&) {
+        ++refused;
+      }
+    }
+  }
+  CHECK(refused > 500);
+  const auto changed = [&](const std::function<void(std::map<std::string, std::string>&)>& change) {
+    std::map<std::string, std::string> parts = workbook_parts(rows);
+    change(parts);
+    return [made = zip(parts)] { read_xlsx(made, where); };
+  };
+  for (const char* part : {"xl/workbook.xml", "xl/_rels/workbook.xml.rels", "xl/worksheets/sheet1.xml"})
+    check_error(changed([&](auto& parts) { parts.erase(part); }), {"r.xlsx", "it has no", part});
+  check_error(changed([](auto& parts) { parts["xl/workbook.xml"] = "<workbook/>"; }), {"it has no sheet"});
+  check_error(changed([](auto& parts) { parts["xl/_rels/workbook.xml.rels"] = "<a/>"; }),
+              {"its first sheet is missing"});
+  std::string locked = bytes;
+  for (std::size_t at = 0; (at = locked.find("PK\x01\x02", at)) != locked.npos; ++at) locked[at + 8] = 1;
+  check_error([&] { read_xlsx(locked, where); }, {"password"});
+  std::string packed = bytes;
+  for (std::size_t at = 0; (at = packed.find("PK\x01\x02", at)) != packed.npos; ++at) packed[at + 10] = 12;
+  check_error([&] { read_xlsx(packed, where); }, {"compressed in a way"});
+}
+
+TEST_CASE("XLSX: sheets that are out of order, too large or no XML") {
+  for (const auto& [rows, part] : {std::pair{"<row r='2'/><row r='2'/>", "rows are in no order"},
+                                   {"<row r='9999999'/>", "rows are in no order"},
+                                   {"<c><v>1</v></c>", "in no row"},
+                                   {"<row><c r='B1'><v>1</v></c><c r='A1'><v>1</v></c></row>", "cells are in no order"},
+                                   {"<row><c r='ALM1'><v>1</v></c></row>", "more than 1000 columns"},
+                                   {"<row><c r='ZZZZZZZZZZZZZZZZZZ1'><v>1</v></c></row>", "more than 1000 columns"},
+                                   {"<row><c t='s'><v>0</v></c></row>", "text is missing"},
+                                   {"<row><c t='s'><v>-1</v></c></row>", "text is missing"},
+                                   {"<row><c/></row>", "without cells"},
+                                   {"", "without cells"},
+                                   {"<!--", "does not end"},
+                                   {"<row><c><v>&amp</v></c></row>", "entity does not end"},
+                                   {"<!DOCTYPE a>", "type of document"}}) {
+    CAPTURE(std::string(rows));
+    check_error([sheet = std::string(rows)] { text_of(sheet); }, {"r.xlsx", part});
+  }
+  // A text that many cells share.
+  std::string many;
+  for (int k = 0; k < 100; ++k) many += "<row><c t='s'><v>0</v></c></row>";
+  check_error([&] { text_of(many, "<si><t>" + std::string(1'000'000, 'a') + "</t></si>"); }, {"64 MiB"});
+}

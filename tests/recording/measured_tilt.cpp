@@ -1,0 +1,177 @@
+// Measured tilts of protocols: files, columns, units, rates and resampled cycles.
+#include "recording/measured_tilt.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "recording/protocol_file.hpp"
+#include "sim/protocol/protocol_json.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+TEST_CASE("a measured tilt is read from the file beside its protocol") {
+  const TemporaryFolder folder;
+  std::string csv = "time,fs_deg,other\n";
+  for (int k = 0; k < 50; ++k) csv += std::to_string(k * 0.01) + "," + std::to_string(0.125 * (k % 8) + 1.0) + ",1\n";
+  write_text(folder / "tilt.csv", csv);
+  const auto load = [&](const std::string& measured, const std::string& more = "") {
+    return load_protocol(write_text(folder / "p.json", R"({"measured": {)" + measured + "}" + more + "}").string());
+  };
+  const sim::Protocol protocol = load(R"("file": "tilt.csv", "cycles": 2)");
+  const auto& tilt = std::get<sim::MeasuredTilt>(protocol.experiment.stimulus).tilt_deg;
+  REQUIRE(tilt.size() == 50);
+  for (std::size_t k = 0; k < 50; ++k) CHECK(tilt[k] == 0.125 * static_cast<double>(k % 8) + 1.0);
+  CHECK(protocol.samples() == 100);
+  // Its JSON needs the file no more.
+  std::filesystem::remove(folder / "tilt.csv");
+  CHECK(sim::protocol_from_json(to_json(protocol), "copy").experiment.stimulus == protocol.experiment.stimulus);
+
+  // By number, in radians, without header and time, at half the rate: the resampler's work.
+  std::string plain;
+  for (int k = 0; k < 500; ++k) plain += "7 " + std::to_string(0.017 * std::sin(0.02 * k)) + "\n";
+  write_text(folder / "plain.txt", plain);
+  const sim::Protocol slow = load(R"("file": "plain.txt", "column": "2", "unit": "rad", "rate_hz": 50)");
+  const auto& resampled = std::get<sim::MeasuredTilt>(slow.experiment.stimulus).tilt_deg;
+  REQUIRE(resampled.size() == 1000);
+  // Text of six decimals, and the resampler's 80 dB.
+  for (std::size_t k = 100; k < 900; ++k)
+    CHECK(std::abs(resampled[k] - 0.017 * std::sin(0.01 * static_cast<double>(k)) / sim::rad_per_deg) <
+          (0.5e-6 + 0.017e-4) / sim::rad_per_deg);
+  // In thousandths of a radian, and a column of time that is said to be the tilt: both are degrees in the end.
+  write_text(folder / "milli.csv", "time,tilt_mrad\n0,0\n0.01,10\n0.02,20\n");
+  const sim::Protocol milli = load(R"("file": "milli.csv", "lead_out_s": 2)");
+  const auto& radians = std::get<sim::MeasuredTilt>(milli.experiment.stimulus).tilt_deg;
+  REQUIRE(radians.size() == 3);
+  CHECK(radians[2] == 20.0 * 1e-3 / sim::rad_per_deg);
+  const sim::Protocol times =
+      load(R"("file": "milli.csv", "column": "time", "unit": "deg", "rate_hz": 100, "lead_out_s": 2)");
+  CHECK(std::get<sim::MeasuredTilt>(times.experiment.stimulus).tilt_deg == std::vector{0.0, 0.01, 0.02});
+  // A column alone is the tilt, whatever it is called.
+  write_text(folder / "alone.csv", "time,platform_deg\n0,0\n0.01,1\n0.02,2\n");
+  CHECK(std::get<sim::MeasuredTilt>(load(R"("file": "alone.csv", "lead_out_s": 2)").experiment.stimulus).tilt_deg ==
+        std::vector{0.0, 1.0, 2.0});
+  // An absolute name is itself.
+  CHECK(load("\"file\": \"" + (folder / "plain.txt").string() + R"(", "column": "2", "unit": "rad", "rate_hz": 50)")
+            .experiment.stimulus == slow.experiment.stimulus);
+}
+
+TEST_CASE("measured tilts that cannot be read are refused with file and setting") {
+  const TemporaryFolder folder;
+  const auto check = [&](const std::string& csv, const std::string& measured,
+                         std::initializer_list<const char*> parts) {
+    write_text(folder / "t.csv", csv);
+    const auto path = write_text(folder / "p.json", R"({"measured": {)" + measured + "}}");
+    INFO(csv, measured);
+    check_error([&] { load_protocol(path.string()); }, parts);
+  };
+  const std::string good = "time,tilt_deg\n0,0\n0.01,1\n0.02,2\n";
+  const char* file = R"("file": "t.csv")";
+  check(good, R"("file": "none.csv")", {"p.json", "none.csv", "'measured.file'"});
+  check(good, R"("file": "")", {"p.json", "'measured.file'"});
+  check(good, R"("file": 3)", {"'measured.file' is 3", "a text"});
+  check(good, R"("file": "t.csv", "column": "x")", {"p.json", "no column 'x'", "measured.column"});
+  check(good, R"("file": "t.csv", "column": 2)", {"'measured.column' is 2", "a text"});
+  check(good, R"("file": "t.csv", "unit": "m")", {"'measured.unit' is \"m\"", "\"deg\" or \"rad\""});
+  check(good, R"("file": "t.csv", "rate_hz": 0)", {"measured.rate_hz is 0"});
+  check(good, R"("file": "t.csv", "rate_hz": 0.99)", {"measured.rate_hz is 0.99", "1 to 100,000"});
+  check(good, R"("file": "t.csv", "rate_hz": 1e9)", {"measured.rate_hz is 1e+09", "1 to 100,000"});
+  check("time,tilt_deg\n0,0\n10,1\n20,0\n", file, {"t.csv", "its times say 0.1 Hz", "milliseconds", "time_ms"});
+  check("tilt_deg\n1\n2\n", R"("file": "t.csv", "rate_hz": 100000)", {"t.csv", "make 0 at"});
+  check("time,tilt,tilt\n0,0,0\n0.01,1,1\n", file, {"2 columns are called 'tilt', numbers 2 and 3", "measured.column"});
+  check("time,tilt_deg/s\n0,0\n0.01,1\n", file, {"tilt_deg/s is a velocity", "measured.unit"});
+  check(good, R"("file": "t.csv", "angle": 1)", {"unknown key 'measured.angle'"});
+  check(good, R"("file": "t.csv", "lead_in_s": 0.005)", {"p.json", "measured lead_in_s"});
+  check(good, R"("file": "t.csv", "rate_hz": 50)", {"t.csv", "measured.rate_hz is 50, its times say 100 Hz"});
+  check("", file, {"p.json", "t.csv", "no lines of data"});
+  check("tilt_deg\n1\n2\n", file, {"t.csv", "no column of time", "measured.rate_hz"});
+  check("time,tilt_deg\n0,0\n", file, {"t.csv", "only one sample"});
+  check("time,tilt_deg\n0,0\n0.01,nan\n", file, {"t.csv", "line 3", "'nan' is not a finite number"});
+  check("time,tilt_deg\n0,0\n0.01,nan\n", file, {"; give a value"});
+  check("time,tilt_deg\n0,0\n0.01,\n", file, {"t.csv", "line 3", "the cell is empty"});
+  check("time,tilt_deg\n0,0\n,1\n", file, {"line 3, time", "the cell is empty", "; give a value"});
+  for (const char* cell : {"nan,1", "0.01,", "0.01,nan"}) {
+    write_text(folder / "t.csv", std::string("time,tilt_deg\n0,0\n") + cell + "\n");
+    try {
+      load_protocol(write_text(folder / "p.json", R"({"measured": {"file": "t.csv"}})").string());
+      FAIL_CHECK("no error");
+    } catch (const Error& error) {
+      CHECK(std::string(error.what()).find("--fill-gaps") == std::string::npos);  // which only recordings have
+    }
+  }
+  check("time,tilt_deg\n0,0\n0.01,x\n", file, {"t.csv", "line 3", "'x'"});
+  check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, {"t.csv", "line 4", "measured.rate_hz"});
+  check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, {"t.csv", "'a_deg', 'b_deg'", "measured.column"});
+  check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the unit of tilt", "measured.unit"});
+  check("time,tilt_deg\n0,0\n0.01,50\n", file, {"p.json", "sample 1 is 50", "unit"});
+  check("time\n0\n0.01\n0.02\n", file, {"t.csv", "a column of time but none of tilt", "measured.column"});
+  // What was left out of the file is told.
+  write_text(folder / "t.csv", "time,tilt_deg\n0,0\n0.01,1\n0.02,1\n0.03,0\n0.04,");
+  Warnings warnings;
+  CHECK(read_tilt_deg({.path = folder / "t.csv"}, 100.0, &warnings).size() == 4);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].code == "last_line_cut");
+  // The sample rate's error comes first.
+  const auto path = write_text(folder / "p.json", R"({"sample_rate_hz": -5, "measured": {"file": "t.csv"}})");
+  check_error([&] { load_protocol(path.string()); }, {"sample_rate_hz", "is -5"});
+}
+
+TEST_CASE("a rate that is given beside times") {
+  const TemporaryFolder folder;
+  const auto samples = [&](const std::string& csv) {
+    write_text(folder / "t.csv", csv);
+    const std::string text = R"({"measured": {"file": "t.csv", "rate_hz": 100, "lead_out_s": 2}})";
+    return std::get<sim::MeasuredTilt>(load_protocol(write_text(folder / "p.json", text).string()).experiment.stimulus)
+        .tilt_deg;
+  };
+  // Rounded times that are even are 1% off at most; uneven ones may be of no use.
+  CHECK(samples("time,tilt_deg\n0,0\n0.0099,1\n0.0198,2\n").size() == 3);
+  CHECK(samples("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n").size() == 5);
+  CHECK(samples("time,tilt_deg\n0,0\n0,1\n0,2\n0,3\n").size() == 4);
+  check_error([&] { samples("time,tilt_deg\n0,0\n0.0098,1\n0.0196,2\n"); }, {"is 100, its times say 102.041 Hz"});
+}
+
+TEST_CASE("a measured cycle that is resampled goes round") {
+  const TemporaryFolder folder;
+  // 0.2 Hz, 1 degree, 10 s: two whole periods, so that three cycles are one sine.
+  const auto write = [&](double rate_hz, int samples, double phase) {
+    std::string csv = "time,tilt_deg\n";
+    for (int k = 0; k < samples; ++k) {
+      char line[80];
+      std::snprintf(line, sizeof line, "%.10f,%.15f\n", k / rate_hz, std::sin(0.4 * sim::pi * k / rate_hz + phase));
+      csv += line;
+    }
+    write_text(folder / "t.csv", csv);
+  };
+  const auto load = [&](const std::string& more = "") {
+    const std::string text = R"({"measured": {"file": "t.csv", "cycles": 3)" + more + "}}";
+    return load_protocol(write_text(folder / "p.json", text).string());
+  };
+  for (const double rate_hz : {20.0, 50.0, 128.0, 1000.0}) {
+    for (const double phase : {0.0, 1.0, 2.5}) {
+      write(rate_hz, static_cast<int>(10 * rate_hz), phase);
+      const sim::Protocol protocol = load();
+      REQUIRE(protocol.samples() == 3000);
+      const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+      double worst = 0.0;
+      for (int k = 0; k + 1 < 3000; ++k) {
+        const double exact = 0.4 * sim::pi * std::cos(0.4 * sim::pi * (k + 0.5) / 100.0 + phase);
+        worst = std::max(worst, std::abs(stimulus.rate_at(10 * k) / sim::rad_per_deg - exact));
+      }
+      CAPTURE(rate_hz);
+      CHECK(worst < 0.01 * 0.4 * sim::pi);
+    }
+  }
+  // A cycle that is no whole number of samples at 100 Hz would be shortened and move away from the platform's.
+  write(1000.0, 10'004, 0.0);
+  check_error([&] { load(); }, {"p.json", "t.csv", "10004 samples at 1000 Hz are 1000.4", "cycles 1"});
+  // A period and a half joins, as far as can be seen; a period and a quarter does not.
+  write(20.0, 150, 0.0);
+  CHECK_NOTHROW(load());
+  for (const double rate_hz : {20.0, 100.0}) {
+    write(rate_hz, static_cast<int>(6.25 * rate_hz), 0.0);
+    check_error([&] { load(); }, {"p.json", "t.csv", "jumps by 0.99", "a recording of whole cycles"});
+  }
+}

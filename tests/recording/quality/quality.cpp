@@ -1,0 +1,169 @@
+// Faults in the samples of sway: each is found where it is, and nowhere else.
+#include "recording/quality/quality.hpp"
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/math/random.hpp"
+#include "sim/protocol/protocol.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+
+namespace {
+
+constexpr double rate_hz = 100.0;
+
+/// Slow sway of a degree, with white noise of this many degrees; in degrees.
+std::vector<double> sway(double noise_deg, int samples = 4000) {
+  const Random random(7, Stream::sensor_noise, 0);
+  std::vector<double> values(static_cast<std::size_t>(samples));
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double t = static_cast<double>(k) / rate_hz;
+    values[k] = std::sin(1.3 * t) + 0.3 * std::sin(4.1 * t) + noise_deg * random.normal(k);
+  }
+  return values;
+}
+
+Warnings found(std::vector<double> degrees, double at_hz = rate_hz) {
+  for (double& value : degrees) value *= sim::rad_per_deg;
+  Warnings warnings;
+  look_for_faults(degrees, at_hz, warnings);
+  return warnings;
+}
+
+/// The only warning.
+void check_only(const Warnings& warnings, const std::string& code, Severity severity, const std::string& part) {
+  CAPTURE(code);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].code == code);
+  CHECK(warnings[0].severity == severity);
+  INFO(warnings[0].text);
+  CHECK(warnings[0].text.find(part) != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("sway with a sensor's noise has no fault, at any rate and size of noise") {
+  for (const double noise : {0.002, 0.02, 0.1}) CHECK(found(sway(noise)).empty());
+  CHECK(found(sway(0.02), 50.0).empty());
+  CHECK(found(sway(0.02), 1000.0).empty());
+  CHECK(found(sway(0.0, 100)).empty());  // too short to tell
+}
+
+TEST_CASE("stretches that stand still are found, with their share") {
+  std::vector<double> values = sway(0.02);
+  for (std::size_t k = 1000; k < 1030; ++k) values[k] = values[1000];
+  check_only(found(values), "frozen", Severity::info, "1 stretch, the longest 0.3 s, the first from 10 s on, 0.75%");
+  for (std::size_t k = 2000; k < 2100; ++k) values[k] = values[2000];
+  check_only(found(values), "frozen", Severity::caution, "2 stretches, the longest 1 s, the first from 10 s on, 3.25%");
+  std::vector<double> rest = sway(0.02);
+  for (std::size_t k = 0; k < 30; ++k) rest[k] = 0.0;
+  for (const Warning& warning : found(rest)) CHECK(warning.code == "jumps");
+  std::vector<double> held = sway(0.02);
+  for (std::size_t k = 0; k < held.size(); ++k)
+    held[k] = held[k - k % 2];  // a sensor of half the rate stands still by design
+  for (const Warning& warning : found(held)) CHECK(warning.code != "frozen");
+}
+
+TEST_CASE("steps of a coarse sensor are found, and are no frozen stretches") {
+  const auto rounded = [](double step) {
+    std::vector<double> values = sway(0.02);
+    for (double& value : values) value = step * std::round(value / step);
+    return values;
+  };
+  check_only(found(rounded(0.05)), "coarse_steps", Severity::info, "steps of 0.05 degrees");
+  check_only(found(rounded(0.2)), "coarse_steps", Severity::caution, "steps of 0.2 degrees");
+  CHECK(found(rounded(0.01)).empty());
+}
+
+TEST_CASE("single wrong samples are found, the first one too") {
+  std::vector<double> values = sway(0.02);
+  values[0] += 5.0;
+  check_only(found(values), "spikes", Severity::caution, "the first sample is off by 5");
+  values = sway(0.02);
+  values[1500] -= 3.0;
+  check_only(found(values), "spikes", Severity::caution, "a single sample is off by 3");
+  values[2500] += 2.0;
+  check_only(found(values), "spikes", Severity::caution, "2 single samples are off by up to 3");
+  CHECK(found(values).front().text.find("the first at 15 s") != std::string::npos);
+}
+
+TEST_CASE("jumps to another level are found, at any rate; single samples and frozen sensors are none") {
+  for (const double at_hz : {50.0, 100.0}) {
+    CAPTURE(at_hz);
+    std::vector<double> values = sway(0.02);
+    for (std::size_t k = 2000; k < values.size(); ++k) values[k] += 2.0;
+    check_only(found(values, at_hz), "jumps", Severity::caution, "jumps in 1 place, by up to");
+    for (std::size_t k = 3000; k < 3200; ++k) values[k] -= 3.0;
+    check_only(found(values, at_hz), "jumps", Severity::caution, "jumps in 3 places");
+  }
+  std::vector<double> occluded = sway(0.02);
+  for (std::size_t k = 1500; k < 1530; ++k) occluded[k] = -7.0;
+  const Warnings warnings = found(occluded);
+  REQUIRE(warnings.size() == 2);
+  CHECK(warnings[0].code == "frozen");
+  CHECK(warnings[1].code == "jumps");
+  std::vector<double> frozen = sway(0.02);
+  for (std::size_t k = 1000; k < 1050; ++k) frozen[k] = frozen[1000];  // it goes on half a degree away
+  for (const Warning& warning : found(frozen)) CHECK(warning.code != "jumps");
+}
+
+namespace {
+
+/// The mean of `length` samples that end in each.
+std::vector<double> averaged(const std::vector<double>& values, std::size_t length) {
+  std::vector<double> means(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k)
+    for (std::size_t i = 0; i < length; ++i) means[k] += values[k - std::min(i, k)] / static_cast<double>(length);
+  return means;
+}
+
+}  // namespace
+
+TEST_CASE("moving averages are found by the zeros of their spectrum, with their lengths, at any noise and rate") {
+  for (const double noise : {0.002, 0.1})
+    for (const auto& [length, text] : {std::pair<std::size_t, std::string>{5, "of 0.05 s"},
+                                       {11, "of 0.11 s"},
+                                       {25, "of 0.25 s"},
+                                       {50, "of 0.5 s"},
+                                       {100, "of 1 s"}}) {
+      check_only(found(averaged(sway(noise, 12000), length)), "smooth",
+                 length > 25 ? Severity::caution : Severity::info, text);
+    }
+  check_only(found(averaged(sway(0.1, 120'000), 500), 1000.0), "smooth", Severity::caution, "of 0.5 s");
+  check_only(found(averaged(sway(0.1, 4000), 12), 25.0), "smooth", Severity::caution, "of 0.48 s");
+  for (const double at_hz : {25.0, 50.0, 100.0, 1000.0}) CHECK(found(sway(0.02, 12000), at_hz).empty());
+  // A pulse has such a spectrum too.
+  std::vector<double> pulse = sway(0.002, 12000);
+  for (std::size_t k = 4000; k < 4050; ++k) pulse[k] += 3.0;
+  for (const Warning& warning : found(pulse)) CHECK(warning.code == "jumps");
+}
+
+TEST_CASE("zeros of the tilt's spectrum are no moving average") {
+  const std::vector<double> held = averaged(sway(0.02, 12000), 25);
+  Warnings warnings;
+  look_for_faults(held, rate_hz, warnings, 0.0, 0.25);
+  CHECK(warnings.empty());
+  look_for_faults(held, rate_hz, warnings, 0.0, 0.2);
+  check_only(warnings, "smooth", Severity::info, "of 0.25 s");
+  warnings.clear();
+  look_for_faults(averaged(sway(0.02, 12000), 50), rate_hz, warnings, 0.0, 0.25);
+  check_only(warnings, "smooth", Severity::caution, "of 0.5 s");
+}
+
+TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
+  check_only(found(sway(0.0)), "smooth", Severity::info, "no sensor noise");
+  std::vector<double> values = sway(0.02), smooth = values;
+  for (int pass = 0; pass < 4; ++pass)
+    for (std::size_t k = 11; k < values.size(); ++k) {
+      smooth[k] = 0.0;
+      for (std::size_t i = 0; i < 11; ++i) smooth[k] += values[k - i] / 11.0;
+      if (k + 1 == values.size()) values = smooth;
+    }
+  check_only(found(values), "smooth", Severity::info, "moving average of 0.11 s");
+  for (const Warning& warning : found(sway(0.0), 20.0)) CHECK(warning.code != "smooth");  // it cannot be told
+}

@@ -1,0 +1,142 @@
+// A sway that goes on as it began, and sways with levels that are off and time that is missing.
+#include "recording/quality/response_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/math/random.hpp"
+#include "recording/trial.hpp"
+#include "sim/simulate.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+
+namespace {
+
+constexpr double rate_hz = 100.0;
+
+const sim::Simulator& simulator() {
+  static const sim::Simulator made(sim::default_protocol());
+  return made;
+}
+
+const ResponseCheck& check() {
+  static const ResponseCheck made = [] {
+    std::vector<double> tilt;
+    const int steps = simulator().protocol().experiment.steps_per_sample();
+    for (int k = 0; k < simulator().samples(); ++k) tilt.push_back(simulator().stimulus().tilt_at(k * steps));
+    return ResponseCheck(tilt, rate_hz);
+  }();
+  return made;
+}
+
+/// Trial i, with a sensor of 0.001 to 0.1 degrees. Of every third body the vestibular noise is small.
+std::vector<double> sway(std::uint64_t i) {
+  const sim::ParameterTable& table = simulator().protocol().parameters();
+  std::vector<double> values(static_cast<std::size_t>(simulator().samples()));
+  for (std::uint64_t attempt = 0;; ++attempt) {
+    const Random random(2, Stream::base_parameters, 1000 * i + attempt);
+    sim::Parameters parameters(table.size());
+    for (std::size_t p = 0; p < table.size(); ++p) parameters[p] = random.uniform(p, table[p].low, table[p].high);
+    if (i % 3 == 0) parameters[sim::Nv] *= 0.1;
+    if (simulator().run(parameters, Random(2, Stream::vestibular_noise, 1000 * i + attempt), values).valid) break;
+  }
+  const Random sensor(2, Stream::sensor_noise, i);
+  const double noise_rad = std::pow(10.0, sensor.uniform(0, -3.0, -1.0)) * sim::rad_per_deg;
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] += noise_rad * sensor.normal(k + 1);
+  return values;
+}
+
+/// How many of trials 0, step, 2 step ... below `end` are warned of with this code, after a change.
+template <class Change>
+int warned(const std::string& code, const Change& change, std::uint64_t end, std::uint64_t step) {
+  static const sim::Protocol protocol = sim::default_protocol();
+  static const ProtocolPlan plan(protocol);
+  int count = 0;
+  for (std::uint64_t i = 0; i < end; i += step) {
+    std::vector<double> values = sway(i);
+    change(values);
+    Recording recording = recording_of(values, rate_hz);
+    static_cast<void>(bring_to_protocol(recording, plan));
+    for (const Warning& warning : recording.warnings)
+      if (warning.code == code || (code.empty() && (warning.code == "jumps" || warning.code == "stretch_off" ||
+                                                    warning.code == "time_slips"))) {
+        ++count;
+        break;
+      }
+  }
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("fewer than 1% of sound trials are warned of") {
+  CHECK(warned(
+            "", [](std::vector<double>&) {}, 200, 1) <= 1);
+}
+
+TEST_CASE("levels that are off are found, sudden ones and those that a filter has smoothed") {
+  const auto off = [](double ramp_samples) {
+    return [=](std::vector<double>& values) {
+      for (int k = 5000; k < 5200; ++k) {
+        const double part = std::min({1.0, (k - 4999) / ramp_samples, (5200 - k) / ramp_samples});
+        values[static_cast<std::size_t>(k)] += 3.0 * part * sim::rad_per_deg;
+      }
+    };
+  };
+  CHECK(warned("", off(1.0), 20, 1) == 20);
+  CHECK(warned("", off(30.0), 20, 1) == 20);
+  CHECK(warned("stretch_off", off(50.0), 20, 1) >= 15);
+}
+
+TEST_CASE("a second that is missing is found where the sway follows the tilt") {
+  // Its last second follows once more, backwards, so that the recording is as long as the protocol.
+  const auto cut = [](std::vector<double>& values) {
+    const std::vector<double> last(values.rbegin(), values.rbegin() + 100);
+    values.erase(values.begin() + 6000, values.begin() + 6100);
+    values.insert(values.end(), last.begin(), last.end());
+  };
+  CHECK(warned("time_slips", cut, 60, 3) >= 19);  // of 20 bodies with little noise
+  CHECK(warned("", cut, 60, 1) >= 45);
+}
+
+TEST_CASE("where and how large a slip is, and what no check is made of") {
+  std::vector<double> values = sway(0);
+  values.erase(values.begin() + 6000, values.begin() + 6100);
+  values.resize(static_cast<std::size_t>(simulator().samples()), values.back());
+  const ResponseCheck::Found found = check().check(values);
+  CHECK(test::within(found.slip_s, 1.0, 0.11));
+  CHECK(test::within(found.slip_at_s, 60.0, 5.1));
+  CHECK(ResponseCheck(std::vector<double>(3000, 0.0), rate_hz).check(std::vector<double>(3000, 1.0)).slip_gain == 0.0);
+  // A tilt that stands still has no response.
+  CHECK(ResponseCheck(std::vector<double>(6000, 0.0), rate_hz)
+            .check(std::vector<double>(values.begin(), values.begin() + 6000))
+            .slip_gain < 1.0);
+}
+
+TEST_CASE("a measured tilt says where a stretch is missing") {
+  Recording recording = recording_of(sway(1), rate_hz);
+  std::vector<double> tilt;
+  const int steps = simulator().protocol().experiment.steps_per_sample();
+  for (int k = 0; k < simulator().samples(); ++k) tilt.push_back(simulator().stimulus().tilt_at(k * steps));
+  tilt.insert(tilt.end(), 100, tilt.back());
+  const auto slips = [&](bool cut) {
+    Recording made = recording;
+    std::vector<double> sway_rad = made.signals.at(com_sway).rad, tilt_rad = tilt;
+    if (cut) {
+      sway_rad.erase(sway_rad.begin() + 7000, sway_rad.begin() + 7050);
+      tilt_rad.erase(tilt_rad.begin() + 7000, tilt_rad.begin() + 7050);
+    }
+    made.signals.at(com_sway).rad = sway_rad;
+    made.signals.add({platform_tilt, "tilt", tilt_rad});
+    static_cast<void>(bring_to_protocol(made, sim::default_protocol()));
+    return std::ranges::any_of(made.warnings, [](const Warning& warning) {
+      return warning.code == "time_slips" && warning.text.find("measured tilt") != std::string::npos;
+    });
+  };
+  CHECK_FALSE(slips(false));
+  CHECK(slips(true));
+}

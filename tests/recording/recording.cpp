@@ -1,0 +1,283 @@
+// Recordings in many dialects, every refusal with what it says, and the fit to a protocol.
+#include "recording/recording.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "recording/trial.hpp"
+#include "tests/helpers.hpp"
+#include "tests/recording/reading.hpp"
+#include "tests/sim/tiny_protocol.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+namespace {
+
+bool warns(const Recording& recording, const std::string& part) {
+  for (const Warning& warning : recording.warnings) {
+    if (warning.text.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
+/// A cosine of 1 degree, 1 Hz, with a column of time.
+std::string cosine(int samples, double rate_hz) {
+  std::string text = "time,com_sway_deg\n";
+  char line[64];
+  for (int k = 0; k < samples; ++k) {
+    std::snprintf(line, sizeof line, "%.9f,%.9f\n", k / rate_hz, std::cos(2.0 * sim::pi * k / rate_hz));
+    text += line;
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("dialects of CSV") {
+  check_one_two_three("time,com_sway_deg\n0,1\n0.01,2\n0.02,3\n");
+  check_one_two_three("time,COM_x\r\n0.01,1\r\n0.02,2\r\n0.03,3\r\n");
+  check_one_two_three("time,COM_x\r0.01,1\r0.02,2\r0.03,3");
+  check_one_two_three("\xEF\xBB\xBFtime;sway\n0;1\n0.01;2\n0.02;3\n\n\n  \n");
+  check_one_two_three("Zeit;sway_deg\n0;1,0\n0,01;2,0\n0,02;3,0\n");
+  check_one_two_three("t\tsway\n0\t1\n0.01\t2\n0.02\t3\n");
+  check_one_two_three("  time   sway\n  0.00   1.0\n  0.01   2.0\n  0.02   3.0\n");
+  check_one_two_three("\"time (s)\",\"COM_x\"\n0,1\n0.01,2\n0.02,3\n");
+  check_one_two_three("\"time, in s\",\"body sway, deg\",\n0,\"1\",\n0.01,2,\n0.02,3,\n", {.column = "2"});
+  check_one_two_three("# made by hand\n% and so\ntime,sway\n0,1\n# a pause\n0.01,2\n0.02,3\n");
+  check_one_two_three("time,sway,\n0,1,\n0.01,2,\n0.02,3,\n");
+  check_one_two_three("time,sway\n0,1,\n0.01,2,\n0.02,3,\n");
+  check_one_two_three("time_ms,sway\n0,1\n10,2\n20,3\n");
+  check_one_two_three("Time [ms];sway\n0;1\n10;2\n20;3\n");
+  check_one_two_three("timestamp,sway\n1700000000.00,1\n1700000000.01,2\n1700000000.02,3\n");
+  check_one_two_three("0,1\n0.01,2\n0.02,3\n");          // no header
+  check_one_two_three("1\n2\n3\n", {.rate_hz = 100.0});  // nor a time
+  check_one_two_three("sway\n+1\n2e0\n.3e1\n", {.rate_hz = 100.0});
+  check_one_two_three("0,00 1,0\n0,01 2,0\n0,02 3,0\n");  // decimal commas between blanks
+  check_one_two_three("t sway\n0,00  1,0\n0,01  2,0\n0,02  3,0\n");
+  check_one_two_three("t\tsway\n0,00\t1,0\n0,01\t2,0\n0,02\t3,0\n");
+  check_one_two_three("sway\n1,0\n2,0\n3,0\n", {.rate_hz = 100.0});  // and in a single column
+  check_one_two_three("time,sway\n\"0,00\",\"1,0\"\n\"0,01\",\"2,0\"\n\"0,02\",\"3,0\"\n");
+  check_one_two_three("time, sway\n0, 1\n0.01, 2\n0.02, 3\n");
+  check_one_two_three("time,sway\ns,deg\n0,1\n0.01,2\n0.02,3\n");  // a line of units
+  check_one_two_three("time;sway;force\n[ms];[deg];[N]\n0;1;9\n10;2;9\n20;3;9\n");
+  check_one_two_three("time , sway , note\n0, 1, start\n 0.01 ,2,\n0.02,3, \"a, b\"\n");
+}
+
+TEST_CASE("the sway is found by name, or named") {
+  CHECK(read("time,tilt_deg,com_sway_deg\n0,9,1\n1,9,2\n", {}).signals.at(com_sway).column == "com_sway_deg");
+  CHECK(read("COM_y,COM_x,time\n9,1,0\n9,2,0.01\n").signals.at(com_sway).column == "COM_x");
+  CHECK(read("time,angle\n0,1\n0.01,2\n").signals.at(com_sway).column == "angle");
+  CHECK(warns(read("time,angle\n0,1\n0.01,2\n"), "'angle' is taken as the sway"));
+  CHECK_FALSE(warns(read("time,sway\n0,1\n0.01,2\n"), "is taken as the sway"));
+  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "b"}).signals.at(com_sway).rad[0] == 5.0 * sim::rad_per_deg);
+  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "B"}).signals.at(com_sway).column == "b");
+  CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "3"}).signals.at(com_sway).column == "b");
+  CHECK(read("time,a,A\n0,1,5\n0.01,2,6\n", {.column = "A"}).signals.at(com_sway).rad[0] == 5.0 * sim::rad_per_deg);
+  CHECK(read("0,1,5\n0.01,2,6\n0.02,3,9\n", {.column = "2"}).signals.at(com_sway).column == "column 2");
+  check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n"), {"r.csv", "'a', 'b'", "--column"});
+  check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "c"}), {"no column 'c'", "'time', 'a', 'b'"});
+  check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "4"}), {"no column '4'"});
+  check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "0"}), {"no column '0'"});
+  check_error(reading("time,a,a\n0,1,5\n0.01,2,6\n", {.column = "a"}),
+              {"2 columns are called 'a', numbers 2 and 3", "--column"});
+  check_error(reading("time,sway,x,sway,sway\n0,1,5,1,1\n0.01,2,6,1,1\n"),
+              {"3 columns are called 'sway', numbers 2, 4 and 5", "--column"});
+  CHECK(read("time,sway_deg,sway_rad\n0,1,5\n0.01,2,6\n").signals.at(com_sway).column == "sway_deg");  // two names
+  check_error(reading("time\n0\n0.01\n"), {"none of sway"});
+}
+
+TEST_CASE("the time is found by name, and other names that begin with a T are not it") {
+  check_one_two_three("T_ankle_Nm,time,sway_deg\n5,0,1\n4,0.01,2\n9,0.02,3\n");
+  check_one_two_three("T_ankle_Nm,t (ms),sway_deg\n5,0,1\n4,10,2\n9,20,3\n");
+  check_one_two_three("t_s,sway_deg\n0,1\n0.01,2\n0.02,3\n");
+  check_one_two_three("t_rel,sway_deg\n0,1\n0.01,2\n0.02,3\n");  // there is no other
+  check_error(reading("time,a\n0,1\n0.01,2\n", {.column = "time"}),
+              {"the sway that was named, 'time', is its column of time", "--column", "--rate"});
+  CHECK(read("time,a\n0,1\n0.01,2\n", {.column = "time", .unit = Unit::degree, .rate_hz = 50.0}).rate_hz == 50.0);
+}
+
+TEST_CASE("the unit is the option's, else the name's, else degrees with a word about it") {
+  const RecordingOptions at_100{.rate_hz = 100.0};
+  CHECK(read("sway_deg\n1\n2\n", at_100).signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
+  CHECK(read("sway_deg\n1\n2\n", at_100).warnings.empty());
+  CHECK(read("sway (deg)\n1\n2\n", at_100).warnings.empty());
+  CHECK(read("sway_rad\n0.1\n0.2\n", at_100).signals.at(com_sway).rad[1] == 0.2);
+  CHECK(read("sway [rad]\n0.1\n0.2\n", at_100).signals.at(com_sway).rad[1] == 0.2);
+  CHECK(read("sway_deg\n0.1\n0.2\n", {.unit = Unit::radian, .rate_hz = 100.0}).signals.at(com_sway).rad[1] == 0.2);
+  CHECK(read("sway_rad\n1\n2\n", {.unit = Unit::degree, .rate_hz = 100.0}).signals.at(com_sway).rad[1] ==
+        2.0 * sim::rad_per_deg);
+  CHECK(warns(read("sway\n1\n2\n", at_100), "degrees are assumed"));
+  for (const std::string name : {"sway_mrad", "sway (mrad)", "sway [milliradians]"}) {
+    const Recording milli = read(name + "\n100\n200\n", at_100);
+    CHECK(near(milli.signals.at(com_sway).rad[1], 0.2, 1e-15));
+    CHECK(milli.warnings.empty());
+  }
+  CHECK(read("time,x,sway_mrad\n0,1,2\n0.01,2,3\n").signals.at(com_sway).column == "sway_mrad");
+}
+
+TEST_CASE("columns that are no angles by their names are refused, unless the unit is given") {
+  const RecordingOptions at_100{.rate_hz = 100.0};
+  const auto refused = [&](const std::string& name, const char* quantity) {
+    CAPTURE(name);
+    check_error(reading(name + "\n1\n2\n", at_100), {name.c_str(), quantity, "by its name", "--unit"});
+    CHECK(read(name + "\n1\n2\n", {.unit = Unit::degree, .rate_hz = 100.0}).signals.at(com_sway).rad[0] ==
+          sim::rad_per_deg);
+  };
+  for (const char* name : {"sway_mm", "COM_x (m)"}) refused(name, "is a length");
+  for (const char* name : {"sway_deg_s", "sway_deg/s", "sway (rad/s)", "sway_mrad_per_s", "sway_velocity_deg",
+                           "angularVelocity", "sway speed", "sway_dps"}) {
+    refused(name, "is a velocity");
+  }
+  for (const char* name : {"sway_deg/s^2", "sway (rad/s2)", "sway_acceleration"}) refused(name, "is an acceleration");
+  check_error(reading("time,sway\ns,deg/s\n0,1\n0.01,2\n"), {"sway (deg/s) is a velocity"});
+  check_error(reading("time,sway_deg,tilt_deg/s\n0,1,1\n0.01,2,2\n", {.tilt_column = "tilt_deg/s"}),
+              {"tilt_deg/s is a velocity", "--tilt-unit"});
+  CHECK(read("time,sway_deg,tilt_mrad\n0,1,1\n0.01,2,2\n", {.tilt_column = "tilt_mrad"})
+            .signals.at(platform_tilt)
+            .rad[1] == 2.0 * 1e-3);
+  // Beside an angle they are of no concern.
+  CHECK(read("time,sway_velocity_deg,sway_deg\n0,1,1\n0.01,2,2\n").signals.at(com_sway).column == "sway_deg");
+}
+
+TEST_CASE("the rate comes from the time, or from the user") {
+  CHECK(read("time,sway\n0,1\n0.02,2\n0.04,3\n").rate_hz == 50.0);
+  // 120 Hz to the microsecond: the steps differ, their mean does not.
+  CHECK(read("time,sway\n0,1\n0.008333,2\n0.016667,3\n0.025,4\n").rate_hz == 120.0);
+  CHECK(read("time,sway\n0,1\n0.01,2\n0.02009,3\n0.03,4\n").rate_hz == 100.0);
+  check_error(reading("time,sway\n0,1\n0.01,2\n0.0231,3\n0.03,4\n0.04,5\n"), {"line 4", "steps by 0.0131"});
+  const Recording contradicted = read("time,sway\n0,1\n0.02,2\n0.04,3\n", {.rate_hz = 100.0});
+  CHECK(contradicted.rate_hz == 100.0);
+  CHECK(warns(contradicted, "says 50 Hz"));
+  CHECK(warns(contradicted, "given is 100 Hz"));
+  CHECK_FALSE(warns(read("time,sway\n0,1\n0.02,2\n", {.rate_hz = 50.0}), "given"));
+  CHECK(read("time,sway\n0,1\n0.5,2\n1,3\n").rate_advice.find("time_ms") != std::string::npos);
+  // Milliseconds taken for seconds, and seconds for milliseconds.
+  check_error(reading("time,sway\n0,1\n10,2\n20,3\n"), {"r.csv", "'time' says 0.1 Hz", "milliseconds", "time_ms"});
+  check_error(reading("time_us,sway\n0,1\n1,2\n2,3\n"), {"'time_us' says 1e+06 Hz", "seconds", "--rate"});
+  CHECK(read("time,sway\n0,1\n10,2\n20,3\n", {.rate_hz = 100.0}).rate_hz == 100.0);
+  check_error(reading("sway\n1\n2\n"), {"r.csv", "no column of time", "--rate"});
+  check_error(reading("time,sway\n0,1\n0.01,2\n0.02,3\n0.04,4\n"),
+              {"sway lacks 1 sample (0.01 s) from 0.03 s", "--fill-gaps 0.01"});
+  check_error(reading("# c\n\ntime,sway\n0,1\n0.01,2\n0.01,3\n0.02,4\n"), {"line 6: 'time' stands still"});
+  check_error(reading("time,sway\n0.02,1\n0.01,2\n0,3\n"), {"'time' runs backwards", "turn the rows round", "--rate"});
+  check_error(reading("time,sway\n0,1\n0,2\n0,3\n"), {"line 3: 'time' stands still"});
+  check_error(reading("time,sway\n0,1\n0.01,2\n0.01,3\n0.01,4\n"), {"line 4: 'time' stands still"});
+  check_error(reading("time,sway\n0,1\nnoon,2\n0.02,3\n"), {"line 3, time", "'noon' is not a finite number"});
+  CHECK(warns(read("time,sway\n0,1\nnoon,2\n0.02,3\n", {.rate_hz = 100.0}), "time is not used"));
+  for (const double rate : {0.0, -5.0, 0.99, 100'001.0, std::nan(""), HUGE_VAL}) {
+    check_error(reading("sway\n1\n2\n", {.rate_hz = rate}), {"Hz is not from 1 to 100,000 Hz", "--rate"});
+    check_error([&] { recording_of(std::vector<double>{0.01, 0.02}, rate); }, {"recording", "Hz", "1 to 100,000"});
+  }
+  for (const double rate : {1.0, 100'000.0}) {
+    CHECK(read("sway\n1\n2\n", {.rate_hz = rate}).rate_hz == rate);
+    CHECK(recording_of(std::vector<double>{0.01, 0.02}, rate).rate_hz == rate);
+  }
+}
+
+TEST_CASE("files that are no recordings are refused") {
+  check_error([] { read_recording("/nonexistent/r.csv", {}); }, {"/nonexistent/r.csv"});
+  check_error(reading(""), {"no lines of data"});
+  check_error(reading("\n\n# only this\n"), {"no lines of data"});
+  check_error(reading("time,sway\n"), {"no lines of data"});
+  check_error(reading("time,sway\n0,1\n"), {"only one sample"});
+  check_error(reading(std::string("t\0i\0", 4)), {"no text file", "UTF-8"});
+  check_error(reading("time,sway\n0,1\n0.01,2,3\n0.02,3\n"), {"line 3 has 3 columns", "before it 2"});
+  check_error(reading("time,sway\n0,1\n0.01\n0.02,3\n"), {"line 3 has 1 column,", "before it 2"});
+  check_error(reading("{\"decid\": \"0.2.0\",\n \"recordings\": []}\n"), {"r.csv", "is JSON", "the recording itself"});
+  check_error(reading("time,sway\n0,1\n0.01,x\n"), {"line 3, sway", "'x' is not a finite number", "#"});
+  check_error(reading("time,sway\n0,1\n0.01,1.5.2\n"), {"line 3, sway", "'1.5.2' is not a finite number"});
+  check_error(reading("time,sway\n0,1\n0.01,\n"), {"line 3, sway", "the cell is empty"});
+  check_error(reading("time,sway\n0,1\n0.01,nan\n"), {"line 3, sway", "'nan' is not a finite number"});
+  check_error(reading("time,sway\n0,-inf\n0.01,1\n"), {"line 2, sway", "'-inf' is not a finite number"});
+  check_error(reading("time,sway\n0,1\n0.01,1e999\n"), {"line 3, sway", "'1e999' is not a finite number"});
+  check_error(reading("time,sway\nfirst,trial\n0,1\n0.01,2\n"), {"line 2", "'first' is not a finite number", "#"});
+  check_error(reading("time,sway\ns,deg\n0,1\n0.01,x\n"), {"line 4, sway (deg)", "'x' is not a finite number"});
+  check_error(reading("time,sway\n0,1\n0.01,1\n0.02,1\n"), {"sway is constant, 1 degrees", "--column"});
+  check_error(reading("time,sway\n0,1\n0.01,91\n"),
+              {"sway reaches 91 degrees", "at sample 2", "--unit", "--fill-gaps"});
+  check_error(reading("time,sway\n0,1\n0.01,2\n", {.unit = Unit::radian}), {"sway reaches 115 degrees"});
+}
+
+TEST_CASE("odd sizes of sway are remarked on") {
+  const RecordingOptions at_100{.rate_hz = 100.0};
+  const Recording large = read("sway_deg\n-21.2345\n2\n", at_100);
+  CHECK(warns(large, "reaches 21.2 degrees"));
+  CHECK(large.is_large);
+  CHECK_FALSE(read("sway_deg\n-19\n2\n", at_100).is_large);
+  CHECK(warns(read("sway_deg\n1\n1.0005\n", at_100), "only 0.0005 degrees peak to peak"));
+  CHECK(read("sway_deg\n1\n1.002\n19\n", at_100).warnings.empty());
+}
+
+TEST_CASE("samples in memory: errors and warnings name neither columns nor options") {
+  const auto plain = [](const std::string& text) {
+    INFO(text);
+    for (const char* part : {"--", "column"}) CHECK(text.find(part) == std::string::npos);
+  };
+  for (const std::vector<double>& bad : {std::vector<double>{}, {0.1}, {0.1, 0.1}, {0.1, 2.0}, {0.1, std::nan("")}}) {
+    try {
+      recording_of(bad, 100.0);
+      FAIL_CHECK("no Error");
+    } catch (const Error& error) {
+      CHECK(error.where() == "recording");
+      plain(error.what());
+    }
+  }
+  for (const std::vector<double>& odd : {std::vector<double>{0.1, 0.5}, {0.1, 0.100001}}) {
+    const Recording recording = recording_of(odd, 100.0);
+    REQUIRE(recording.warnings.size() == 1);
+    plain(recording.warnings.front().text);
+  }
+}
+
+TEST_CASE("absurd sizes are refused") {
+  std::string wide = "0";
+  for (int i = 0; i < 1000; ++i) wide += ",1";
+  check_error(reading(wide + "\n" + wide + "\n"), {"has 1001 columns", "1000"});
+  std::string tall;
+  for (int i = 0; i < 10'000'001; ++i) tall += "1\n";
+  check_error(reading(tall), {"more than 10 million rows"});
+}
+
+TEST_CASE("a recording of the protocol's length is taken as it is") {
+  const sim::Protocol protocol = tiny_protocol();  // 400 samples at 100 Hz
+  Recording recording = read(cosine(400, 100.0));
+  const std::vector<float> sway = bring_to_protocol(recording, protocol).sway_rad();
+  REQUIRE(sway.size() == 400);
+  for (std::size_t k = 0; k < sway.size(); ++k)
+    CHECK(sway[k] == static_cast<float>(recording.signals.at(com_sway).rad[k]));
+  CHECK(trust_of(recording.warnings) == Trust::usable);
+}
+
+TEST_CASE("another rate is resampled") {
+  const sim::Protocol protocol = tiny_protocol();
+  for (const double rate : {50.0, 60.0, 250.0, 99.98}) {
+    Recording recording = read(cosine(static_cast<int>(std::ceil(4.0 * rate)), rate));
+    const std::vector<float> sway = bring_to_protocol(recording, protocol).sway_rad();
+    REQUIRE(sway.size() == 400);
+    CHECK(warns(recording, "resampled from"));
+    double largest = 0.0;
+    for (std::size_t k = 60; k < 340; ++k) {
+      const double exact = std::cos(2.0 * sim::pi * static_cast<double>(k) / 100.0) * sim::rad_per_deg;
+      largest = std::max(largest, std::abs(sway[k] - exact));
+    }
+    CHECK(largest < 1e-3 * sim::rad_per_deg);
+  }
+  // 0.005% off is the same rate.
+  Recording close = read(cosine(400, 100.0), {.rate_hz = 100.005});
+  CHECK(bring_to_protocol(close, protocol).sway_rad().size() == 400);
+  CHECK_FALSE(warns(close, "resampled"));
+  Recording wrong = read(cosine(400, 200.0));
+  check_error([&] { bring_to_protocol(wrong, protocol); },
+              {"400 samples at 200 Hz (2 s)", "400 samples at 100 Hz (4 s)"});
+}
+
+TEST_CASE("an angle without a unit that is tiny in degrees is refused, as it may be in radians") {
+  const auto text = [](const std::string& name) { return "time," + name + "\n0,0.0001\n0.01,0.0012\n0.02,0.0152\n"; };
+  check_error(reading(text("sway")),
+              {"r.csv", "sway has no unit", "0.0151 degrees", "0.865 if in radians", "--unit rad"});
+  CHECK(near(read(text("sway"), {.unit = Unit::radian}).signals.at(com_sway).rad[2], 0.0152, 1e-15));
+  CHECK(near(read(text("sway_deg")).signals.at(com_sway).rad[2], 0.0152 * sim::rad_per_deg, 1e-15));
+  CHECK(near(read(text("sway"), {.unit = Unit::degree}).signals.at(com_sway).rad[2], 0.0152 * sim::rad_per_deg, 1e-15));
+}

@@ -1,0 +1,169 @@
+// What the names of columns say: units, quantities that are no angle of sway, times; and a column chosen by name.
+#include "recording/table/columns.hpp"
+
+#include <string>
+
+#include "recording/formats/csv.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+namespace {
+
+std::string quantity(const char* name) {
+  const char* found = other_quantity(name);
+  return found != nullptr ? found : "";
+}
+
+}  // namespace
+
+TEST_CASE("columns: quantities that are no angle are known by their names and units") {
+  CHECK(quantity("sway (mV)") == "a voltage");
+  CHECK(quantity("Fz [kN]") == "a force");
+  CHECK(quantity("ankle (N.m)") == "a torque");
+  CHECK(quantity("COM (mm/s)") == "a velocity");
+  CHECK(quantity("trunk (m/s^2)") == "an acceleration");
+  CHECK(quantity("subject (kg)") == "a mass");
+  CHECK(quantity("load [%]") == "a share");
+  CHECK(quantity("sway_mm") == "a length");
+  CHECK(quantity("CoP AP") == centre_of_pressure);
+  CHECK(quantity("sway deg per s") == "a velocity");
+  CHECK(quantity("sway deg/s") == "a velocity");
+  CHECK(quantity("sway deg/s2") == "an acceleration");
+  CHECK(quantity("sway deg/s^2") == "an acceleration");
+  CHECK(quantity("gyro x") == "a velocity");
+  CHECK(quantity("angular acceleration") == "an acceleration");
+  CHECK(quantity("sway dps") == "a velocity");
+  for (const std::string angle :
+       {"sway", "sway (deg)", "sway [rad]", "sway)", "sway ()", "per s", "deg", "x per s", "(V", "sway deg 2"}) {
+    INFO(angle);
+    CHECK(quantity(angle.c_str()).empty());
+  }
+}
+
+TEST_CASE("columns: units that are neither of an angle nor of a length in mm, cm or m") {
+  for (const auto& [name, expected] : {std::pair{"sway (in)", "a length in neither mm, cm nor m"},
+                                       {"sway [ inch ]", "a length in neither mm, cm nor m"},
+                                       {"COM_x (ft)", "a length in neither mm, cm nor m"},
+                                       {"sway (\xC2\xB5m)", "a length in neither mm, cm nor m"},
+                                       {"sway_inches", "a length in neither mm, cm nor m"},
+                                       {"sway (counts)", "in counts"},
+                                       {"sway (a.u.)", "in arbitrary units"},
+                                       {"sway [A. U.]", "in arbitrary units"},
+                                       {"sway (px)", "in pixels"},
+                                       {"sway_pixels", "in pixels"},
+                                       {"load (lbs)", "a force"},
+                                       {"sway (dB)", "in decibels"},
+                                       {"sway (mA)", "a current"},
+                                       {"sway (\u00B5A)", "a current"},
+                                       {"sway (\u00B0C)", "a temperature"},
+                                       {"sway (%BW)", "a share"},
+                                       {"sway (% BW)", "a share"},
+                                       {"sway_percent", "a share"},
+                                       {"sway (Hz)", "a frequency"},
+                                       {"sway_mV", "a voltage"},
+                                       {"sway_uV", "a voltage"},
+                                       {"sway_\u00B5V", "a voltage"},
+                                       {"sway_volt", "a voltage"}}) {
+    CAPTURE(std::string(name));
+    CHECK(quantity(name) == expected);
+  }
+  // An axis, a side, a number, a device; letters that are a unit in brackets only.
+  for (const char* name : {"sway (x)", "sway (left)", "sway (ML)", "sway (AP)", "sway (2)", "sway (Vicon)",
+                           "sway [IMU 3]", "sway ( )", "sway_in", "sway_PA", "sway_ma", "sway_v", "mV", "percent"}) {
+    CAPTURE(std::string(name));
+    CHECK(quantity(name).empty());
+  }
+}
+
+TEST_CASE("columns: units of length and angle in the plural") {
+  for (const auto& [name, metres] : {std::pair{"COM_x (millimeters)", 1e-3},
+                                     {"COM_x (millimetres)", 1e-3},
+                                     {"COM_x_centimeters", 1e-2},
+                                     {"COM_x [centimetres]", 1e-2},
+                                     {"COM_x meters", 1.0},
+                                     {"COM_x metres", 1.0}}) {
+    CAPTURE(std::string(name));
+    CHECK(metres_in_unit_of(name) == metres);
+    CHECK(quantity(name) == "a length");
+  }
+  CHECK(unit_in("sway (degrees)") == Unit::degree);
+  CHECK(unit_in("sway_radians") == Unit::radian);
+}
+
+TEST_CASE("columns: capitals begin words, in names and not in units") {
+  using Words = std::vector<std::string>;
+  CHECK(words_in("LAnkleAngle_deg") == Words{"lankleangle", "deg", "l", "ankle", "angle"});
+  CHECK(words_in("COMAngle") == Words{"comangle", "com", "angle"});
+  CHECK(words_in("CoMAngle") == Words{"comangle", "com", "angle"});
+  CHECK(words_in("com_sway") == Words{"com", "sway"});
+  CHECK(words_in("") == Words{""});
+  CHECK(words("sway (mDeg)") == Words{"sway", "mdeg"});
+  CHECK(quantity("SwayVel") == "a velocity");
+  CHECK(quantity("AnkleTorque") == "a torque");
+}
+
+TEST_CASE("columns: a derivative, a deviation, a temperature") {
+  CHECK(quantity("swayvel") == "a velocity");
+  CHECK(quantity("sway_dot") == "a velocity");
+  CHECK(quantity("sway_ddot") == "an acceleration");
+  CHECK(quantity("sway_std") == "a standard deviation");
+  CHECK(quantity("temperature") == "a temperature");
+}
+
+TEST_CASE("columns: names without their units") {
+  CHECK(name_before_unit("KSP (deg)") == "KSP");
+  CHECK(name_before_unit("KSP  [deg]") == "KSP");
+  for (const char* whole : {"", "KSP", "KSP)", "(deg)", "KSP (deg) x"}) CHECK(name_before_unit(whole) == whole);
+}
+
+TEST_CASE("columns: one is named as it stands, in another case, without its unit, or by its number") {
+  const CsvTable table("t,Sway (deg),sway,7\n0,1,2,3\n1,1,2,3\n", "t.csv");
+  const auto named = [&](const char* name) { return named_column(table, name, "t.csv", "--column"); };
+  CHECK(named("sway") == 2);
+  CHECK(named("SWAY") == 2);
+  CHECK(named("Sway (deg)") == 1);
+  CHECK(named("1") == 0);
+  CHECK(named("7") == 3);  // a name before a number
+  for (const char* none : {"0", "5", "-1", "2x", "swa", "99999999999", ""}) {
+    INFO(none);
+    check_error([&] { named(none); }, {"has no column '", none, "from 1, as --column"});
+  }
+  const CsvTable twice("a,A\n1,2\n3,4\n", "t.csv");
+  check_error([&] { named_column(twice, "a (x)", "t.csv", "--column"); }, {"has no column"});
+  CHECK(named_column(twice, "a", "t.csv", "--column") == 0);
+  const CsvTable same("a,a,a\n1,2,3\n3,4,5\n", "t.csv");
+  check_error([&] { named_column(same, "a", "t.csv", "--column"); }, {"3 columns are called 'a', numbers 1, 2 and 3"});
+}
+
+TEST_CASE("columns: a long list of names is cut") {
+  std::string header = "t", row = "0";
+  for (int k = 0; k < 60; ++k) {
+    header += ",signal_" + std::to_string(k);
+    row += ",1";
+  }
+  const CsvTable table(header + "\n" + row + "\n" + row + "\n", "t.csv");
+  const std::string list = list_of(table, 0);
+  CHECK(list.starts_with("'signal_0', 'signal_1'"));
+  CHECK(list.ends_with(", ..."));
+  CHECK(list.size() < 230);
+}
+
+TEST_CASE("columns: without a header a first column that rises evenly is time") {
+  const auto time_of = [](const char* text) { return find_time(CsvTable(text, "t.csv")); };
+  CHECK(time_of("0 5\n1 5\n2 6\n") == 0);
+  CHECK(time_of("0 5\n1 5\n") == -1);       // too few to tell
+  CHECK(time_of("0 5\n1 5\n9 6\n") == -1);  // uneven
+  CHECK(time_of("2 5\n1 5\n0 6\n") == -1);  // falls
+  CHECK(time_of("0\n1\n2\n") == -1);        // alone
+  CHECK(time_of("a,b\n0,5\n1,5\n2,6\n") == -1);
+  CHECK(time_of("a,t_x\n0,5\n1,5\n2,6\n") == 1);
+}
+
+TEST_CASE("columns: Delsys' X [s] is a time, other abscissas are not") {
+  CHECK(is_time_name("X [s]"));
+  CHECK(is_time_name("X (s)"));
+  for (const char* name : {"X", "X (mm)", "X s", "HIP X [s]", "Latency [s]"}) CHECK_FALSE(is_time_name(name));
+}

@@ -1,0 +1,205 @@
+// Several recordings in one file of text: a column tells them apart, and without it they are refused.
+#include "recording/table/trials.hpp"
+
+#include <limits>
+
+#include "tests/near.hpp"
+#include "tests/recording/reading.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+namespace {
+
+using Strings = std::vector<std::string>;
+
+/// A kind of file that holds one recording.
+class OneRecording final : public Table {
+ public:
+  std::size_t rows(int) const override { return 4; }
+  bool has_header() const override { return true; }
+  const std::vector<std::string>& names() const override { return names_; }
+  std::vector<double> numbers(int, Missing) const override {
+    return {1.0, std::numeric_limits<double>::quiet_NaN(), 2.5, 1.0};
+  }
+  std::string place_of(std::size_t) const override { return "row"; }
+  const std::vector<StatedRate>& stated_rates() const override { return rates_; }
+
+ private:
+  std::vector<std::string> names_{"trial"};
+  std::vector<StatedRate> rates_;
+};
+
+/// Two recordings of 1, 2, 3 degrees and twice that, at 100 Hz.
+constexpr const char* two =
+    "subject,trial,time,angle_deg\n"
+    "s1,a,0,1\ns1,a,0.01,2\ns1,a,0.02,3\n"
+    "s1,b,0,2\ns1,b,0.01,4\ns1,b,0.02,6\n";
+
+Strings trials(const std::string& csv, const std::string& by) {
+  const TemporaryFolder folder;
+  return trials_of(write_text(folder / "r.csv", csv), {.trial_column = by});
+}
+
+void check_trial(const std::string& csv, const std::string& by, const std::string& trial, double factor) {
+  const Recording recording = read(csv, {.trial_column = by, .trial = trial});
+  CHECK(recording.file.ends_with("r.csv#" + trial));
+  CHECK(recording.rate_hz == 100.0);
+  const auto& rad = recording.signals.at(com_sway).rad;
+  REQUIRE(rad.size() == 3);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(rad[k] == factor * static_cast<double>(k + 1) * sim::rad_per_deg);
+}
+
+}  // namespace
+
+TEST_CASE("a column of trials makes each of its values a recording") {
+  CHECK(trials(two, "trial") == Strings{"a", "b"});
+  CHECK(trials(two, "2") == Strings{"a", "b"});
+  check_trial(two, "trial", "a", 1.0);
+  check_trial(two, "trial", "b", 2.0);
+  CHECK(trials(two, "subject,trial") == Strings{"s1,a", "s1,b"});
+  check_trial(two, "subject,trial", "s1,b", 2.0);
+  // Rows of a trial need not lie together; those without a value belong to none.
+  const std::string mixed = "time,angle_deg,run\n0,1,x\n0,2,y\n7,5,\n0.01,2,x\n0.01,4,y\n0.02,3,x\n0.02,6,y\n9,9,NA\n";
+  CHECK(trials(mixed, "run") == Strings{"x", "y"});
+  check_trial(mixed, "run", "x", 1.0);
+  check_trial(mixed, "run", "y", 2.0);
+  check_error(
+      [] { read("trial,time\n3,0\n3,0.01\n3,0.02\n4,0\n4,0.01\n4,0.02\n", {.trial_column = "trial", .trial = "3"}); },
+      {"no column of sway", "'trial'", "--column"});
+  // A wrong cell is an error of its own recording, at its line in the file.
+  const std::string wrong = "time,angle_deg,run\n0,1,x\n0.01,2,x\n0.02,3,x\n0,2,y\n0.01,oops,y\n0.02,6,y\n";
+  check_trial(wrong, "run", "x", 1.0);
+  check_error(reading(wrong, {.trial_column = "run", .trial = "y"}), {"line 6", "oops"});
+}
+
+TEST_CASE("columns that do not tell recordings apart, and trials that there are not, are refused") {
+  check_error([] { trials(two, "block"); }, {"no column 'block'", "--trial"});
+  check_error([] { trials(two, "subject,block"); }, {"no column 'block'", "--trial"});
+  check_error([] { trials("time,angle_deg,run\n0,1,a\n0.01,2,b\n0.02,3,c\n", "run"); }, {"3 values in 3 rows"});
+  check_error([] { trials("time,angle_deg,run\n0,1,\n0.01,2,\n0.02,3,\n", "run"); }, {"'run' is empty"});
+  check_error(reading(two, {.trial_column = "trial", .trial = "c"}), {"no recording 'c'"});
+  check_error(reading(two, {.trial_column = "trial"}), {"no recording ''"});
+}
+
+TEST_CASE("several recordings below each other are refused without --trial, with a rate too") {
+  for (const RecordingOptions& options : {RecordingOptions{}, RecordingOptions{.rate_hz = 100.0}}) {
+    check_error(reading(two, options), {"line 5", "'trial' changes from 'a' to 'b'", "--trial 'trial'"});
+    check_error(reading("block,angle_deg\n1,1\n1,2\n1,3\n2,1\n2,2\n", options), {"line 5", "--trial 'block'"});
+    // Times start again, at their beginning or later.
+    for (const char* second : {"0", "0.05"}) {
+      std::string text = "time,angle_deg\n";
+      for (int k = 0; k < 40; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "\n";
+      for (int k = 0; k < 40; ++k)
+        text += std::to_string(std::stod(second) + k * 0.01) + "," + std::to_string(k % 7) + "\n";
+      check_error(reading(text, options), {"line 42", "several recordings", "--trial"});
+    }
+  }
+  check_one_two_three("trial,time,angle_deg\n4,0,1\n4,0.01,2\n4,0.02,3\n");
+  check_one_two_three("trial,time,angle_deg\n4,0,1\n,0.01,2\n4,0.02,3\n");
+  check_one_two_three("block,time,angle_deg\n1,0,1\n1,0.01,2\n2,0.02,3\n", {.is_one_trial = true});
+  // A single wrong time is another fault.
+  check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), {"line 5", "--rate"});
+}
+
+namespace {
+
+/// Rows "0.00,1" and so on of a recording of 0.3 s, behind `first`.
+std::string rows_behind(const std::string& first, double begin_s = 0.0) {
+  std::string text;
+  for (int k = 0; k < 30; ++k) text += first + std::to_string(begin_s + k * 0.01) + "," + std::to_string(k % 7) + "\n";
+  return text;
+}
+
+std::string remedy_of(const std::string& csv, const RecordingOptions& options = {}) {
+  try {
+    read(csv, options);
+  } catch (const Error& error) {
+    return error.remedy();
+  }
+  FAIL("accepted");
+  return {};
+}
+
+/// The --trial that the refusal of the file advises; each recording that it makes has 30 samples at 100 Hz.
+std::string advised(const std::string& csv, std::size_t recordings) {
+  const std::string remedy = remedy_of(csv);
+  INFO(remedy);
+  const std::size_t begin = remedy.find("--trial '");
+  REQUIRE(begin != std::string::npos);
+  const std::string by = remedy.substr(begin + 9, remedy.find('\'', begin + 9) - begin - 9);
+  CHECK(trials(csv, by).size() == recordings);
+  for (const std::string& trial : trials(csv, by)) {
+    const Recording recording = read(csv, {.trial_column = by, .trial = trial});
+    CHECK(recording.signals.samples() == 30);
+    CHECK(near(recording.rate_hz, 100.0, 1e-9));
+  }
+  return by;
+}
+
+bool advises(const std::string& csv, const std::string& advice, const RecordingOptions& options = {}) {
+  return remedy_of(csv, options).find(advice) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("the advised --trial works, and takes as many columns as tell the recordings apart") {
+  const auto four = [](const std::string& names, const std::vector<std::string>& firsts) {
+    std::string text = names + ",time,com_sway_deg\n";
+    for (const std::string& first : firsts) text += rows_behind(first + ",");
+    return text;
+  };
+  CHECK(advised(four("trial", {"1", "2"}), 2) == "trial");
+  CHECK(advised(four("condition", {"open", "closed"}), 2) == "condition");
+  CHECK(advised(four("subject,trial", {"a,1", "a,2", "b,1", "b,2"}), 4) == "subject,trial");
+  CHECK(advised(four("name,condition,lab", {"a,o,x", "a,c,x", "b,o,x", "b,c,x"}), 4) == "name,condition");
+  CHECK(advised(four("\"subject, id\",trial", {"a,1", "a,2", "b,1", "b,2"}), 4) == "1,trial");
+  CHECK(advised(four("block,block", {"1,1", "2,2"}), 2) == "1");
+  // Two of each subject's, which nothing tells apart; and trials whose numbers come again.
+  using Labelled = std::pair<std::string, std::vector<std::string>>;
+  for (const Labelled& one :
+       {Labelled{"subject", {"a", "a", "b", "b"}}, {"trial", {"1", "2", "1", "2"}}, {"subject", {"a", "a"}}}) {
+    CHECK_FALSE(advises(four(one.first, one.second), "--trial '"));
+    CHECK(advises(four(one.first, one.second), "a file of its own"));
+  }
+  // The column that was given is not enough.
+  CHECK(
+      advises(four("subject,run", {"a,1", "a,2"}), "--trial 'subject,run'", {.trial_column = "subject", .trial = "a"}));
+}
+
+TEST_CASE("--trial none is advised where all rows can be read as one recording, and nowhere else") {
+  const std::string head = "trial,time,com_sway_deg\n";
+  const std::string goes_on = head + rows_behind("1,") + rows_behind("2,", 0.3);
+  CHECK(advises(goes_on, "--trial none"));
+  CHECK(read(goes_on, {.is_one_trial = true}).signals.samples() == 60);
+  CHECK(advised(goes_on, 2) == "trial");
+  for (const std::string& not_one : {rows_behind("1,") + rows_behind("2,"), rows_behind("1,") + "Mean,,3\n"})
+    CHECK_FALSE(advises(head + not_one, "--trial none"));
+}
+
+TEST_CASE("a column called trial that holds the times is exchanged with the column of time") {
+  std::string text = "trial,time,com_sway_deg\n";
+  for (int k = 0; k < 30; ++k) text += std::to_string(k * 0.01) + ",1," + std::to_string(k % 7) + "\n";
+  check_error(reading(text), {"'time' stands still, and 'trial' holds times", "the two names are exchanged"});
+  CHECK(read(text, {.rate_hz = 100.0}).signals.samples() == 30);
+}
+
+TEST_CASE("a column of sway that holds the times is exchanged with the column of time") {
+  std::string text = "com_sway_deg,time\n";
+  for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 30 * 0.01) + "\n";
+  check_error(reading(text), {"'time' ", "'com_sway_deg' holds times", "the two names are exchanged"});
+}
+
+TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {
+  OneRecording table;
+  const RowLabels labels = table.labels(0);
+  CHECK(labels.values == Strings{"1", "", "2.5"});
+  CHECK(labels.of_row == std::vector<std::uint32_t>{0, 1, 2, 0});
+  table.keep_rows(0, {0, 3});
+  CHECK(table.labels(0).of_row.size() == 4);
+  table.keep_element("trials", 0);
+  CHECK(table.arrays().empty());
+  CHECK(table.unread().empty());
+  CHECK_FALSE(table.choose(0));
+}

@@ -1,0 +1,349 @@
+// Protocols as JSON: round trips to the bit, defaults, and every way to get it wrong.
+#include "sim/protocol/protocol_json.hpp"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include "tests/helpers.hpp"
+#include "tests/sim/tiny_protocol.hpp"
+
+using namespace decid;
+using namespace decid::test;
+
+namespace {
+
+void check_same_bits(double a, double b) {
+  CHECK(std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b));
+}
+
+void check_round_trip(const sim::Protocol& a) {
+  const std::string text = to_json(a);
+  const sim::Protocol b = sim::protocol_from_json(text, "round trip");
+  CHECK(b.name == a.name);
+  CHECK(b.sequence().feedback == a.sequence().feedback);
+  CHECK(b.sequence().start == a.sequence().start);
+  check_same_bits(b.sequence().state_s, a.sequence().state_s);
+  check_same_bits(b.sequence().amplitude_deg, a.sequence().amplitude_deg);
+  check_same_bits(b.sequence().offset_s, a.sequence().offset_s);
+  CHECK(b.sequence().cycles == a.sequence().cycles);
+  check_same_bits(b.sequence().lead_in_s, a.sequence().lead_in_s);
+  check_same_bits(b.sequence().lead_out_s, a.sequence().lead_out_s);
+  check_same_bits(b.experiment.sample_rate_hz, a.experiment.sample_rate_hz);
+  check_same_bits(b.experiment.body.mass_kg, a.experiment.body.mass_kg);
+  check_same_bits(b.experiment.body.com_height_m, a.experiment.body.com_height_m);
+  check_same_bits(b.experiment.body.inertia_kgm2, a.experiment.body.inertia_kgm2);
+  check_same_bits(b.noise.vestibular.scale_deg, a.noise.vestibular.scale_deg);
+  check_same_bits(b.noise.vestibular.low_hz, a.noise.vestibular.low_hz);
+  check_same_bits(b.noise.vestibular.period_s, a.noise_period_s());
+  check_same_bits(b.noise.vestibular.high_hz, a.noise.vestibular.high_hz);
+  check_same_bits(b.noise.vestibular.exponent, a.noise.vestibular.exponent);
+  check_same_bits(b.noise.sensor.low_deg, a.noise.sensor.low_deg);
+  check_same_bits(b.noise.sensor.high_deg, a.noise.sensor.high_deg);
+  CHECK(to_json(b) == text);
+}
+
+auto parsing(const std::string& text) {
+  return [text] { sim::protocol_from_json(text, "my.json"); };
+}
+
+// As a file that somebody wrote is read, but for measured tilts.
+sim::Protocol from_people(const std::string& text) {
+  const sim::ReadTilt none = [](const sim::TiltFileReference&, double) { return std::vector<double>(); };
+  return sim::protocol_from_text(text, {.where = "mine.json", .read_tilt = none});
+}
+
+}  // namespace
+
+TEST_CASE("protocols come back to the bit") {
+  check_round_trip(sim::default_protocol());
+  check_round_trip(sim::short_protocol());
+  check_round_trip(tiny_protocol());
+  sim::Protocol odd = sim::default_protocol();
+  odd.name = "a \"quoted\" n\xC3\xA4me\n";  // nobody may write that any more, but files may hold it
+  odd.sequence().amplitude_deg = std::nextafter(1.0, 2.0);
+  odd.experiment.body.mass_kg = 1.0 / 3.0 + 70.0;
+  odd.experiment.body.inertia_kgm2 = 100.0 * 1.1;
+  odd.noise.vestibular.scale_deg = 0.1 + 0.2;
+  odd.noise.vestibular.low_hz = std::nextafter(1.0 / 121.0, 0.0);
+  odd.noise.vestibular.period_s = 200.03;
+  odd.noise.vestibular.exponent = std::nextafter(1.0, 0.0);
+  odd.noise.sensor = {0.001, 0.1};
+  check_round_trip(odd);
+  odd.noise.sensor = {0.02, 0.02};
+  check_round_trip(odd);
+}
+
+TEST_CASE("every kind of stimulus comes back to the bit") {
+  const auto check = [](sim::StimulusKind kind) {
+    sim::Protocol a = sim::default_protocol();
+    a.experiment.stimulus = std::move(kind);
+    const std::string text = to_json(a);
+    const sim::Protocol b = sim::protocol_from_json(text, "round trip");
+    CHECK(b.experiment.stimulus == a.experiment.stimulus);
+    CHECK(a.experiment == b.experiment);
+    CHECK(to_json(b) == text);
+  };
+  sim::MeasuredTilt measured{.tilt_deg = {}, .cycles = 2, .lead_in_s = 1.5, .lead_out_s = 2.5};
+  for (int k = 0; k < 1000; ++k) measured.tilt_deg.push_back(std::nextafter(k / 97.0, 3.0) - 5.0);
+  check(measured);
+  sim::Sines sines{.components = {}, .cycle_s = 20.0, .cycles = 3, .lead_in_s = 0.5, .lead_out_s = 0.25};
+  for (int k = 1; k <= 100; ++k)
+    sines.components.push_back(
+        {.frequency_hz = k * 0.05, .amplitude_deg = 0.1 / (3.0 + k), .phase_deg = 1000.0 / (3.0 + k)});
+  check(sines);
+  using sim::Move;
+  check(sim::RaisedCosines{
+      .moves = {{.shape = Move::Shape::pulse, .start_s = 0.3, .duration_s = 0.7, .amplitude_deg = 1.0 / 3.0},
+                {.shape = Move::Shape::step, .start_s = 1.1, .duration_s = 0.7, .amplitude_deg = -2.0 / 3.0}},
+      .cycle_s = 7.7,
+      .cycles = 1,
+      .lead_in_s = 0.1,
+      .lead_out_s = 0.2});
+}
+
+TEST_CASE("what a protocol leaves out is the default's") {
+  const sim::Protocol base = sim::default_protocol();
+  const sim::Protocol empty = from_people("{}");
+  CHECK(to_json(empty) == to_json(base));
+  const sim::Protocol some =
+      sim::protocol_from_json(R"({"name": "mine", "sequence": {"amplitude_deg": 2}, "sensor_noise_deg": 0.5})", "some");
+  CHECK(empty.name == "default");
+  CHECK(some.name == "mine");
+  CHECK(some.sequence().amplitude_deg == 2.0);
+  CHECK(some.sequence().feedback == base.sequence().feedback);
+  CHECK(some.noise.sensor.low_deg == 0.5);
+  CHECK(some.noise.sensor.high_deg == 0.5);
+  const sim::Protocol range = sim::protocol_from_json(R"({"sensor_noise_deg": [0.001, 1e-1]})", "range");
+  CHECK(range.noise.sensor.low_deg == 0.001);
+  CHECK(range.noise.sensor.high_deg == 0.1);
+}
+
+TEST_CASE("the noise's period: twice the trial's length in what people write, the trial's in what older files carry") {
+  const auto check = [](const std::string& text, double written_s, double carried_s) {
+    CAPTURE(text);
+    CHECK(from_people(text).noise_period_s() == written_s);
+    CHECK(sim::protocol_from_json(text, "a model").noise_period_s() == carried_s);
+  };
+  check("{}", 242.0, 121.0);
+  check(R"({"sequence": {"cycles": 3}})", 363.0, 181.5);
+  check(R"({"vestibular_noise": {"scale_deg": 0.1}})", 242.0, 121.0);
+  check(to_json(sim::short_protocol()), 127.4, 127.4);
+  for (const char* number : {"121", "150", "242", "1000"}) {
+    const double period_s = std::stod(number);
+    check(std::string(R"({"vestibular_noise": {"period_s": )") + number + "}}", period_s, period_s);
+  }
+  check(R"({"vestibular_noise": {"period_s": "trial"}})", 121.0, 121.0);
+  check(R"({"sequence": {"cycles": 3}, "vestibular_noise": {"period_s": "trial"}})", 181.5, 181.5);
+  check(R"({"vestibular_noise": {"period_s": 0}})", 242.0, 242.0);
+  for (const char* wrong : {"\"trials\"", "null", "[121]"}) {
+    check_error(parsing(std::string(R"({"vestibular_noise": {"period_s": )") + wrong + "}}"),
+                {"my.json", "'vestibular_noise.period_s' is ", "a number or \"trial\""});
+  }
+  check_error(parsing(R"({"vestibular_noise": {"period_s": 120}})"),
+              {"my.json", "period_s: is 120", "the trial's 121 s or more", "leave it out"});
+  // A defect of the experiment comes before a period that it decides.
+  check_error(parsing(R"({"sample_rate_hz": 0})"), {"my.json", "sample_rate_hz: is 0"});
+}
+
+TEST_CASE("bodies of other heights") {
+  const sim::Protocol protocol = sim::protocol_from_json(R"({"body_heights": [0.8, 1.1]})", "my.json");
+  CHECK(protocol.heights.low == 0.8);
+  CHECK(protocol.heights.high == 1.1);
+  CHECK(sim::protocol_from_json(to_json(protocol), "again").heights.high == 1.1);
+  CHECK(to_json(sim::Protocol{}).find("body_heights") == std::string::npos);
+  check_error(parsing(R"({"body_heights": [1.1, 0.8]})"), {"my.json", "body_heights low"});
+  check_error(parsing(R"({"body_heights": [0.1, 0.8]})"), {"my.json", "body_heights low"});
+  check_error(parsing(R"({"body_heights": [1, 3]})"), {"my.json", "body_heights high"});
+  check_error(parsing(R"({"body_heights": 1.2})"), {"my.json", "body_heights low"});
+  check_error(parsing(R"({"body_heights": [0.8, 0.9]})"), {"my.json", "body_heights high"});
+  const sim::Protocol ideal =
+      sim::protocol_from_json(
+          R"({"name": "a", "body_heights": [0.8, 1.1], "sensor_noise_deg": 0.1, "recording": {"gain": {"size": 0.1}}})",
+          "my.json")
+          .ideal();
+  CHECK(to_json(ideal) == to_json(sim::protocol_from_json(R"({"name": "a"})", "my.json")));
+  check_error(parsing(R"({"body_heights": "tall"})"), {"'body_heights'", "a number or [low, high]"});
+}
+
+TEST_CASE("standing") {
+  sim::Protocol protocol = sim::protocol_from_json(R"({"standing_s": 12.5})", "my.json");
+  CHECK(protocol.standing_s == 12.5);
+  const std::string text = to_json(protocol);
+  CHECK(sim::protocol_from_json(text, "again").standing_s == 12.5);
+  CHECK(to_json(sim::protocol_from_json(text, "again")) == text);
+  CHECK(to_json(sim::Protocol{}).find("standing_s") == std::string::npos);
+  check_error(parsing(R"({"standing_s": 61})"), {"my.json", "standing_s: is 61"});
+  check_error(parsing(R"({"standing_s": -1})"), {"my.json", "standing_s: is -1"});
+  check_error(parsing(R"({"standing_s": 0.005})"), {"my.json", "standing_s", "whole number of samples", "0.01"});
+  check_error(parsing(R"({"standing_s": "long"})"), {"my.json", "'standing_s' is \"long\"", "a number"});
+}
+
+TEST_CASE("keys stand in the documented order") {
+  const std::string text = to_json(sim::default_protocol());
+  std::size_t last = 0;
+  for (const char* key : {"\"name\"",      "\"sequence\"",        "\"feedback\"",       "\"start\"",
+                          "\"state_s\"",   "\"amplitude_deg\"",   "\"offset_s\"",       "\"cycles\"",
+                          "\"lead_in_s\"", "\"lead_out_s\"",      "\"sample_rate_hz\"", "\"body\"",
+                          "\"mass_kg\"",   "\"com_height_m\"",    "\"inertia_kgm2\"",   "\"vestibular_noise\"",
+                          "\"scale_deg\"", "\"low_hz\"",          "\"high_hz\"",        "\"exponent\"",
+                          "\"period_s\"",  "\"sensor_noise_deg\""}) {
+    const std::size_t found = text.find(key);
+    INFO(key);
+    REQUIRE(found != std::string::npos);
+    CHECK(found >= last);
+    last = found;
+  }
+}
+
+TEST_CASE("bad JSON is refused with line and column") {
+  check_error(parsing("{\n  \"name\": oops\n}"), {"my.json", "line 2, column 11", "correct the file"});
+  check_error(parsing(""), {"my.json", "not valid JSON", "line 1"});
+  check_error(parsing("{\"name\": \"\xFF\"}"), {"my.json", "not valid JSON", "UTF-8"});
+  check_error(parsing("{\"sample_rate_hz\": 1e999}"), {"my.json", "not valid JSON", "1e999"});
+  check_error(parsing("[1, 2]"), {"my.json", "the text is not a JSON object"});
+}
+
+TEST_CASE("unknown keys are refused by name, with those that exist") {
+  check_error(parsing(R"({"nam": "x"})"), {"my.json", "unknown key 'nam'", "sample_rate_hz"});
+  check_error(parsing(R"({"sequence": {"cycle": 2}})"), {"my.json", "unknown key 'sequence.cycle'", "cycles"});
+  check_error(parsing(R"({"body": {"mass": 80}})"), {"my.json", "unknown key 'body.mass'", "mass_kg"});
+  check_error(parsing(R"({"vestibular_noise": {"low": 1}})"), {"unknown key 'vestibular_noise.low'", "low_hz"});
+}
+
+TEST_CASE("wrong types are refused by key") {
+  check_error(parsing(R"({"name": 3})"), {"my.json", "'name' is 3", "a text"});
+  check_error(parsing(R"({"sequence": 3})"), {"my.json", "sequence is not a JSON object"});
+  check_error(parsing(R"({"sequence": {"cycles": 2.5}})"), {"'sequence.cycles' is 2.5", "a whole number"});
+  check_error(parsing(R"({"sequence": {"cycles": 4294967297}})"), {"'sequence.cycles' is 4294967297"});
+  check_error(parsing(R"({"sequence": {"cycles": -4294967297}})"), {"'sequence.cycles' is -4294967297"});
+  check_error(parsing(R"({"sequence": {"feedback": [0, "1"]}})"), {"'sequence.feedback'", "a list of whole numbers"});
+  check_error(parsing(R"({"sequence": {"start": 1}})"), {"'sequence.start' is 1", "a list of whole numbers"});
+  check_error(parsing(R"({"sample_rate_hz": "100"})"), {"'sample_rate_hz' is \"100\"", "a number"});
+  check_error(parsing(R"({"sample_rate_hz": null})"), {"'sample_rate_hz' is null", "a number"});
+  check_error(parsing(R"({"body": {"mass_kg": true, "com_height_m": 1, "inertia_kgm2": 101}})"),
+              {"'body.mass_kg' is true", "a number"});
+  for (const char* value : {"\"low\"", "[0.1]", "[0.1, 0.2, 0.3]", "[0.1, \"x\"]"}) {
+    check_error(parsing(std::string(R"({"sensor_noise_deg": )") + value + "}"),
+                {"'sensor_noise_deg'", "a number or [low, high]"});
+  }
+}
+
+TEST_CASE("values that no protocol may have are refused with the file's name") {
+  check_error(parsing(R"({"sample_rate_hz": -1})"), {"my.json: ", "sample_rate"});
+  check_error(parsing(R"({"sensor_noise_deg": [0.1, 0.01]})"), {"my.json: ", "sensor_noise"});
+}
+
+TEST_CASE("a body may be that of a subject") {
+  const sim::Protocol protocol =
+      sim::protocol_from_json(R"({"body": {"subject": {"mass_kg": 88.86, "height_m": 1.80}}})", "my.json");
+  // Half a unit of what the default is printed with.
+  CHECK(std::abs(protocol.experiment.body.mass_kg - 86.283) <= 0.0005);
+  CHECK(std::abs(protocol.experiment.body.com_height_m - 0.99119) <= 0.000005);
+  CHECK(std::abs(protocol.experiment.body.inertia_kgm2 - 101.895) <= 0.0005);
+  CHECK_FALSE(protocol.experiment == sim::default_protocol().experiment);
+  const sim::Protocol again = sim::protocol_from_json(to_json(protocol), "again");
+  CHECK(again.experiment.body == protocol.experiment.body);
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80}}})"), {"my.json", "'body.subject.height_m' is missing"});
+  check_error(parsing(R"({"body": {"subject": {"height_m": 1.8}}})"), {"my.json", "'body.subject.mass_kg' is missing"});
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 18}}})"),
+              {"my.json", "body.subject height_m", "is 18"});
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": -1, "height_m": 1.8}}})"),
+              {"my.json", "body.subject mass_kg"});
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 1.8, "age": 30}}})"),
+              {"unknown key 'body.subject.age'"});
+  check_error(parsing(R"({"body": {"mass_kg": 80, "subject": {"mass_kg": 80, "height_m": 1.8}}})"),
+              {"my.json", "'body.mass_kg' stands beside 'body.subject'"});
+}
+
+TEST_CASE("a part of a body is refused, and what is missing is named") {
+  check_error(parsing(R"({"body": {"mass_kg": 12}})"), {"my.json", "'body.com_height_m', 'body.inertia_kgm2'"});
+  check_error(parsing(R"({"body": {"com_height_m": 0.4}})"), {"my.json", "'body.mass_kg', 'body.inertia_kgm2'"});
+  check_error(parsing(R"({"body": {"inertia_kgm2": 103}})"), {"my.json", "'body.mass_kg', 'body.com_height_m'"});
+  check_error(parsing(R"({"body": {"mass_kg": 12, "com_height_m": 0.4}})"), {"my.json", "without 'body.inertia_kgm2'"});
+  check_error(parsing(R"({"body": {"mass_kg": 12, "inertia_kgm2": 2}})"), {"my.json", "without 'body.com_height_m'"});
+  check_error(parsing(R"({"body": {"com_height_m": 0.4, "inertia_kgm2": 2}})"), {"my.json", "without 'body.mass_kg'"});
+  const sim::Body robot =
+      sim::protocol_from_json(R"({"body": {"mass_kg": 12, "com_height_m": 0.4, "inertia_kgm2": 2}})", "my.json")
+          .experiment.body;
+  CHECK(robot == sim::Body{.mass_kg = 12.0, .com_height_m = 0.4, .inertia_kgm2 = 2.0});
+  CHECK(sim::protocol_from_json(R"({"body": {}})", "my.json").experiment.body == sim::Body{});
+}
+
+TEST_CASE("stimuli that are not clear are refused by key") {
+  check_error(
+      parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1}], "cycle_s": 10}, "sequence": {}})"),
+      {"my.json", "two stimuli, 'sequence' and 'sines'"});
+  check_error(parsing(R"({"sines": {}})"), {"my.json", "'sines.components' is missing"});
+  check_error(parsing(R"({"sines": {"components": 3, "cycle_s": 10}})"), {"'sines.components' is 3", "a list"});
+  check_error(parsing(R"({"sines": {"components": [3], "cycle_s": 10}})"),
+              {"sines.components[0] is not a JSON object"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1}]}})"),
+              {"'sines.cycle_s' is missing"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 1}], "cycle_s": 10}})"),
+              {"'sines.components[0].amplitude_deg' is missing"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": "1", "amplitude_deg": 1}], "cycle_s": 10}})"),
+              {"'sines.components[0].frequency_hz' is \"1\"", "a number"});
+  check_error(
+      parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1, "phase": 1}], "cycle_s": 10}})"),
+      {"unknown key 'sines.components[0].phase'", "phase_deg"});
+  check_error(parsing(R"({"sines": {"components": [], "cycle_s": 10}})"), {"my.json", "sines components", "0 entries"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 20, "amplitude_deg": 1}], "cycle_s": 10}})"),
+              {"my.json", "sines components[0] frequency_hz"});
+  check_error(parsing(R"({"raised_cosines": {"moves": [], "cycle_s": 10, "period": 1}})"),
+              {"unknown key 'raised_cosines.period'"});
+  check_error(
+      parsing(
+          R"({"raised_cosines": {"moves": [{"start_s": 0, "duration_s": 1, "amplitude_deg": 1, "shape": "ramp"}], "cycle_s": 10}})"),
+      {"'raised_cosines.moves[0].shape' is \"ramp\"", "\"pulse\" or \"step\""});
+  check_error(parsing(R"({"raised_cosines": {"moves": [{"start_s": 0, "amplitude_deg": 1}], "cycle_s": 10}})"),
+              {"'raised_cosines.moves[0].duration_s' is missing"});
+  check_error(parsing(R"({"measured": {}})"), {"my.json", "neither 'file' nor 'tilt_deg'"});
+  check_error(parsing(R"({"measured": 1})"), {"my.json", "measured is not a JSON object"});
+  check_error(parsing(R"({"measured": {"tilt_deg": [0, "1"]}})"), {"'measured.tilt_deg'", "a list of numbers"});
+  check_error(parsing(R"({"measured": {"tilt_deg": [0, 1], "unit": "deg"}})"),
+              {"'measured.unit' stands beside 'measured.tilt_deg'"});
+  check_error(parsing(R"({"measured": {"tilt_deg": [0]}})"), {"my.json", "measured tilt_deg", "1 entries"});
+  // What a data set or a model carries needs no other file.
+  check_error(parsing(R"({"measured": {"file": "tilt.csv"}})"), {"my.json", "'measured.file' names a file"});
+}
+
+TEST_CASE("another sequence starts at its start, unless its offset is given") {
+  const auto sequence = [](const std::string& keys) {
+    return sim::protocol_from_json("{\"sequence\": {" + keys + "}}", "p.json").sequence();
+  };
+  const std::string other = R"("feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1])";
+  CHECK(sequence(other).offset_s == 0.0);
+  CHECK(sequence(other + R"(, "offset_s": 3.5)").offset_s == 3.5);
+  CHECK(sequence(R"("start": [0, 0, 0, 0, 1])").offset_s == 0.0);
+  CHECK(sequence(R"("amplitude_deg": 2)").offset_s == 25.63);
+  // Its keys carry their object's name in errors.
+  check_error(parsing(R"({"sequence": {"state_s": 0}})"), {"my.json: protocol default, sequence state_s: is 0"});
+  check_error(parsing(R"({"sequence": {"feedback": [0, 1]}})"), {"protocol default, sequence: feedback has 2 stages"});
+}
+
+TEST_CASE("a trial that cannot have its noise is refused on loading, with file, key and remedy") {
+  check_error(parsing(R"({"vestibular_noise": {"low_hz": 0.501, "high_hz": 0.502}})"),
+              {"my.json", "vestibular_noise", "low_hz and high_hz", "multiple of 0.00826446281 Hz"});
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1}], "cycle_s": 200.11}})"),
+              {"my.json", "the trial", "20011 samples", "lengthen lead_out_s by 0.01 s"});
+  check_error(parsing(R"({"sequence": {"lead_out_s": 79.11}})"), {"my.json", "20011 samples", "lead_out_s"});
+}
+
+TEST_CASE("what is read as JSON is bounded, and stands once") {
+  const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
+  check_error([&] { sim::protocol_from_json("{\"name\": " + deep + "}", "p.json"); }, {"p.json", "deeper than 32"});
+  check_error([] { sim::protocol_from_json(R"({"sequence": {"cycles": 1, "cycles": 2}})", "p.json"); },
+              {"p.json", "'cycles' stands twice"});
+}
+
+TEST_CASE("an unknown key is shown with its beginning, and each known one once") {
+  check_error(parsing(R"({"sines": {"components": [{"frequency_hz": 1, "amplitude_deg": 1, "x": 1}]}})"),
+              {"the keys here are frequency_hz, amplitude_deg, phase_deg"});
+  try {
+    sim::protocol_from_json("{\"" + std::string(100'000, 'k') + "\": 1}", "p");
+    FAIL("no Error was thrown");
+  } catch (const Error& error) {
+    CHECK(std::string(error.what()).size() < 300);
+  }
+}

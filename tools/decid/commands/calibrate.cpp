@@ -1,0 +1,481 @@
+// decid calibrate: posteriors of trials with known parameters, and whether they keep what they promise.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "base/error.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "base/math/random.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "dataset/sets/dataset.hpp"
+#include "identify/identify.hpp"
+#include "identify/studies/calibration.hpp"
+#include "identify/studies/fit_conditions.hpp"
+#include "sim/noise.hpp"
+#include "sim/protocol/protocol_json.hpp"
+#include "sim/simulate.hpp"
+#include "tools/decid/calibrated_trials.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
+#include "tools/decid/progress.hpp"
+#include "tools/decid/ranks.hpp"
+#include "tools/report/figures/calibration_figure.hpp"
+#include "tools/report/parameters_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+struct CalibrateOptions {
+  CommonOptions common;
+  ProtocolOptions protocol;
+  int trials = 300;
+  std::uint64_t seed = 2026;
+  bool resume = false, faults = false;
+  std::string output, figure, model, conditions;
+  posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
+  posterior::Settings settings;
+};
+
+/// What must be the same for trials to be of one calibration.
+Json settings_json(const CalibrateOptions& options, const sim::Protocol& protocol) {
+  return {{"version", version},
+          {"protocol", parse_json(sim::to_json(protocol), "protocol")},
+          {"seed", options.seed},
+          {"prior_start_s", options.priors.start_s},
+          {"prior_gain", options.priors.gain},
+          {"standing_s", options.priors.standing_s},
+          {"most_steps", options.settings.most_steps},
+          {"groups", options.settings.groups},
+          {"most_leaps", options.settings.most_leaps},
+          {"rounds", options.settings.rounds},
+          {"trial_draws", options.settings.trial_draws},
+          {"least_draws", options.settings.least_draws},
+          {"most_draws", options.settings.most_draws}};
+}
+
+/// Gives rank 0's to all: others need their numbers.
+void share_trials(Communicator& group, std::size_t parameters, std::vector<CalibratedTrial>& trials) {
+  Json all = Json::array();
+  for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
+  const std::string text = broadcast_text(group, all.dump());
+  trials.clear();
+  for (const Json& trial : Json::parse(text)) trials.push_back(trial_from(trial, parameters));
+}
+
+Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
+  const auto one = [](const ParameterCalibration& of) {
+    return Json{{"mse", of.mse},
+                {"promised", of.promised},
+                {"network_mse", number_or_null(of.network_mse)},
+                {"covered50", of.covered50},
+                {"covered90", of.covered90},
+                {"distance", of.distance}};
+  };
+  Json json{{"trials", found.trials},
+            {"agreed", found.agreed},
+            {"band", found.band},
+            {"log_score", number_or_null(found.log_score)},
+            {"network_log_score", number_or_null(found.network_log_score)},
+            {"all", one(found.all)}};
+  for (std::size_t p = 0; p < table.size(); ++p) json["parameters"][table[p].name] = one(found.parameters[p]);
+  return json;
+}
+
+std::string network_text(const ParameterCalibration& of) {
+  return std::isnan(of.network_mse) ? "-" : format("%.4f", of.network_mse);
+}
+
+/// Nothing where trials of an earlier version have none.
+std::string scores_text(const Calibration& found) {
+  if (std::isnan(found.log_score)) return {};
+  std::string text = format("\nlog score %.3f nats a parameter", found.log_score);
+  if (!std::isnan(found.network_log_score)) text += format(", the network's %.3f", found.network_log_score);
+  return text + "\n";
+}
+
+/// The keys by which trials are parted: what makes a recording easy or hard.
+struct Key {
+  const char *name, *title;
+  std::function<double(const sim::Parameters& truth)> of;
+};
+std::vector<Key> keys(const sim::Protocol& protocol) {
+  return {{"theta", "theta (rad/s)", [](const sim::Parameters& truth) { return truth[sim::Theta]; }},
+          {"damping_ratio", "damping ratio",
+           [body = protocol.experiment.body](const sim::Parameters& truth) { return damping_ratio(truth, body); }}};
+}
+
+Json parts_json(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
+                const sim::Parameters& deviation) {
+  Json json = Json::object();
+  if (trials.size() < 3) return json;
+  for (const Key& key : keys(protocol)) {
+    for (const CalibrationPart& part : calibration_by(trials, deviation, key.of))
+      json[key.name].push_back(
+          {{"low", part.low}, {"high", part.high}, {"figures", figures_json(protocol.parameters(), part.figures)}});
+  }
+  return json;
+}
+
+std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
+                       const sim::Parameters& deviation) {
+  std::string text;
+  if (trials.size() < 3) return text;
+  for (const Key& key : keys(protocol)) {
+    text += format("\n| %s | trials | MSE | promised | network | in 90 %% |\n|---|---|---|---|---|---|\n", key.title);
+    for (const CalibrationPart& part : calibration_by(trials, deviation, key.of)) {
+      const ParameterCalibration& all = part.figures.all;
+      text += format("| %.3g to %.3g | %d | %.4f | %.4f | %s | %.3f |\n", part.low, part.high, part.figures.trials,
+                     all.mse, all.promised, network_text(all).c_str(), all.covered90);
+    }
+  }
+  return text;
+}
+
+std::string figures_text(const sim::ParameterTable& table, const Calibration& found) {
+  std::string text = "| | MSE | promised | network | in 50 % | in 90 % | distance |\n|---|---|---|---|---|---|---|\n";
+  const auto line = [&](const std::string& name, const ParameterCalibration& of) {
+    text += format("| %s | %.4f | %.4f | %s | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.promised,
+                   network_text(of).c_str(), of.covered50, of.covered90, of.distance);
+  };
+  for (std::size_t p = 0; p < table.size(); ++p) line(table[p].name, found.parameters[p]);
+  line("all", found.all);
+  return text;
+}
+
+/// A network's answers: the built-in one's where it knows the experiment, or those of a model that was given.
+class Network {
+ public:
+  /// Throws Error if a given model is of another experiment.
+  Network(const std::string& model, const sim::Protocol& protocol) : model_(model_or_built_in(model)) {
+    if (!model.empty()) require_same_experiment(model_, model, protocol, "protocol " + protocol.name);
+    if (model_.protocol.experiment == protocol.experiment) identifier_.emplace(model_);
+  }
+  /// SHA-256 of its weights; null if it does not know the experiment.
+  Json hash() const { return identifier_ ? Json(nn::weights_sha256(model_.network)) : Json(nullptr); }
+  /// Into what the trial says of the network.
+  void answer(const std::vector<float>& sway_rad, CalibratedTrial& trial) {
+    if (!identifier_) return;
+    std::vector<recording::Trial> trials{recording::trial_of(sway_rad)};
+    const Estimate found = std::move(identifier_->estimate(std::move(trials)).front());
+    trial.network = found.parameters;
+    if (found.distribution)
+      trial.network_log_score = found.distribution->log_density(trial.truth) / static_cast<double>(trial.truth.size());
+  }
+
+ private:
+  Model model_;
+  std::optional<Identifier> identifier_;
+};
+
+/// As it is recorded where start and gain are as their priors say.
+sim::Protocol recorded(sim::Protocol protocol, const posterior::Priors& priors) {
+  if (priors.start_s > 0.0) protocol.conditions[sim::Condition::start] = {.share = 1.0, .high = priors.start_s};
+  // Uniform, with the prior's standard deviation.
+  if (priors.gain > 0.0)
+    protocol.conditions[sim::Condition::gain] = {.share = 1.0, .high = std::sqrt(3.0) * priors.gain};
+  if (protocol.standing_s == 0.0) protocol.standing_s = priors.standing_s;
+  return protocol;
+}
+
+/// Valid trials of the seed from this attempt on, with start and gain from their priors.
+class Trials {
+ public:
+  Trials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed, std::uint64_t first)
+      : simulator_(recorded(protocol, priors)), ranges_(protocol.ranges()), seed_(seed), next_(first) {}
+
+  struct Trial {
+    std::uint64_t attempt;
+    sim::Parameters truth;
+    std::vector<float> sway_rad;
+  };
+  /// Goes on from this attempt.
+  void seek(std::uint64_t attempt) { next_ = attempt; }
+  Trial next() {
+    const sim::Protocol& protocol = simulator_.protocol();
+    std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
+    for (int tried = 0; tried < 10'000; ++tried) {
+      const std::uint64_t attempt = next_++;
+      const sim::TrialInput input = dataset::base_trial(ranges_, seed_, attempt);
+      if (!simulator_.run(input.parameters, input.noise, sway).valid) continue;
+      sim::record(protocol, seed_, attempt, sway);
+      return {attempt, input.parameters, {sway.begin(), sway.end()}};
+    }
+    throw Error("protocol " + protocol.name, "10,000 trials in a row fell", "use a smaller stimulus or less noise");
+  }
+
+ private:
+  sim::Simulator simulator_;
+  sim::ParameterTable ranges_;
+  std::uint64_t seed_, next_;
+};
+
+CalibratedTrial calibrate_trial(const posterior::Density& density, const Trials::Trial& trial,
+                                const sim::ParameterTable& ranges, posterior::Settings settings) {
+  const auto begin = std::chrono::steady_clock::now();
+  settings.seed = trial.attempt;
+  const posterior::Posterior found = posterior::sample(density, density.observe(trial.sway_rad), settings, {},
+                                                       [](const posterior::Progress&) { return !interrupted(); });
+  if (interrupted()) return {};
+  CalibratedTrial result = calibrate(trial.truth, found, ranges);
+  result.attempt = trial.attempt;
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return result;
+}
+
+Json condition_json(const FitConditionFigures& row, const sim::ParameterTable& table) {
+  return {{"condition", row.fault.name},  {"size", row.fault.size},
+          {"trials", row.trials},         {"figures", row.figures ? figures_json(table, *row.figures) : Json(nullptr)},
+          {"usable", row.usable},         {"caution", row.caution},
+          {"not_usable", row.not_usable}, {"usable_far_off", row.usable_far_off},
+          {"codes", row.codes},           {"from_network", row.from_network},
+          {"mean_s", row.mean_s},         {"max_s", row.max_s}};
+}
+
+std::string conditions_text(const Json& rows) {
+  std::string text =
+      "| condition | size | trials | MSE | predicted | network's MSE | coverage of 90% | usable | caution |"
+      " not usable | usable, beyond 5 sd | network's answer | mean s | longest s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const Json& row : rows) {
+    const bool known = !row.at("figures").is_null();
+    const auto figure = [&](const char* key) {
+      const Json value = known ? row.at("figures").at("all").at(key) : Json(nullptr);
+      return value.is_null() ? std::string("-") : format("%.3f", value.get<double>());
+    };
+    text += format("| %s | %g | %d | %s | %s | %s | %s | %d | %d | %d | %d | %d | %.1f | %.1f |\n",
+                   row.at("condition").get<std::string>().c_str(), row.at("size").get<double>(),
+                   row.at("trials").get<int>(), figure("mse").c_str(), figure("promised").c_str(),
+                   figure("network_mse").c_str(), figure("covered90").c_str(), row.at("usable").get<int>(),
+                   row.at("caution").get<int>(), row.at("not_usable").get<int>(), row.at("usable_far_off").get<int>(),
+                   row.at("from_network").get<int>(), row.at("mean_s").get<double>(), row.at("max_s").get<double>());
+  }
+  return text;
+}
+
+bool begin_with(const Json& rows, const std::vector<FitCondition>& conditions) {
+  if (!rows.is_array() || rows.size() > conditions.size()) return false;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Fault& fault = conditions[i].fault;
+    if (!rows[i].is_object() || rows[i].value("condition", Json()) != fault.name ||
+        rows[i].value("size", Json()) != fault.size)
+      return false;
+  }
+  return true;
+}
+
+/// The rows that an earlier call wrote; throws Error for those of another call.
+Json earlier_rows(const std::string& path, const Json& settings, const std::vector<FitCondition>& conditions) {
+  const Json earlier = parse_json(read_file(path), path);
+  if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions"))
+    throw Error(path, "is not a table of decid calibrate", "give the file that --faults or --conditions wrote");
+  require_same_settings(earlier["settings"], settings, path);
+  if (!begin_with(earlier["conditions"], conditions))
+    throw Error(path, "has other rows than this call makes", "delete it, or give another --output");
+  return earlier["conditions"];
+}
+
+/// "resuming: faults.json has 3 of 18 rows"; said also where the file is not there yet.
+std::string resuming_text(const std::string& path, std::size_t done, std::size_t all, const char* what) {
+  return format("resuming: %s has %zu of %zu %s", path.c_str(), done, all, what);
+}
+
+/// The table of recording conditions or faults: fits as users get them, with start and gain unknown.
+void run_conditions(const CalibrateOptions& options) {
+  if (ranks() != nullptr) throw Error("--conditions", "runs in one process", "start it without mpirun");
+  if (options.resume && options.output.empty())
+    throw Error("--resume", "needs --output", "name the file to go on with");
+  std::vector<std::string> inputs;
+  ProtocolOptions named = options.protocol;
+  if (!options.conditions.empty()) named.name = options.conditions;
+  sim::Protocol protocol = named.load(options.common.quiet, &inputs);
+  inputs.push_back(options.model);
+  refuse_same_file(options.output, inputs);
+  if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
+  const FitRequest request{{}, options.settings};
+  if (protocol.standing_s == 0.0) protocol.standing_s = request.priors.standing_s;
+  const Model model = model_or_built_in(options.model);
+  CalibrateOptions used = options;
+  used.priors = request.priors;
+  Json settings = settings_json(used, protocol);
+  settings["trials"] = options.trials;
+  settings["faults"] = options.faults;
+  settings["network"] = nn::weights_sha256(model.network);
+  const std::vector<FitCondition> conditions =
+      options.faults ? fit_faults(protocol, request.priors) : fit_conditions(protocol);
+  Json rows = Json::array();
+  if (options.resume && std::filesystem::exists(options.output))
+    rows = earlier_rows(options.output, settings, conditions);
+  if (options.resume && !options.common.quiet)
+    std::cerr << "calibrate: " << resuming_text(options.output, rows.size(), conditions.size(), "rows") << '\n';
+  catch_interrupt();
+  for (std::size_t i = rows.size(); i < conditions.size() && !interrupted(); ++i) {
+    const Fault& fault = conditions[i].fault;
+    if (!options.common.quiet)
+      std::cerr << format("calibrate: row %zu of %zu, %s\n", i + 1, conditions.size(), fault.what.c_str());
+    const FitConditionFigures row =
+        fit_condition(model, protocol, conditions[i], request, options.trials, options.seed,
+                      [](std::size_t, const posterior::Progress&) { return !interrupted(); });
+    if (row.trials == 0) break;
+    rows.push_back(condition_json(row, protocol.parameters()));
+    if (!options.output.empty())
+      write_file(options.output, Json{{"settings", settings}, {"conditions", rows}}.dump(1) + "\n");
+  }
+  std::cout << (options.common.json ? Json{{"settings", settings}, {"conditions", rows}}.dump(1) + "\n"
+                                    : conditions_text(rows));
+  if (rows.size() < conditions.size())
+    throw std::runtime_error(format("stopped after %zu of %zu rows%s", rows.size(), conditions.size(),
+                                    options.output.empty() ? "" : "; --resume goes on"));
+}
+
+void run_calibrate(const CalibrateOptions& options) {
+  std::vector<std::string> inputs;
+  const sim::Protocol protocol = options.protocol.load(options.common.quiet, &inputs);
+  inputs.push_back(options.model);
+  refuse_same_file(options.output, inputs);
+  inputs.push_back(options.output);
+  refuse_same_file(options.figure, inputs);
+  for (const std::string& path : {options.output, options.figure})
+    if (!path.empty() && is_root()) PendingFile probe(path);
+  if (options.resume && options.output.empty())
+    throw Error("--resume", "needs --output", "name the file to go on with");
+  const Json settings = settings_json(options, protocol);
+  Network network(options.model, protocol);
+  const Json hash = network.hash();
+  const std::size_t parameters = protocol.parameters().size();
+  std::vector<CalibratedTrial> trials;
+  if (is_root() && options.resume && std::filesystem::exists(options.output))
+    trials = earlier_trials(options.output, settings, hash, parameters);
+  if (ranks() != nullptr) share_trials(*ranks(), parameters, trials);
+  const posterior::Density density(protocol, options.priors);
+  Trials source(protocol, options.priors, options.seed, 0);
+  for (CalibratedTrial& trial : trials) {
+    source.seek(trial.attempt);
+    const Trials::Trial again = source.next();
+    if (!trial.network) network.answer(again.sway_rad, trial);
+  }
+  const sim::ParameterTable table = protocol.ranges();
+  // Of uniform draws: errors do not depend on which trials were valid.
+  sim::Parameters deviation(table.size());
+  for (std::size_t p = 0; p < table.size(); ++p) deviation[p] = table[p].range() / std::sqrt(12.0);
+
+  const auto document = [&] {
+    Json all = Json::array();
+    for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
+    Json json{{"settings", settings},
+              {"network", hash},
+              {"calibration", figures_json(table, calibration_of(trials, deviation))}};
+    const bool some = std::ranges::any_of(trials, &CalibratedTrial::agreed);
+    json["parts"] = parts_json(trials, protocol, deviation);
+    json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, deviation)) : Json(nullptr);
+    json["trials"] = std::move(all);
+    return json.dump(1) + "\n";
+  };
+  catch_interrupt();
+  {
+    ProgressBar bar("calibrate", "trials", options.trials, options.common.quiet);
+    if (options.resume)
+      bar.line(resuming_text(options.output, trials.size(), static_cast<std::size_t>(options.trials), "trials"));
+    bar.go_on_from(static_cast<long long>(trials.size()));
+    const int processes = ranks() != nullptr ? ranks()->size() : 1;
+    bool going = true;
+    while (static_cast<int>(trials.size()) < options.trials && going) {
+      // Several trials a thread, as some take far longer; what comes out does not depend on how many.
+      std::vector<Trials::Trial> batch;
+      const int most = 4 * thread_count() * processes;
+      for (int i = 0; i < most && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
+        batch.push_back(source.next());
+      std::vector<CalibratedTrial> done(batch.size());
+      const auto calibrate_some = [&](std::size_t first, std::size_t last) {
+        std::vector<std::string> texts(last - first);
+        parallel_for(static_cast<int>(last - first), [&](int i) {
+          const auto place = static_cast<std::size_t>(i);
+          texts[place] = trial_json(calibrate_trial(density, batch[first + place], table, options.settings)).dump();
+        });
+        return interrupted() ? std::vector<std::string>() : texts;
+      };
+      going = share_out(
+          batch.size(), static_cast<std::size_t>(processes > 1 ? thread_count() : most), calibrate_some,
+          [&](std::size_t i, const std::string& text) { done[i] = trial_from(Json::parse(text), parameters); },
+          interrupted);
+      if (!going) break;
+      if (is_root())
+        for (std::size_t i = 0; i < batch.size(); ++i) network.answer(batch[i].sway_rad, done[i]);
+      trials.insert(trials.end(), done.begin(), done.end());
+      if (!options.output.empty() && is_root()) write_file(options.output, document());
+      bar.update(static_cast<long long>(trials.size()));
+    }
+  }
+  if (!is_root()) return;
+  if (trials.empty()) throw std::runtime_error("stopped before a trial was done");
+  const Calibration found = calibration_of(trials, deviation);
+  if (options.common.json) {
+    std::cout << document();
+  } else {
+    std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95 %%)\n\n",
+                        found.trials, found.agreed, found.band)
+              << figures_text(table, found) << scores_text(found) << parts_text(trials, protocol, deviation);
+  }
+  if (!options.figure.empty()) write_file(options.figure, calibration_figure(table, trials, found.band));
+  if (interrupted())
+    throw std::runtime_error(format("stopped after %zu of %d trials%s", trials.size(), options.trials,
+                                    options.output.empty() ? "" : "; --resume goes on"));
+}
+
+}  // namespace
+
+void add_calibrate(const Command& program) {
+  auto options = std::make_shared<CalibrateOptions>();
+  const Command command = program.add_subcommand(
+      "calibrate", "Do the posteriors of fit keep what they promise? On trials of known parameters");
+  command.add_option("--trials", options->trials, "How many").show_default().range(1, 1'000'000);
+  add_protocol_options(command, options->protocol);
+  add_seed_option(command, options->seed, "Of the trials");
+  command.add_option("--model", options->model, "Model file whose network stands beside; default: the built-in model");
+  command.add_option("--prior-start", options->priors.start_s, "As for fit, and of the trials; 0: known")
+      .show_default()
+      .range(0.0, 0.5);
+  command.add_option("--prior-gain", options->priors.gain, "As for fit, and of the trials; 0: known")
+      .show_default()
+      .range(0.0, 0.5);
+  command
+      .add_option("--standing", options->priors.standing_s,
+                  "The bodies have stood, and swayed, so many seconds before a trial; 0: they start at rest")
+      .show_default()
+      .range(0.0, 60.0);
+  command.add_option("--conditions", options->conditions,
+                     "Instead, a table for this protocol: each of its recording conditions alone, and all together, "
+                     "fitted as fit does it");
+  command.add_flag(
+      "--faults", options->faults,
+      "Instead, a table of what recordings of people have, one fault in all trials of a row, with start and "
+      "gain unknown");
+  command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
+  command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
+  add_output_option(command, "-o,--output", options->output, Written::json,
+                    "JSON file to write, anew after every few trials");
+  add_output_option(command, "--figure", options->figure, Written::svg,
+                    "SVG to write: where the truths lie among the draws");
+  command.add_flag("--resume", options->resume, "Go on with the trials that the file has");
+  add_common_options(command, options->common, true);
+  command.footer(
+      "Examples: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json\n"
+      "          decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60\n"
+      "          decid calibrate --faults --sensor-noise 0.02 --trials 60 -o faults.json --resume");
+  command.callback([options] {
+    options->settings.least_draws = std::min(options->settings.least_draws, options->settings.most_draws);
+    apply(options->common);
+    if (options->faults && !options->conditions.empty())
+      throw Error("--faults", "beside --conditions", "give one of them");
+    if (options->faults || !options->conditions.empty()) return run_conditions(*options);
+    run_calibrate(*options);
+  });
+}
+
+}  // namespace decid::tools

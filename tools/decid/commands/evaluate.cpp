@@ -1,0 +1,233 @@
+// decid evaluate: the error of a model, or of several beside each other, on a data set.
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "base/per_thread.hpp"
+#include "base/text.hpp"
+#include "dataset/npz/npz.hpp"
+#include "identify/network/for_body.hpp"
+#include "identify/network/prediction.hpp"
+#include "identify/studies/calibration.hpp"
+#include "identify/training/training.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/ranks.hpp"
+#include "tools/firmware/quantise.hpp"
+#include "tools/report/parameters_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+struct EvaluateOptions {
+  CommonOptions common;
+  std::vector<std::string> models;  ///< files; one that is empty: the built-in model
+  std::string data, split;
+  bool int8 = false;
+};
+
+/// A model and how its answers compare with the trials' parameters.
+struct Evaluated {
+  std::string name;
+  sim::ParameterTable table;
+  Evaluation result;
+  std::optional<NetworkCalibration> promises;
+};
+
+/// The outputs of the model's network, or of the one in 8-bit integers that a firmware would have.
+std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& sways) {
+  if (!int8) return predict(model, trials, 64, sways, ranks());
+  FirmwarePlan plan = plan_firmware(model, {.int8 = true});
+  quantise(plan, model);
+  return predict_planned(plan, model, trials, sways);
+}
+
+/// The part that was asked for, if no model was trained on it; the other half of their own data set if none was.
+std::string split_of(const EvaluateOptions& options, std::span<const Model> models,
+                     const dataset::TrialIdentity& data) {
+  std::string split = options.split.empty() ? "all" : options.split;
+  for (std::size_t i = 0; i < models.size() && options.split.empty(); ++i) {
+    if (!trained_on(models[i].origin, data)) continue;
+    split = "validation";
+    if (!options.common.quiet)
+      std::cerr << "note: " << (models.size() == 1 ? "the model" : model_name(options.models[i]))
+                << " was trained on half of " << options.data << "; measured on the other, its validation"
+                << (models[i].recalibration.known() ? ", on which its intervals were recalibrated\n" : "\n");
+  }
+  const Measured part = split == "all"        ? Measured::all
+                        : split == "training" ? Measured::training
+                                              : Measured::validation;
+  for (const Model& model : models) require_not_trained_on(model.origin, data, part, options.data);
+  return split;
+}
+
+/// One of the figures of each parameter, by name.
+template <class Figure>
+Json of_each(const sim::ParameterTable& table, const Calibration& calibration, Figure figure) {
+  std::vector<double> values;
+  for (const ParameterCalibration& of : calibration.parameters) values.push_back(of.*figure);
+  return by_parameter(table, values);
+}
+
+void add_promises(Json& json, const sim::ParameterTable& table, const NetworkCalibration& found) {
+  const auto add = [&](const std::string& key, double ParameterCalibration::*figure) {
+    json[key] = found.figures.all.*figure;
+    json[key + "_per_parameter"] = of_each(table, found.figures, figure);
+  };
+  add("covered50", &ParameterCalibration::covered50);
+  add("covered90", &ParameterCalibration::covered90);
+  add("promised", &ParameterCalibration::promised);
+  json["log_score"] = number_or_null(found.figures.log_score);
+  json["log_score_per_parameter"] = by_parameter(table, found.log_score_per_parameter);
+}
+
+std::string promises_text(const sim::ParameterTable& table, const Evaluation& result, const NetworkCalibration& found) {
+  std::string text = format("  %-8s %8s %9s %9s %9s %10s\n", "", "MSE", "promised", "in 50 %", "in 90 %", "log score");
+  const auto line = [&](const std::string& what, double mse, const ParameterCalibration& of, double log_score) {
+    text += format("  %-8s %8.4f %9.4f %8.1f%% %8.1f%% %10.3f\n", what.c_str(), mse, of.promised, 100.0 * of.covered50,
+                   100.0 * of.covered90, log_score);
+  };
+  for (std::size_t p = 0; p < table.size(); ++p)
+    line(table[p].name, result.mse_per_parameter[p], found.figures.parameters[p], found.log_score_per_parameter[p]);
+  line("all", result.mse(), found.figures.all, found.figures.log_score);
+  return text +
+         "  promised: mean variance, to be as large as the MSE; in 50 %, in 90 %: share of the truths in these "
+         "intervals;\n  log score: mean log density at the truth, of shares of the ranges, in nats a parameter; 0 "
+         "knows only the ranges\n";
+}
+
+Evaluated evaluated(const EvaluateOptions& options, Model& model, const std::string& name,
+                    const dataset::StoredDataset& stored, std::span<const int> chosen) {
+  const dataset::Dataset& data = stored.about();
+  const ForBody body = for_trials(model, name, data.protocol, options.data);
+  if (const std::string other = noise_difference(model.protocol, data.protocol);
+      !other.empty() && !options.common.quiet)
+    std::cerr << "warning: " << options.data << ": " << other << '\n';
+  std::vector<sim::Parameters> truth;
+  for (const int i : chosen) truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
+  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+    parallel_for(static_cast<int>(indices.size()), [&](int i) {
+      struct Scratch {
+        std::vector<float> sway;
+      };
+      std::vector<float>& sway = per_thread<Scratch>().sway;
+      sway.resize(static_cast<std::size_t>(data.samples));
+      const auto place = static_cast<std::size_t>(i);
+      stored.read(chosen[static_cast<std::size_t>(indices[place])], sway);
+      take(place, {sway, body.height});
+    });
+  };
+  const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
+  return {name, model.parameters(), evaluate(model.targets, scores_of(model, outputs), truth),
+          network_calibration(model, outputs, truth)};
+}
+
+Json json_of(const Evaluated& model) {
+  Json json = evaluation_json(model.table, model.result);
+  if (model.promises) add_promises(json, model.table, *model.promises);
+  return json;
+}
+
+/// The first model's figures, and beside them those of all.
+Json json_of(const std::vector<Evaluated>& models) {
+  Json json = json_of(models.front());
+  for (const Evaluated& each : models) {
+    Json line = json_of(each);
+    line["model"] = each.name;
+    json["models"].push_back(line);
+  }
+  return json;
+}
+
+std::string text_of(const Evaluated& model, const std::string& data) {
+  const sim::ParameterTable& table = model.table;
+  std::string text = format("%d trials of %s with %s\n", model.result.trials, data.c_str(), model.name.c_str()) +
+                     format("MSE %.4f (mean over trials and %zu z-scored parameters; predicting the mean gives 1)\n",
+                            model.result.mse(), table.size()) +
+                     format("MATLAB's loss %.4f (half the sum over the %zu; predicting the mean gives %g)\n",
+                            model.result.matlab_loss(), table.size(), 0.5 * static_cast<double>(table.size()));
+  if (model.promises) return text + promises_text(table, model.result, *model.promises);
+  for (std::size_t p = 0; p < table.size(); ++p)
+    text += format("  %-8s %.4f\n", table[p].name.c_str(), model.result.mse_per_parameter[p]);
+  return text;
+}
+
+/// A line a model.
+std::string table_of(const std::vector<Evaluated>& models, const std::string& data) {
+  std::size_t width = 5;
+  bool promises = false;
+  for (const Evaluated& each : models) {
+    width = std::max(width, each.name.size());
+    promises = promises || each.promises;
+  }
+  const auto named = [&](const std::string& name) { return "  " + name + std::string(width - name.size(), ' '); };
+  std::string text = format("%s of %s; MSE of z-scored parameters, predicting the mean gives 1\n",
+                            counted(models.front().result.trials, "trial").c_str(), data.c_str());
+  text += named("model") + "      MSE";
+  for (const sim::ParameterInfo& info : models.front().table) text += format(" %8s", info.name.c_str());
+  text += promises ? "  promised   in 90 % log score\n" : "\n";
+  for (const Evaluated& each : models) {
+    text += named(each.name) + format(" %8.4f", each.result.mse());
+    for (const double mse : each.result.mse_per_parameter) text += format(" %8.4f", mse);
+    if (each.promises) {
+      const NetworkCalibration& found = *each.promises;
+      text += format(" %9.4f %7.1f %% %9.3f", found.figures.all.promised, 100.0 * found.figures.all.covered90,
+                     found.figures.log_score);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+void evaluate_models(const EvaluateOptions& options) {
+  std::vector<Model> models;
+  for (const std::string& path : options.models) models.push_back(model_or_built_in(path));
+  const dataset::StoredDataset stored(options.data);
+  const dataset::Dataset& data = stored.about();
+  for (std::size_t i = 0; i < models.size(); ++i)
+    static_cast<void>(for_trials(models[i], model_name(options.models[i]), data.protocol, options.data));
+  const std::string split = split_of(options, models, dataset::identity_of(stored));
+  std::vector<int> chosen;
+  for (int i = 0; i < data.trials(); ++i) {
+    const bool training = data.split[static_cast<std::size_t>(i)] == 0;
+    if (split == "all" || training == (split == "training")) chosen.push_back(i);
+  }
+  if (chosen.empty()) throw Error(options.data, "has no trial in its " + split + " half", "leave out --split");
+  std::vector<Evaluated> all;
+  for (std::size_t i = 0; i < models.size(); ++i)
+    all.push_back(evaluated(options, models[i], model_name(options.models[i]), stored, chosen));
+  if (options.common.json)
+    std::cout << json_of(all).dump(2) << '\n';
+  else
+    std::cout << (all.size() == 1 ? text_of(all.front(), options.data) : table_of(all, options.data));
+}
+
+}  // namespace
+
+void add_evaluate(const Command& program) {
+  auto options = std::make_shared<EvaluateOptions>();
+  const Command command = program.add_subcommand("evaluate", "Measure the error of one or more models on a data set");
+  command
+      .add_option(
+          "--model", options->models,
+          "Model file; several, each after a --model of its own, are compared in a table; default: the built-in "
+          "model")
+      .repeatable();
+  command.add_option("--data", options->data, "Data set made by decid dataset").required();
+  command
+      .add_option(
+          "--split", options->split,
+          "all, training or validation; default: all, or of the data set that the model was trained on, validation")
+      .one_of({"all", "training", "validation"});
+  command.add_flag("--int8", options->int8, "Of the network in 8-bit integers that decid export c --int8 writes");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid evaluate --model model.safetensors --data fresh.npz --json");
+  command.callback([options] {
+    apply(options->common);
+    if (options->models.empty()) options->models.emplace_back();
+    evaluate_models(*options);
+  });
+}
+
+}  // namespace decid::tools

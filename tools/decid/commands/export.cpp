@@ -1,0 +1,362 @@
+// decid export: a model, or a controller, as C files for a firmware; a model's network as ONNX.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "base/error.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "nn/predictor.hpp"
+#include "recording/recording.hpp"
+#include "recording/trial.hpp"
+#include "sim/protocol/protocol_json.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/recording_flags.hpp"
+#include "tools/decid/results/identified.hpp"
+#include "tools/decid/results/results.hpp"
+#include "tools/firmware/controller.hpp"
+#include "tools/firmware/quantise.hpp"
+#include "tools/firmware/text.hpp"
+#include "tools/onnx/onnx.hpp"
+
+namespace decid::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportOptions {
+  CommonOptions common;
+  std::string model, output, name;
+  BodyFlags body;
+  FirmwareOptions firmware;
+};
+
+/// In a folder that is made if it is missing.
+void write_files(const std::string& folder, const std::string& name, const FirmwareFiles& files) {
+  make_output_folder(folder);
+  const fs::path stem = fs::path(folder) / name;
+  PendingFile header(stem.string() + ".h"), source(stem.string() + ".c");
+  write_file(header.path(), files.header);
+  write_file(source.path(), files.source);
+  header.commit();
+  source.commit();
+}
+
+/// The model file's name as an identifier.
+std::string name_of(const std::string& model) {
+  std::string name = model.empty() ? "decid_model" : fs::path(model).stem().string();
+  for (char& c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) name = "model_" + name;
+  return name;
+}
+
+/// What the program itself finds for the self-test's sway, with identify's network.
+TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePlan& plan) {
+  TestVector test;
+  std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
+  const std::vector<float> sway = test_sway(model.protocol.samples());
+  model.make_input(dataset::Sway(sway, body.height), image);
+  test.outputs.resize(static_cast<std::size_t>(model.network.output_shape().size()));
+  if (plan.options.int8) {
+    test.outputs = run_plan(plan, image);
+  } else {
+    nn::Predictor predictor(model.network, 1);
+    std::vector<float> features(static_cast<std::size_t>(predictor.feature_count()));
+    predictor.run(image, test.outputs, features);
+    if (plan.options.familiarity) test.distance = model.familiarity.distance(features) / model.familiarity.usual;
+  }
+  for (const double value : body.from_model(model, model.decode(test.outputs)))
+    test.parameters.push_back(static_cast<float>(value));
+  if (const auto found = model.distribution(test.outputs, body.ranges))
+    for (int p = 0; p < static_cast<int>(found->parameters()); ++p)
+      test.deviations.push_back(static_cast<float>(found->deviation(p)));
+  return test;
+}
+
+void export_model(const ExportOptions& options) {
+  const std::string name = options.name.empty() ? name_of(options.model) : options.name;
+  check_firmware_name(name);
+  const Model model = model_or_built_in(options.model);
+  const ForBody body = for_body(model, model_name(options.model), options.body.body());
+  FirmwarePlan plan = plan_firmware(model, options.firmware);
+  if (options.firmware.int8) quantise(plan, model);
+  const TestVector test = test_vector(model, body, plan);
+  const std::string hash = nn::weights_sha256(model.network);
+  const std::string origin =
+      format("Made by decid %s from %s, weights SHA-256\n   %s%s%s.", version,
+             options.model.empty() ? "its built-in model" : comment(fs::path(options.model).filename()).c_str(),
+             hash.c_str(), options.firmware.int8 ? ", in 8-bit integers" : "",
+             options.body.mass_kg
+                 ? format(", for a body of %g kg and %g m", *options.body.mass_kg, *options.body.height_m).c_str()
+                 : "");
+  write_files(options.output, name, firmware_files(model, body, plan, test, name, origin));
+  if (options.common.json) {
+    std::cout << Json{{"files", {name + ".h", name + ".c"}},
+                      {"weight_bytes", plan.weight_bytes()},
+                      {"arena_bytes", plan.arena.bytes},
+                      {"whole_map_bytes", plan.whole_map_bytes()},
+                      {"familiarity_bytes", familiarity_bytes(model, plan)},
+                      {"body", body_json(body.protocol.experiment.body, body.assumed)},
+                      {"lines", plan.stream_rows ? "rows" : "columns"},
+                      {"weights_sha256", hash}}
+                     .dump(2)
+              << '\n';
+  } else if (!options.common.quiet) {
+    std::cout << format(
+        "%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena; all feature maps whole: %lld\n",
+        name.c_str(), name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes,
+        plan.whole_map_bytes());
+    if (plan.options.familiarity)
+      std::cout << format("%lld bytes more tell how familiar a trial is\n", familiarity_bytes(model, plan));
+  }
+}
+
+void add_export_c(const Command& parent) {
+  auto options = std::make_shared<ExportOptions>();
+  const Command command = parent.add_subcommand("c", "A model as one C file and its header");
+  command.add_option("model", options->model, "Model file; default: the built-in model");
+  add_output_option(command, "-o,--output", options->output, Written::folder,
+                    "Folder to write NAME.c and NAME.h to; made if it is missing")
+      .required();
+  command.add_option("--name", options->name,
+                     "What the files and functions are called; default: the model file's name");
+  command.add_flag("--incremental", options->firmware.incremental,
+                   "With functions that take samples as they arrive and spread the work");
+  command.add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
+  command.add_flag("--familiarity", options->firmware.familiarity,
+                   "With a function that tells how far a trial is from those of the training");
+  add_body_options(command, options->body);
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");
+  command.callback([options] {
+    apply(options->common);
+    export_model(*options);
+  });
+}
+
+struct ControllerOptions {
+  CommonOptions common;
+  std::string result, output, name = "decid_controller", protocol = "default", scale_to;
+  std::optional<double> mass_kg, com_height_m, inertia_kgm2;
+  int recording = 1;
+  bool force = false, names_protocol = false;
+  std::vector<std::optional<double>> parameters = std::vector<std::optional<double>>(controller_parameters().size());
+};
+
+std::string shown(const sim::Body& body) {
+  return format("%.4g kg at %.4g m (m g h %.4g N m/rad)", body.mass_kg, body.com_height_m, body.mgh());
+}
+
+/// To what rounding leaves of a body that was typed from what was printed.
+bool are_one_body(const sim::Body& a, const sim::Body& b) {
+  const auto near = [](double x, double y) { return std::abs(x - y) <= 1e-3 * y; };
+  return near(a.mass_kg, b.mass_kg) && near(a.com_height_m, b.com_height_m) && near(a.inertia_kgm2, b.inertia_kgm2);
+}
+
+/// The body of --mass, --com-height and --inertia, if they were given. `like`: whose build it has without an inertia.
+std::optional<sim::Body> given_body(const ControllerOptions& options, const sim::Body& like) {
+  if (options.mass_kg.has_value() != options.com_height_m.has_value() || (options.inertia_kgm2 && !options.mass_kg))
+    throw Error("export controller", "has a part of a body",
+                "give --mass and --com-height together, and --inertia with both or not at all");
+  if (!options.mass_kg) return {};
+  const double mass = *options.mass_kg, height = *options.com_height_m;
+  const double per_mass = like.inertia_kgm2 / (like.mass_kg * like.com_height_m * like.com_height_m);
+  return sim::Body{mass, height, options.inertia_kgm2.value_or(per_mass * mass * height * height)};
+}
+
+/// The experiment of the controller: a protocol's tilt, and the body that the gains end up for. `from` is whose they
+/// are so far: the result's body, nothing if the result does not say, or the default body without a result.
+sim::Protocol controller_protocol(const ControllerOptions& options, const std::optional<sim::Body>& from) {
+  const bool scales = !options.scale_to.empty(), is_result = !options.result.empty();
+  sim::Protocol protocol = read_protocol(scales ? options.scale_to : options.protocol, options.common.quiet);
+  sim::Body& body = protocol.experiment.body;
+  const std::optional<sim::Body> given = given_body(options, from.value_or(sim::Body{}));
+  if (!from && (scales || given || !are_one_body(body, sim::Body{})))
+    throw Error(options.result, "does not say whose body its gains are for",
+                "identify the recording again, with --mass and --height");
+  if (given) {
+    body = *given;
+  } else if (is_result && from && !scales) {
+    if (options.names_protocol && !are_one_body(body, *from))
+      throw Error(options.result,
+                  "has gains for a body of " + shown(*from) + ", and protocol " + options.protocol + " another one, " +
+                      shown(body),
+                  "give --scale-to " + options.protocol +
+                      " to scale them by m g h, or leave --protocol out to keep the result's body");
+    body = *from;
+  }
+  protocol.validate();
+  if (given) protocol.refuse_implausible();
+  return protocol;
+}
+
+void export_controller(const ControllerOptions& options) {
+  check_firmware_name(options.name);
+  const Identified chosen = options.result.empty() ? Identified{controller_parameters().middle(), sim::Body{}, {}, {}}
+                                                   : identified(options.result, options.recording, options.force);
+  if (!chosen.caution.empty()) std::cerr << options.result << ": " << chosen.caution << '\n';
+  const sim::Protocol protocol = controller_protocol(options, chosen.body);
+  const sim::Body& body = protocol.experiment.body;
+  const double ratio = chosen.body ? body.mgh() / chosen.body->mgh() : 1.0;
+  sim::Parameters parameters = chosen.parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (controller_parameters()[i].per_mgh) parameters[i] *= ratio;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (!options.parameters[i] && parameters[i] < 0.0)  // a network may answer a little less
+      std::cerr << format("%s = %.4g is below 0: the controller has 0\n", controller_parameters()[i].name.c_str(),
+                          parameters[i]);
+    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));
+  }
+  const std::string origin =
+      format("The DEC posture controller, made by decid %s%s.", version,
+             options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
+  write_files(options.output, options.name, controller_files(parameters, protocol, options.name, origin));
+  if (options.common.quiet) return;
+  std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
+                      options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),
+                      shown(body).c_str());
+  if (ratio != 1.0) std::cerr << format("gains are scaled by %.4g, as m g h is\n", ratio);
+}
+
+void add_export_controller(const Command& parent) {
+  auto options = std::make_shared<ControllerOptions>();
+  const Command command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
+  command.add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
+  command.add_option("--recording", options->recording, "Which of its recordings, from 1").show_default();
+  command.add_flag("--force", options->force, "Even of a result that is not usable");
+  for (std::size_t i = 0; i < options->parameters.size(); ++i) {
+    const sim::ParameterInfo& info = controller_parameters()[i];
+    if (i == sim::Nv) continue;  // a machine has its own noise
+    command.add_option("--" + info.option, options->parameters[i],
+                       info.description + " in " + info.unit + ", in place of the identified one");
+  }
+  const Option protocol =
+      command
+          .add_option("--protocol", options->protocol,
+                      "Tilt of the self-test, and the body, which must be the result's: default, short or a JSON file")
+          .show_default();
+  Option scale_to = command.add_option(
+      "--scale-to", options->scale_to,
+      "Protocol whose body gets the controller: scale the result's gains by m g h; options for gains are not scaled");
+  command.add_option("--mass", options->mass_kg, "Mass in kg above the ankles of the body to scale the gains to")
+      .range(0.01, 500.0)
+      .excludes(scale_to);
+  command.add_option("--com-height", options->com_height_m, "Height in m of its centre of mass above the ankles")
+      .range(0.01, 5.0)
+      .excludes(scale_to);
+  command
+      .add_option("--inertia", options->inertia_kgm2,
+                  "Its moment of inertia in kg m2 about the ankles; default: that of the result's build")
+      .excludes(scale_to);
+  scale_to.excludes(protocol);
+  command.add_option("--name", options->name, "What the files and functions are called").show_default();
+  add_output_option(command, "-o,--output", options->output, Written::folder,
+                    "Folder to write NAME.c and NAME.h to; made if it is missing")
+      .required();
+  add_common_options(command, options->common, false);
+  command.footer(
+      "Example: decid export controller result.json -o firmware/\n"
+      "Example: decid export controller result.json --scale-to robot.json -o firmware/");
+  command.callback([options, command] {
+    apply(options->common);
+    options->names_protocol = command.count("--protocol") > 0;
+    export_controller(*options);
+  });
+}
+
+struct SwayOptions {
+  CommonOptions common;
+  RecordingFlags recordings;
+  std::string model, output;
+};
+
+void export_sway(SwayOptions options) {
+  const ReadOptions reading = options.recordings.read_options();
+  options.recordings.find_sources({options.model, options.output}, options.common.quiet);
+  std::vector<std::string> inputs = options.recordings.distinct_files();
+  inputs.push_back(options.model);
+  refuse_same_file(options.output, inputs);
+  const Model model = model_or_built_in(options.model);
+  std::string bytes;
+  for (const Identification& id : read_recordings(model.protocol, options.recordings.sources, reading)) {
+    if (id.error) throw Error(*id.error);
+    const std::vector<float>& sway_rad = id.estimate.trial.sway_rad();
+    static_assert(std::endian::native == std::endian::little);
+    bytes.append(reinterpret_cast<const char*>(sway_rad.data()), sway_rad.size() * sizeof(float));
+    for (const Warning& warning : id.estimate.warnings) std::cerr << id.file << ": " << warning.text << '\n';
+  }
+  write_file(options.output, bytes);
+  if (!options.common.quiet)
+    std::cerr << format("%s of %d samples, float32, rad, written to %s\n",
+                        counted(std::ssize(options.recordings.files), "trial").c_str(), model.protocol.samples(),
+                        options.output.c_str());
+}
+
+void add_export_sway(const Command& parent) {
+  auto options = std::make_shared<SwayOptions>();
+  const Command command = parent.add_subcommand(
+      "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
+  add_recording_flags(command, options->recordings).required();
+  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  add_output_option(command, "-o,--output", options->output, Written::samples, "File to write").required();
+  add_common_options(command, options->common, false);
+  command.footer("Example: decid export sway trial.csv -o sway.bin");
+  command.callback([options] {
+    apply(options->common);
+    export_sway(*options);
+  });
+}
+
+struct OnnxOptions {
+  CommonOptions common;
+  std::string model, output;
+};
+
+void export_onnx(const OnnxOptions& options) {
+  refuse_same_file(options.output, {options.model});
+  const Model model = model_or_built_in(options.model);
+  write_file(options.output, onnx_bytes(model));
+  const nn::Shape in = model.network.input_shape();
+  if (!options.common.quiet)
+    std::cerr << format("the network of %s, from images of %d x %d x %d to %d outputs (%s), written to %s\n",
+                        model_name(options.model).c_str(), in.channels, in.rows, in.columns,
+                        model.network.output_shape().channels, model.head->name().c_str(), options.output.c_str());
+}
+
+void add_export_onnx(const Command& parent) {
+  auto options = std::make_shared<OnnxOptions>();
+  const Command command = parent.add_subcommand(
+      "onnx", "A model's network as ONNX, from the images of decid image to the outputs that its head reads");
+  command.add_option("model", options->model, "Model file; default: the built-in model");
+  add_output_option(command, "-o,--output", options->output, Written::onnx, "File to write (.onnx)").required();
+  add_common_options(command, options->common, false);
+  command.footer("Example: decid export onnx model.safetensors -o model.onnx");
+  command.callback([options] {
+    apply(options->common);
+    export_onnx(*options);
+  });
+}
+
+}  // namespace
+
+void add_export(const Command& program) {
+  const Command command =
+      program.add_subcommand("export", "Write a model or a controller as C files for a firmware, or a model as ONNX");
+  command.require_subcommand();
+  command.footer("Example: decid export c model.safetensors -o firmware/");
+  add_export_c(command);
+  add_export_controller(command);
+  add_export_sway(command);
+  add_export_onnx(command);
+}
+
+}  // namespace decid::tools

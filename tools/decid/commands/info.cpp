@@ -1,0 +1,103 @@
+// decid info: what is in a model file.
+#include <iostream>
+#include <memory>
+
+#include "base/files/json_object.hpp"
+#include "base/text.hpp"
+#include "identify/network/model.hpp"
+#include "sim/protocol/protocol_json.hpp"
+#include "tools/decid/command.hpp"
+
+namespace decid::tools {
+namespace {
+
+struct InfoOptions {
+  CommonOptions common;
+  std::string model;
+};
+
+/// The lines of a fused layer, in one line.
+std::string layer_text(const nn::Layer<float>& layer) {
+  std::string text = layer.text();
+  for (std::size_t i = text.find('\n'); i != std::string::npos; i = text.find('\n')) text.replace(i, 1, " + ");
+  return text;
+}
+
+/// The JSON text without its line breaks, and with the number of a measured tilt's samples in their place.
+std::string compact(const std::string& text) {
+  Json json = Json::parse(text);
+  if (json.contains("measured") && json["measured"].contains("tilt_deg")) {
+    Json& tilt = json["measured"]["tilt_deg"];
+    tilt = std::to_string(tilt.size()) + " samples";
+  }
+  return json.dump();
+}
+
+std::string shape_text(const nn::Shape& s) {
+  return format("%d x %d x %d", s.channels, s.rows, s.columns);
+}
+
+void info(const InfoOptions& options) {
+  const Model model = model_or_built_in(options.model);
+  const auto& network = model.network;
+  const std::string hash = nn::weights_sha256(network);
+  if (options.common.json) {
+    Json layers = Json::array();
+    for (const nn::Layer<float>& layer : network.layers()) {
+      const nn::Shape s = layer.dst_shape();
+      std::size_t parameters = 0;
+      for (const auto& p : layer.parameters()) parameters += p.value.size();
+      layers.push_back({{"layer", layer_text(layer)},
+                        {"output", {s.channels, s.rows, s.columns}},
+                        {"parameters", parameters},
+                        {"flops", layer.flops()}});
+    }
+    const nn::Shape& in = network.input_shape();
+    std::cout << Json{{"model", model_name(options.model)},
+                      {"input", {in.channels, in.rows, in.columns}},
+                      {"layers", layers},
+                      {"parameters", network.parameter_count()},
+                      {"flops", network.flops()},
+                      {"protocol", Json::parse(sim::to_json(model.protocol))},
+                      {"image", Json::parse(dataset::to_json(model.image()))},
+                      {"origin", Json::parse(to_json(model.origin))},
+                      {"head", model.head->name()},
+                      {"recalibrated", model.recalibration.known()},
+                      {"weights_sha256", hash}}
+                     .dump(2)
+              << '\n';
+    return;
+  }
+  const char* const recalibrated = !model.gives_distribution()   ? ""
+                                   : model.recalibration.known() ? ", recalibrated"
+                                                                 : ", not recalibrated";
+  std::cout << model_name(options.model) << '\n';
+  std::cout << format("  %-48s %-16s %10s %12s\n", "layer", "output", "parameters", "FLOP");
+  std::cout << format("  %-48s %-16s\n", "input", shape_text(network.input_shape()).c_str());
+  for (const nn::Layer<float>& layer : network.layers()) {
+    std::size_t parameters = 0;
+    for (const auto& p : layer.parameters()) parameters += p.value.size();
+    std::cout << format("  %-48s %-16s %10zu %12lld\n", layer_text(layer).c_str(),
+                        shape_text(layer.dst_shape()).c_str(), parameters, layer.flops());
+  }
+  std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
+  std::cout << "protocol  " << compact(sim::to_json(model.protocol)) << "\nimage     "
+            << compact(dataset::to_json(model.image())) << "\norigin    " << to_json(model.origin) << "\nhead      "
+            << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
+}
+
+}  // namespace
+
+void add_info(const Command& program) {
+  auto options = std::make_shared<InfoOptions>();
+  const Command command = program.add_subcommand("info", "Show what a model is made of");
+  command.add_option("model", options->model, "Model file; default: the built-in model");
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid info model.safetensors");
+  command.callback([options] {
+    apply(options->common);
+    info(*options);
+  });
+}
+
+}  // namespace decid::tools

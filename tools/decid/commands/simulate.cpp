@@ -1,0 +1,216 @@
+// decid simulate: a trial with known parameters as CSV, of the single or the double inverted pendulum.
+#include "sim/simulate.hpp"
+
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/files/file.hpp"
+#include "base/text.hpp"
+#include "sim/double_pendulum.hpp"
+#include "sim/protocol/protocol_json.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/trial_csv.hpp"
+
+namespace decid::tools {
+namespace {
+
+/// Those of the single pendulum; the double one has as many a joint.
+const sim::ParameterTable& table() {
+  return sim::single_pendulum().parameters;
+}
+
+/// What was given on the command line, a value or nothing for each parameter.
+using Given = std::vector<std::optional<double>>;
+
+struct SimulateOptions {
+  CommonOptions common;
+  Given parameters = Given(table().size()), hip = parameters;
+  std::uint64_t seed = 1;
+  std::string model = "sip", protocol = "default", output;
+};
+
+sim::Parameters filled(sim::Parameters parameters, const Given& given) {
+  for (std::size_t i = 0; i < given.size(); ++i) parameters[i] = given[i].value_or(parameters[i]);
+  return parameters;
+}
+
+std::vector<double> room(int samples) {
+  return std::vector<double>(static_cast<std::size_t>(samples));
+}
+
+void to_degrees(std::vector<double>& angles) {
+  for (double& value : angles) value /= sim::rad_per_deg;
+}
+
+/// The same body without noise on a platform that hardly moves.
+sim::Protocol at_rest(sim::Protocol protocol) {
+  sim::Sequence small;
+  small.amplitude_deg = 1e-3;
+  protocol.experiment.stimulus = small;
+  protocol.noise.vestibular.scale_deg = 0.0;  // its band may hold no harmonic of this trial
+  return protocol;
+}
+
+/// Throws Error if the body fell: what happened, and what keeps it standing - less noise, less tilt, or other gains,
+/// the first of these that does. stands(protocol, without_noise): whether the same parameters do.
+void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol,
+                      const std::function<bool(const sim::Protocol&, bool without_noise)>& stands,
+                      const std::string& other_gains) {
+  if (outcome.valid) return;
+  const bool fell = outcome.largest_sway_rad > sim::sway_limit_rad;
+  const std::string what = fell ? "the body leaves 5 degrees"
+                                : format("leg or trunk leaves %.0f degrees", sim::segment_limit_rad / sim::rad_per_deg);
+  const std::string remedy =
+      stands(protocol, true)            ? "without vestibular noise it stands: lower --nv or the noise's scale"
+      : stands(at_rest(protocol), true) ? "on a platform at rest it stands: lower the amplitude of the tilt"
+                                        : other_gains;
+  throw Error("simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
+}
+
+/// Time and tilt from where the recording begins.
+std::vector<std::vector<double>> recorded_tilt(const sim::Protocol& protocol, const sim::Stimulus& stimulus,
+                                               std::uint64_t seed) {
+  auto columns = time_and_tilt(protocol, stimulus);
+  const double start_s = sim::drawn(protocol.conditions, sim::Condition::start, seed, 0);
+  if (start_s != 0.0) sim::begin_later(columns[1], start_s * protocol.experiment.sample_rate_hz);
+  return columns;
+}
+
+void print_parameters(const char* title, const sim::Parameters& parameters) {
+  std::cerr << title;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    std::cerr << format("%-8s %12.6g %s\n", table()[i].name.c_str(), parameters[i], table()[i].shown_unit().c_str());
+}
+
+void print_summary(const SimulateOptions& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
+  const double noise_deg = sim::sensor_noise_level(protocol.noise.sensor, options.seed, 0) / sim::rad_per_deg;
+  std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees%s, seed %llu, written to %s\n",
+                      protocol.samples(), protocol.experiment.sample_rate_hz,
+                      outcome.largest_sway_rad / sim::rad_per_deg,
+                      noise_deg > 0.0 ? format(" and %.4g of sensor noise", noise_deg).c_str() : "",
+                      static_cast<unsigned long long>(options.seed), options.output.c_str());
+}
+
+void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
+  const sim::Simulator simulator(std::move(protocol));
+  const sim::Parameters parameters = filled(simulator.protocol().ranges().middle(), options.parameters);
+  std::vector<double> sway = room(simulator.samples());
+  const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
+  const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp],
+               mgh = simulator.protocol().experiment.body.mgh();
+  require_standing(
+      outcome, simulator.protocol(),
+      [&](const sim::Protocol& other, bool without_noise) {
+        sim::Parameters same = parameters;
+        if (without_noise) same[sim::Nv] = 0.0;
+        const sim::Simulator again(other);
+        std::vector<double> unused = room(again.samples());
+        return again.run(same, Random(options.seed, Stream::vestibular_noise, 0), unused).valid;
+      },
+      stiffness <= mgh
+          ? format("--kp-pass and twice --kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp", stiffness,
+                   mgh)
+          : "shorten --delay, lower --kp or raise --kd");
+  sim::record(simulator.protocol(), options.seed, 0, sway);
+  to_degrees(sway);
+  auto columns = recorded_tilt(simulator.protocol(), simulator.stimulus(), options.seed);
+  columns.insert(columns.begin() + 1, std::move(sway));
+  write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg"}, columns, csv_digits));
+  if (options.common.quiet) return;
+  print_parameters("", parameters);
+  print_summary(options, simulator.protocol(), outcome);
+}
+
+void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
+  const sim::DoubleSimulator simulator(std::move(protocol));
+  sim::DoubleParameters parameters = sim::default_double_parameters(simulator.segments());
+  parameters = {filled(parameters.ankle, options.parameters), filled(parameters.hip, options.hip)};
+  std::vector<double> com = room(simulator.samples()), leg = com, trunk = com;
+  const sim::Outcome outcome =
+      simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), {com, leg, trunk});
+  require_standing(
+      outcome, simulator.protocol(),
+      [&](const sim::Protocol& other, bool without_noise) {
+        sim::DoubleParameters same = parameters;
+        if (without_noise) same.ankle[sim::Nv] = same.hip[sim::Nv] = 0.0;
+        const sim::DoubleSimulator again(other);
+        std::vector<double> unused = room(again.samples()), leg_unused = unused, trunk_unused = unused;
+        return again.run(same, Random(options.seed, Stream::vestibular_noise, 0), {unused, leg_unused, trunk_unused})
+            .valid;
+      },
+      "shorten --delay or --hip-delay, or bring the gains of ankle and hip nearer to their defaults");
+  sim::record(simulator.protocol(), options.seed, 0, com);
+  auto columns = recorded_tilt(simulator.protocol(), simulator.stimulus(), options.seed);
+  for (std::vector<double>* angles : {&com, &leg, &trunk}) to_degrees(*angles);
+  columns.insert(columns.begin() + 1, std::move(com));
+  columns.push_back(std::move(leg));
+  columns.push_back(std::move(trunk));
+  write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg", "leg_deg", "trunk_deg"}, columns, csv_digits));
+  if (options.common.quiet) return;
+  print_parameters("ankle\n", parameters.ankle);
+  print_parameters("hip\n", parameters.hip);
+  print_summary(options, simulator.protocol(), outcome);
+}
+
+void simulate(const SimulateOptions& options) {
+  std::vector<std::string> files;
+  sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files);
+  refuse_same_file(options.output, files);
+  options.model == "dip" ? simulate_double(options, std::move(protocol))
+                         : simulate_single(options, std::move(protocol));
+}
+
+}  // namespace
+
+void add_simulate(const Command& program) {
+  auto options = std::make_shared<SimulateOptions>();
+  const Command command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
+  const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
+  for (std::size_t i = 0; i < table().size(); ++i) {
+    const sim::ParameterInfo& info = table()[i];
+    command
+        .add_option("--" + info.option, options->parameters[i],
+                    format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description.c_str(),
+                           info.low, info.high, info.unit_after().c_str(), info.middle(), of_double.ankle[i]))
+        .shown_as("FLOAT");
+  }
+  add_seed_option(command, options->seed, "Seed of the noise");
+  command
+      .add_option("--model", options->model,
+                  "Body: sip, the single inverted pendulum, or dip, leg and trunk with a controller at the ankle (the "
+                  "seven parameters above) and one at the hip; sensor noise is added to com_sway_deg alone")
+      .one_of({"sip", "dip"})
+      .show_default();
+  for (std::size_t i = 0; i < table().size(); ++i) {
+    const sim::ParameterInfo& info = table()[i];
+    command
+        .add_option("--hip-" + info.option, options->hip[i],
+                    format("With --model dip, of the hip: %s; default %.4g%s", info.description.c_str(),
+                           of_double.hip[i], info.unit_after().c_str()))
+        .shown_as("FLOAT");
+  }
+  command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
+  add_output_option(command, "-o,--output", options->output, Written::csv,
+                    "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
+      .required();
+  add_common_options(command, options->common, false);
+  command.footer(
+      "Default gains are shown for the default body; they scale with the m g h of the protocol's body.\n"
+      "Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
+      "Example: decid simulate --model dip --hip-delay 0.05 -o trial.csv");
+  command.callback([options, command] {
+    for (const sim::ParameterInfo& info : table()) {
+      const std::string name = "--hip-" + info.option;
+      if (options->model != "dip" && command.count(name) > 0)
+        throw Error(name, "has no effect on the single pendulum, which has no hip", "use it with --model dip");
+    }
+    apply(options->common);
+    simulate(*options);
+  });
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,399 @@
+// decid train: a model from a data set, or from trials simulated on the fly.
+#include <sys/resource.h>
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "identify/training/checkpoint.hpp"
+#include "nn/kernels/kernels.hpp"
+#include "nn/schedule.hpp"
+#include "sim/body_model.hpp"
+#include "sim/protocol/protocol_json.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/interrupt.hpp"
+#include "tools/decid/progress.hpp"
+#include "tools/decid/ranks.hpp"
+#include "tools/decid/train_files.hpp"
+#include "tools/report/training_page.hpp"
+
+namespace decid::tools {
+namespace {
+
+struct TrainOptions {
+  CommonOptions common;
+  std::string data, preset = "best", architecture_file, image_file, from, report, output;
+  ProtocolOptions protocol;
+  bool stream = false, resume = false, usr1 = false;
+  int stream_trials = 25600, validation_trials = 1000, patience = 0;
+  std::uint64_t seed = 1;
+  // Unset: the preset's.
+  std::optional<std::string> head;
+  std::optional<int> epochs, batch;
+  std::optional<double> learning_rate, momentum, weight_decay;
+  std::optional<std::string> schedule;
+};
+
+TrainingSettings settings_from(const TrainOptions& options) {
+  TrainingSettings settings;
+  settings.preset = preset_named(options.preset);
+  Preset& preset = settings.preset;
+  if (!options.architecture_file.empty()) preset.architecture = read_file(options.architecture_file, 1 << 20);
+  if (!options.image_file.empty())
+    preset.image = dataset::image_settings_from_json(read_file(options.image_file, 1 << 20), options.image_file);
+  preset.epochs = options.epochs.value_or(preset.epochs);
+  preset.batch = options.batch.value_or(preset.batch);
+  preset.learning_rate = options.learning_rate.value_or(preset.learning_rate);
+  preset.sgd.momentum = options.momentum.value_or(preset.sgd.momentum);
+  preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
+  preset.schedule = options.schedule.value_or(preset.schedule);
+  nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
+  if (options.head && !options.architecture_file.empty()) preset.head = *options.head;
+  if (options.head && options.architecture_file.empty())
+    preset = with_head(preset, *options.head, sim::single_pendulum().parameters.size(), "--head");
+  settings.head = &head_named(preset.head, "--head");
+  settings.seed = options.seed;
+  settings.patience = options.patience;
+  settings.scaling_trials = options.stream ? 2000 : 0;
+  return settings;
+}
+
+/// MATLAB's loss over the MSE.
+double matlab_factor(const Model& model) {
+  return 0.5 * static_cast<double>(model.parameters().size());
+}
+
+double peak_memory_mb() {
+#if defined(__wasm__)
+  return static_cast<double>(__builtin_wasm_memory_size(0)) / 16.0;  // pages of 64 KiB
+#else
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+#endif
+}
+
+/// " and 640 trials", of the epoch that was stopped in its middle.
+std::string part_text(const TrainingState& state) {
+  return state.part.trials > 0 ? format(" and %d trials", state.part.trials) : std::string();
+}
+
+/// What is there already of the training, from a checkpoint or a finished model; nothing if it is to begin. Throws
+/// Error if it would overwrite those of another one.
+std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest request) {
+  const bool finished = std::filesystem::exists(files.model);
+  const bool has_epoch = std::filesystem::exists(files.checkpoint), has_part = std::filesystem::exists(files.stopped);
+  if (has_epoch || has_part || (request.more_epochs && !finished)) {
+    FinishedTraining unfinished{load_checkpoint(!has_epoch && has_part ? files.stopped : files.checkpoint, request),
+                                false};
+    TrainingState& state = unfinished.state;
+    if (has_epoch && has_part) {
+      TrainingState later = state_from_bytes(read_file(files.stopped), files.stopped);
+      // Of the epoch after it, and not one that more epochs have given another schedule.
+      if (later.model.origin == state.model.origin && later.log == state.log) state = std::move(later);
+    }
+    request.more_epochs = true;  // the model is one for fewer epochs then, from which this training goes on
+    if (finished) static_cast<void>(load_finished(files.model, request));
+    return unfinished;
+  }
+  if (finished) return load_finished(files.model, request);
+  return std::nullopt;
+}
+
+void print_summary(const TrainOptions& options, const Model& model) {
+  Json json{{"model", options.output}, {"weights_sha256", nn::weights_sha256(model.network)}};
+  if (!model.log.empty()) {
+    const EpochLog& kept = kept_epoch(model.log, options.patience);
+    json.update(Json{{"epochs", model.log.size()},
+                     {"kept_epoch", kept.epoch},
+                     {"training_mse", kept.training_mse},
+                     {"validation_mse", kept.validation_mse},
+                     {"validation_matlab_loss", matlab_factor(model) * kept.validation_mse}});
+  }
+  std::cout << json.dump(2) << '\n';
+}
+
+void write_report(const TrainOptions& options, const Model& model, const std::vector<EpochLog>& log, bool finished) {
+  if (options.report.empty() || log.empty()) return;
+  write_file(options.report, training_html({.model = options.output,
+                                            .version = version,
+                                            .protocol = model.protocol,
+                                            .origin = model.origin,
+                                            .log = log,
+                                            .distribution = model.gives_distribution(),
+                                            .finished = finished}));
+}
+
+void say_done(const TrainOptions& options, const Model& model) {
+  if (!options.common.quiet)
+    std::cerr << format(
+        "%s is the model of this very training (%zu epochs, weights SHA-256 %s): done, nothing is left to do\n",
+        options.output.c_str(), model.log.size(), nn::weights_sha256(model.network).c_str());
+  write_report(options, model, model.log, true);
+  if (options.common.json) print_summary(options, model);
+}
+
+/// Trains what is left, with a line, a checkpoint and a log each epoch. False: it was interrupted.
+bool train_epochs(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
+                  TrainingState& state, ProgressBar& bar) {
+  const TrainFiles files(options.output);
+  const int trials = source.trials(dataset::Part::training);
+  const Before before(is_root() ? std::vector{files.checkpoint, files.log, files.best, options.report}
+                                : std::vector<std::string>());
+  if (is_root() && settings.patience > 0 && !state.log.empty() && state.part.trials == 0 &&
+      !std::filesystem::exists(files.best))
+    write_file(files.best, to_bytes(state.model));  // what goes on from a finished model goes on from its best
+  long long done_before = 0;
+  int part = state.part.trials;    // done before, of the first epoch
+  std::vector<double> validation;  // of the epochs done, for the curve
+  for (const EpochLog& e : state.log) validation.push_back(e.validation_mse);
+  auto epoch_start = std::chrono::steady_clock::now();
+  const auto after_epoch = [&] {
+    done_before += trials - std::exchange(part, 0);
+    const EpochLog& last = state.log.back();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - epoch_start).count();
+    bar.line(
+        format("epoch %3d of %d: training MSE %.4f, validation MSE %.4f (MATLAB's loss %.4f); %.0f samples/s, "
+               "peak memory %.0f MB",
+               last.epoch, settings.preset.epochs, last.training_mse, last.validation_mse,
+               matlab_factor(state.model) * last.validation_mse, trials / seconds, peak_memory_mb()));
+    validation.push_back(last.validation_mse);
+    epoch_start = std::chrono::steady_clock::now();
+    if (!is_root()) return;
+    // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
+    // same bits.
+    if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(files.best, to_bytes(state.model));
+    write_file(files.checkpoint, checkpoint_bytes(state));
+    std::filesystem::remove(files.stopped);
+    write_file(files.log, log_csv(state.log, state.model.parameters().size()));
+    write_report(options, state.model, state.log, false);
+  };
+  try {
+    return run_training(
+        source, settings, state,
+        [&](int done, int) {
+          const bool drawn = bar.terminal() && !validation.empty();
+          bar.update(done_before + done - part,
+                     drawn ? format("validation MSE %.3f ", validation.back()) + curve(validation) : std::string());
+          return !interrupted();
+        },
+        after_epoch);
+  } catch (const Diverged&) {
+    before.put_back();
+    throw;
+  }
+}
+
+/// That of the best epoch, at all ranks.
+Model best_of(const TrainFiles& files) {
+  if (ranks() == nullptr) return load_model(files.best);
+  const std::string bytes = broadcast_text(*ranks(), is_root() ? read_file(files.best) : std::string());
+  return model_from_bytes(bytes, files.best);
+}
+
+/// The finished model: that of the last epoch or, with patience, of the best one.
+Model finished_model(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
+                     TrainingState& state) {
+  const TrainFiles files(options.output);
+  Model model = std::move(state.model);
+  if (settings.patience > 0) {
+    Model best = best_of(files);
+    best.origin.epochs = model.origin.epochs;  // it may be of a training that went on to more of them
+    best.origin.extensions = model.origin.extensions;
+    if (best.origin != model.origin)
+      throw Error(files.best, "was made with other settings: " + difference(best.origin, model.origin),
+                  "delete it and " + files.checkpoint + " to begin anew");
+    model = std::move(best);
+  }
+  model.log = std::move(state.log);
+  model.familiarity = learn_familiarity(model, source, settings.preset.epochs, ranks());
+  model.recalibration = learn_recalibration(model, source, settings.preset.epochs, ranks());
+  return model;
+}
+
+void say_finished(const TrainOptions& options, const dataset::TrialSource& source, const Model& model,
+                  ProgressBar& bar) {
+  const EpochLog& kept = kept_epoch(model.log, options.patience);
+  if (options.patience > 0)
+    bar.line(format("%zu epochs done; kept epoch %d, validation MSE %.4f", model.log.size(), kept.epoch,
+                    kept.validation_mse));
+  bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(),
+                  TrainFiles(options.output).log.c_str(), nn::weights_sha256(model.network).c_str()));
+  if (!model.familiarity.known())
+    bar.line("identify will not recognise unfamiliar recordings: " + why_no_familiarity(model, source));
+  if (model.gives_distribution() && !model.recalibration.known())
+    bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
+}
+
+/// Where a training begins, as rank 0 finds it.
+struct Beginning {
+  std::optional<TrainingState> state;  ///< of other ranks, and of a training that is done: none
+  bool resumed = false;
+};
+
+Beginning beginning(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
+                    const Origin& origin, const std::optional<Model>& from) {
+  std::optional<FinishedTraining> there =
+      begun(TrainFiles(options.output), {origin, settings.preset.image, source.protocol(), options.resume});
+  if (there && there->done) {
+    there->state.model.log = there->state.log;
+    say_done(options, there->state.model);
+    return {{}, true};
+  }
+  if (there) return {std::move(there->state), true};
+  Beginning fresh{from ? start_training(source, settings, *from, options.from) : start_training(source, settings)};
+  fresh.state->model.origin = origin;
+  return fresh;
+}
+
+/// Refuses files that would be lost, and places that cannot be written: before the work, not after.
+void check_files(const TrainOptions& options, std::vector<std::string> read) {
+  const TrainFiles files(options.output);
+  for (const std::string& path : files.all()) refuse_same_file(path, read);
+  for (const std::string& path : files.all()) read.push_back(path);
+  refuse_same_file(options.report, read);
+  for (const std::string& path : {files.model, files.checkpoint, files.log, options.report})
+    if (!path.empty()) PendingFile probe(path);
+}
+
+void train(const TrainOptions& options) {
+  if (options.data.empty() != options.stream)
+    throw Error("train", "needs trials", "give either --data data.npz or --stream");
+  const TrainFiles files(options.output);
+  std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
+  const sim::Protocol protocol =
+      options.stream ? options.protocol.load(options.common.quiet, &read) : sim::default_protocol();
+  if (is_root()) check_files(options, read);
+  TrainingSettings settings = settings_from(options);
+  settings.ranks = ranks();
+  std::optional<OutputLock> lock;
+  if (is_root()) lock.emplace(files);
+  const std::unique_ptr<dataset::TrialSource> source =
+      options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
+                     : dataset::stored_source(dataset::StoredDataset(options.data));
+  if (options.image_file.empty()) settings.preset.image = image_for(settings.preset, source->protocol());
+  const std::optional<Model> from = options.from.empty() ? std::nullopt : std::optional(load_model(options.from));
+  std::optional<Origin::Start> start;
+  if (from) start = start_from(from->origin, nn::weights_sha256(from->network));
+  const Origin origin = origin_of(settings, *source, std::string("decid ") + version, start);
+  require_same("the training", to_json(origin) + sim::to_json(source->protocol()), "give all hosts the same files");
+  Beginning begin = is_root() ? beginning(options, settings, *source, origin, from) : Beginning{};
+  if (ranks() != nullptr) {
+    const std::string how = broadcast_text(*ranks(), !begin.state ? "done" : begin.resumed ? "resumed" : "fresh");
+    if (how == "done") return;
+    begin.resumed = how == "resumed";
+    share_state(*ranks(), begin.state);
+  } else if (!begin.state) {
+    return;
+  }
+  TrainingState state = std::move(*begin.state);
+
+  const Preset& preset = settings.preset;
+  const int trials = source->trials(dataset::Part::training);
+  const long long total =
+      static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size())) - state.part.trials;
+  ProgressBar bar("train", "samples", total, options.common.quiet);
+  bar.line(format("%s: %zu parameters, %.1f MFLOP a sample; %d training and %d validation trials; kernels %s",
+                  preset.name.c_str(), state.model.network.parameter_count(),
+                  static_cast<double>(state.model.network.flops()) * 1e-6, trials,
+                  source->trials(dataset::Part::validation), nn::kernels<float>().name));
+  if (begin.resumed)
+    bar.line(format("resuming after epoch %zu of %d%s", state.log.size(), preset.epochs, part_text(state).c_str()));
+  catch_interrupt(options.usr1);
+  const bool finished = train_epochs(options, settings, *source, state, bar);
+  const std::string where = format("after epoch %zu", state.log.size()) + part_text(state);
+  const std::string& kept = state.part.trials > 0 ? files.stopped : files.checkpoint;
+  if (!finished && is_root()) write_file(kept, checkpoint_bytes(state));
+  const auto stop_if = [&](bool stopped) {
+    if (stopped)
+      throw std::runtime_error("stopped; the same command, with --resume or without, goes on " + where + " (" + kept +
+                               ")");
+  };
+  stop_if(!finished);
+  const Model model = finished_model(options, settings, *source, state);
+  if (!is_root()) return;
+  stop_if(interrupted());
+  if (begin.resumed)
+    write_file(files.log, log_csv(model.log, model.parameters().size()));  // the last one may have failed
+  write_file(options.output, to_bytes(model));
+  write_report(options, model, model.log, true);
+  for (const std::string& path : {files.checkpoint, files.stopped, files.best}) std::filesystem::remove(path);
+  say_finished(options, *source, model, bar);
+  if (options.common.json) print_summary(options, model);
+}
+
+}  // namespace
+
+void add_train(const Command& program) {
+  auto options = std::make_shared<TrainOptions>();
+  const Command command = program.add_subcommand("train", "Train a model");
+  const Option data = command.add_option("--data", options->data, "Data set made by decid dataset");
+  command.add_flag("--stream", options->stream, "Simulate fresh trials for every epoch instead").excludes(data);
+  add_protocol_options(command, options->protocol);
+  command.add_option("--stream-trials", options->stream_trials, "With --stream: trials an epoch")
+      .show_default()
+      .range(16, 100'000'000);
+  command.add_option("--validation-trials", options->validation_trials, "With --stream: trials for validation")
+      .show_default()
+      .range(1, 1'000'000);
+  std::string names;
+  for (const Preset& p : presets()) names += (names.empty() ? "" : "; ") + p.name + ": " + p.description;
+  command.add_option("--preset", options->preset, "Network, image and training settings. " + names).show_default();
+  command.add_option("--architecture", options->architecture_file,
+                     "A text file with other layers, one a line, e.g. "
+                     "conv 32 3x3 stride 2x2 pad 1x1");
+  command.add_option(
+      "--head", options->head,
+      "What the outputs mean: point, the parameters; 'mixture N', a distribution over them of N Gaussians, "
+      "for 7 parameters 36 outputs each; default: the preset's");
+  command.add_option("--image", options->image_file,
+                     "A JSON file with other image settings, as decid info MODEL --json shows them");
+  command.add_option("--epochs", options->epochs, "Passes over the training trials").range(1, 1'000'000);
+  command
+      .add_option(
+          "--patience", options->patience,
+          "Stop after so many epochs in a row without a better validation MSE, and keep the best epoch's model; "
+          "default: all epochs, and the last one's model")
+      .range(1, 1'000'000);
+  command.add_option("--batch", options->batch, "Samples a step").range(1, 4096);
+  command.add_option("--lr", options->learning_rate, "Learning rate").range(1e-12, 1e3);
+  command.add_option("--momentum", options->momentum, "Momentum").range(0.0, 0.9999);
+  command.add_option("--weight-decay", options->weight_decay, "L2 regularisation of the weights").range(0.0, 1.0);
+  command.add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
+  add_seed_option(command, options->seed, "Seed of weights, shuffling and, with --stream, trials");
+  command.add_option("--from", options->from,
+                     "A model file of the same architecture, head and image: begin with its weights and scalings "
+                     "(fine tuning)");
+  command.add_flag(
+      "--resume", options->resume,
+      "Go on from where a stopped training was, or a finished one to more --epochs; fails if there is none");
+  command.add_flag(
+      "--stop-at-usr1", options->usr1,
+      "SIGUSR1, too, stops it with a checkpoint, as SIGTERM and Ctrl-C do: a cluster may send it before time "
+      "is up");
+  add_output_option(command, "--report", options->report, Written::html,
+                    "Page to write anew after each epoch: training and validation error over the epochs (.html)");
+  add_output_option(command, "-o,--output", options->output, Written::safetensors,
+                    "Model file to write (.safetensors). Meanwhile there is OUTPUT.checkpoint, from which the same "
+                    "command goes on; the files of other trainings are not overwritten")
+      .required();
+  add_common_options(command, options->common, true);
+  command.footer("Example: decid train --data data.npz --preset best -o model.safetensors");
+  command.callback([options, command] {
+    for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
+      if (!options->stream && command.count(name) > 0)
+        throw Error(name, "has no effect on a data set, which was simulated already", "use it with --stream");
+    apply(options->common);
+    train(*options);
+  });
+}
+
+}  // namespace decid::tools

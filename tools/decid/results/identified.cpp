@@ -1,0 +1,72 @@
+// Results of decid identify read back: see identified.hpp.
+#include "tools/decid/results/identified.hpp"
+
+#include "base/error.hpp"
+#include "base/files/file.hpp"
+#include "base/files/json_object.hpp"
+#include "base/text.hpp"
+#include "base/warning.hpp"
+#include "sim/body_model.hpp"
+
+namespace decid::tools {
+
+const sim::ParameterTable& controller_parameters() {
+  return sim::single_pendulum().parameters;
+}
+
+namespace {
+
+/// The body of a result. Throws Error for one that is none.
+std::optional<sim::Body> body_in(const Json& result, const std::string& path, const std::string& remedy) {
+  const auto found = result.find("body");
+  if (found == result.end()) return {};
+  sim::Body body;
+  try {
+    body = {.mass_kg = found->at("mass_kg").get<double>(),
+            .com_height_m = found->at("com_height_m").get<double>(),
+            .inertia_kgm2 = found->at("inertia_kgm2").get<double>()};
+  } catch (const Json::exception&) {
+    throw Error(path, "has a body without mass, height or inertia", remedy);
+  }
+  if (!(body.mass_kg > 0.0 && body.com_height_m > 0.0 && body.inertia_kgm2 > 0.0))
+    throw Error(path, "has a body whose mass, height or inertia is not above 0", remedy);
+  return body;
+}
+
+}  // namespace
+
+Identified identified(const std::string& path, int recording, bool force) {
+  const std::string remedy = "give a file written by decid identify -o";
+  const Json json = parse_json(read_file(path), path);
+  if (!json.is_object() || !json.contains("recordings") || !json["recordings"].is_array())
+    throw Error(path, "is not a result of decid identify", remedy);
+  const Json& all = json["recordings"];
+  if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
+    throw Error(path, format("has %s, and none of number %d", counted(std::ssize(all), "recording").c_str(), recording),
+                "choose one: --recording");
+  const Json& chosen = all.at(static_cast<std::size_t>(recording) - 1);
+  std::string caution;
+  if (const auto trust = chosen.find("trust"); trust != chosen.end() && *trust != name(Trust::usable)) {
+    const Json why = chosen.value(Json::json_pointer("/warnings/0/text"), Json("no reason is given"));
+    const std::string text = why.is_string() ? why.get<std::string>() : why.dump();
+    if (*trust == name(Trust::not_usable) && !force)
+      throw Error(path, format("is not usable for recording %d: ", recording) + text,
+                  "mend the recording, or take its values all the same with --force");
+    caution = text;
+  }
+  const sim::ParameterTable& table = controller_parameters();
+  Identified result{sim::Parameters(table.size()), body_in(json, path, remedy), {}, caution};
+  if (all.size() > 1) result.which = format("recording %d of %zu", recording, all.size());
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    try {
+      const Json& found = chosen.at("parameters").at(i);
+      if (found.at("name") != table[i].name) throw Error(path, "has its parameters in another order", remedy);
+      result.parameters[i] = found.at("value").get<double>();
+    } catch (const Json::exception&) {
+      throw Error(path, format("has no %s of recording %d", table[i].name.c_str(), recording), remedy);
+    }
+  }
+  return result;
+}
+
+}  // namespace decid::tools

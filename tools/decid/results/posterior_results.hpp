@@ -1,0 +1,95 @@
+// What distributions are reported with, a network's and posteriors of recordings and of published frequency responses.
+// Found: a type with mean(), deviation(), quantile() and correlation() of its quantities, by number; the parameters
+// come first.
+#pragma once
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/files/json_object.hpp"
+#include "base/text.hpp"
+#include "sim/parameters.hpp"
+#include "tools/report/parameters_json.hpp"
+
+namespace decid::tools {
+
+/// The limits that hold this share, over a divisor.
+template <class Found>
+Json interval(const Found& found, int quantity, double share, double divisor = 1.0) {
+  const double tail = 0.5 * (1.0 - share);
+  return {found.quantile(quantity, tail) / divisor, found.quantile(quantity, 1.0 - tail) / divisor};
+}
+
+template <class Found>
+Json quantity_json(const Found& found, int quantity) {
+  return {{"value", found.mean(quantity)},
+          {"sd", found.deviation(quantity)},
+          {"interval50", interval(found, quantity, 0.5)},
+          {"interval90", interval(found, quantity, 0.9)}};
+}
+
+/// Adds to a parameter's object what is found of it.
+template <class Found>
+void add_found(Json& parameter, const Found& found, std::size_t p, const sim::ParameterInfo& info, double mgh) {
+  const int quantity = static_cast<int>(p);
+  parameter["sd"] = found.deviation(quantity);
+  parameter["interval50"] = interval(found, quantity, 0.5);
+  parameter["interval90"] = interval(found, quantity, 0.9);
+  parameter["normalized_interval90"] = info.per_mgh ? interval(found, quantity, 0.9, mgh) : Json(nullptr);
+}
+
+/// Row by row, of the parameters.
+template <class Found>
+Json correlations_json(const Found& found, std::size_t parameters) {
+  Json rows = Json::array();
+  for (std::size_t a = 0; a < parameters; ++a) {
+    Json& row = rows.emplace_back(Json::array());
+    for (std::size_t b = 0; b < parameters; ++b)
+      row.push_back(found.correlation(static_cast<int>(a), static_cast<int>(b)));
+  }
+  return rows;
+}
+
+/// What every sampler says of its draws; names: of the parameters, `others` of the quantities
+/// behind them.
+template <class Found>
+Json common_diagnostics(const Found& found, std::vector<std::string> names, std::initializer_list<const char*> others) {
+  names.insert(names.end(), others.begin(), others.end());
+  Json rhat, effective;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    rhat[names[i]] = number_or_null(found.rhat()[i]);
+    effective[names[i]] = number_or_null(found.effective_draws()[i]);
+  }
+  return {{"rhat", std::move(rhat)},  {"effective_draws", std::move(effective)},
+          {"agreed", found.agreed()}, {"chains", found.chains()},
+          {"draws", found.draws()},   {"acceptance", found.acceptance()}};
+}
+
+/// A value over m g h, or blanks for a parameter where that has no meaning.
+inline std::string over_mgh(const sim::ParameterInfo& info, double value, double mgh) {
+  return info.per_mgh ? format("%10.4f", value / mgh) : std::string(10, ' ');
+}
+
+/// The heading of parameter_line()s; value: what stands for a parameter, note: what parameter_line() has there.
+inline std::string table_heading(const char* value, const char* interval, bool truth, const std::string& note = {}) {
+  return format("  %-8s %10s %12s %10s %24s %-10s%s%s  %s\n", "", "/ (m g h)", value, "sd", interval, "unit",
+                truth ? "         true" : "", note.c_str(), "range");
+}
+
+/// A table's line of one parameter, up to its range; `value` stands for it, `note` before the range.
+template <class Found>
+std::string parameter_line(const Found& found, std::size_t p, const sim::ParameterInfo& info, double value, double mgh,
+                           const std::optional<sim::Parameters>& truth, const std::string& note = {}) {
+  const int quantity = static_cast<int>(p);
+  const std::string between = format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
+  std::string text = format("  %-8s ", info.name.c_str()) + over_mgh(info, value, mgh);
+  text +=
+      format(" %12.5g %10.3g %24s %-10s", value, found.deviation(quantity), between.c_str(), info.shown_unit().c_str());
+  if (truth) text += format(" %12.5g", (*truth)[p]);
+  return text + note + format("  %g to %g\n", info.low, info.high);
+}
+
+}  // namespace decid::tools

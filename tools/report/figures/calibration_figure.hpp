@@ -1,0 +1,16 @@
+// Where truths lie among their posteriors' draws, as a figure.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "identify/studies/calibration.hpp"
+#include "sim/parameters.hpp"
+
+namespace decid::tools {
+
+/// SVG: of each parameter the distribution of the shares of the draws below the truth, less the uniform one. A line
+/// that leaves the band of `band` either side is not chance, at 95 %.
+std::string calibration_figure(const sim::ParameterTable& table, std::span<const CalibratedTrial> trials, double band);
+
+}  // namespace decid::tools

@@ -1,0 +1,16 @@
+// Figures of what an estimate is worth, for study_figures.hpp.
+#pragma once
+
+#include <vector>
+
+#include "tools/report/figures/study_figures.hpp"
+
+namespace decid::tools {
+
+/// A bin of fewer trials is not drawn; the table has it.
+inline constexpr int fewest_trials_drawn = 10;
+
+/// Error against sway and against noise at each level of sensor noise, and the learning curve if there is one.
+void add_worth_figures(const Study& study, std::vector<Figure>& figures);
+
+}  // namespace decid::tools
