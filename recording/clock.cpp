@@ -16,7 +16,7 @@ namespace {
 
 /// In median steps. Steps that differ by more than `gross` from every whole number of them come from no clock.
 constexpr double even = 0.01, gross = 0.3;
-/// Steps longer than this make interpolated sway a guess; docs/recordings.md has the measurement.
+/// Steps longer than this make interpolated sway a guess; docs/reference/accuracy.md has the measurement.
 constexpr double long_step_s = 0.1;
 
 double median(std::vector<double> values) {

@@ -19,7 +19,7 @@ namespace {
 /// How much of a trial may be missing at either end.
 constexpr double missing_limit = 0.01;
 constexpr double least_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
-/// Networks err more on slower recordings: docs/recordings.md has the measurement.
+/// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 /// Samples by which lengths may differ by rounding alone.
 constexpr double rounding = 1e-6;

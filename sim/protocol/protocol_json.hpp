@@ -10,7 +10,7 @@
 // The body may be {"subject": {"mass_kg", "height_m"}} instead: Winter's segments (sim/segments.hpp).
 // "period_s" may be "trial", the trial's length. Anything left out takes the default protocol's value, but offset_s
 // beside feedback or start, which is 0 then; an unknown key, or one that stands twice, is an error. Every setting:
-// docs/protocols.md.
+// docs/reference/protocols.md.
 #pragma once
 
 #include <functional>

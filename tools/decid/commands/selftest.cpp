@@ -1,5 +1,5 @@
 // decid selftest: whether this machine, or each of several and all together, computes the bits that it is to compute.
-// The first two figures are those of docs/determinism.md.
+// The first two figures are those of docs/develop/determinism.md.
 #include <algorithm>
 #include <chrono>
 #include <functional>
