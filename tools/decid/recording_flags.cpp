@@ -16,8 +16,10 @@ namespace {
 constexpr const char* no_column = "none";
 
 std::optional<recording::Unit> unit_of(const std::string& name) {
-  if (name != "deg" && name != "rad") return {};
-  return name == "rad" ? recording::Unit::radian : recording::Unit::degree;
+  if (name == "deg") return recording::Unit::degree;
+  if (name == "rad") return recording::Unit::radian;
+  if (name == "mrad") return recording::Unit::milliradian;
+  return {};
 }
 
 std::optional<double> metres_of(const std::string& unit) {
@@ -114,8 +116,8 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
   command.add_option("--column", flags.column, "Sway column, by name or number from 1; default: found by name");
   command
       .add_option("--unit", flags.unit,
-                  "deg or rad, or of positions mm, cm or m; default: from the column's name, else degrees")
-      .one_of({"deg", "rad", "mm", "cm", "m"});
+                  "deg, rad or mrad, or of positions mm, cm or m; default: from the column's name, else degrees")
+      .one_of({"deg", "rad", "mrad", "mm", "cm", "m"});
   command
       .add_option("--com-height", flags.com_height,
                   "The sway column is a position, of the centre of mass or a marker, this many m above the ankles")
@@ -151,8 +153,8 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
       "--tilt-column", flags.tilt_column,
       "The platform's measured tilt, by name or number: finds where the protocol starts; default: one called "
       "tilt, platform or the like; none: not read");
-  command.add_option("--tilt-unit", flags.tilt_unit, "deg or rad; default: from the column's name, else degrees")
-      .one_of({"deg", "rad"});
+  command.add_option("--tilt-unit", flags.tilt_unit, "deg, rad or mrad; default: from the column's name, else degrees")
+      .one_of({"deg", "rad", "mrad"});
   command.add_option("--invert", flags.invert, "sway, tilt or both: positive against the protocol's direction")
       .one_of({"sway", "tilt", "both"});
   command
