@@ -168,7 +168,7 @@ typedef struct decid_read_options {
   int tilt_unit;
   int invert_sway, invert_tilt; /* positive against the protocol's direction */
   int skip_lines;               /* of a text file, above its table; -1: found */
-  /* What the sway is made of where there is no column of it (docs/guide/recordings.md#signals); 0 and NULL: nothing. */
+  /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL: none. */
   double com_height_m;                      /* `column` is a position so high above the ankles */
   double body_height_m;                     /* of the subject, for hip and shoulder */
   const char *leg_column, *trunk_column;    /* angles in space */
