@@ -13,7 +13,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "embedded/bench_report_js.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 
 namespace {
 

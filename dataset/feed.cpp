@@ -18,7 +18,7 @@ namespace decid::dataset {
 namespace {
 
 /// Two blocks of images are in memory.
-constexpr std::size_t most_block_bytes = std::size_t{32} << 20;
+constexpr std::size_t max_block_bytes = std::size_t{32} << 20;
 
 /// The epoch's order of trials: Fisher and Yates, from (seed, epoch).
 std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
@@ -110,10 +110,10 @@ class Collector {
 
 }  // namespace
 
-void encode_all(const Encoding& encoding, const std::function<void(const TakeSway& take)>& hand_over,
+void encode_all(const Encoding& encoding, const std::function<void(const SwaySink& take)>& produce,
                 std::span<float> inputs) {
   Collector collector(encoding, inputs);
-  hand_over([&](std::size_t place, const Sway& sway) { collector.take(place, sway); });
+  produce([&](std::size_t place, const Sway& sway) { collector.take(place, sway); });
   collector.finish();
 }
 
@@ -129,7 +129,7 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
   for (int first = 0; first < trials; first += source.trials_at_once()) {
     std::vector<int> indices(static_cast<std::size_t>(std::min(source.trials_at_once(), trials - first)));
     std::iota(indices.begin(), indices.end(), first);
-    const auto hand_over = [&](const TakeSway& take) {
+    const auto produce = [&](const SwaySink& take) {
       source.take(Part::training, 0, indices, [&](std::size_t place, const sim::Parameters& truth, const Sway& sway) {
         parameters[static_cast<std::size_t>(first) + place] = truth;
         take(place, sway);
@@ -137,11 +137,11 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
     };
     if (standardize) {
       drawn.resize(indices.size() * values);
-      encode_all({images, as_they_are}, hand_over, drawn);
+      encode_all({images, as_they_are}, produce, drawn);
       for (std::size_t place = 0; place < indices.size(); ++place)
         rows.add(std::span(drawn).subspan(place * values, values));
     } else {
-      hand_over([](std::size_t, const Sway&) {});
+      produce([](std::size_t, const Sway&) {});
     }
   }
   return {standardize ? rows.finish() : RowScaling{}, target_scaling(source.protocol().ranges(), parameters)};
@@ -152,7 +152,7 @@ namespace {
 /// The batches of a block: as many as the source gives at once and memory allows.
 int block_batches(const TrialSource& source, const ImageMaker& images, int batch, int processes) {
   const std::size_t image_bytes = static_cast<std::size_t>(images.shape().size()) * sizeof(float);
-  const auto fitting = static_cast<int>(std::min<std::size_t>(most_block_bytes / image_bytes, 1 << 20));
+  const auto fitting = static_cast<int>(std::min<std::size_t>(max_block_bytes / image_bytes, 1 << 20));
   const long long trials = static_cast<long long>(std::min(source.trials_at_once(), fitting)) * processes;
   return static_cast<int>(std::max<long long>(std::min<long long>(trials, 1 << 20) / batch, 1));
 }
@@ -250,7 +250,7 @@ void Feed::fill(Block& block, int epoch, std::vector<int> indices) const {
   block.targets.resize(indices.size() * targets_.mean.size());
   encode_all(
       encoding_,
-      [&](const TakeSway& take) {
+      [&](const SwaySink& take) {
         source_.take(Part::training, epoch, indices,
                      [&](std::size_t place, const sim::Parameters& parameters, const Sway& sway) {
                        const auto target = targets_.scale(parameters);

@@ -28,11 +28,11 @@ struct Encoding {
 };
 
 /// Takes the sway of the trial at a place: in any order and from many threads; it is valid only within the call.
-using TakeSway = std::function<void(std::size_t place, const Sway& sway)>;
-/// Encodes the trials that `hand_over` gives to the TakeSway it is called with. inputs: of place 0, of place 1, ...
+using SwaySink = std::function<void(std::size_t place, const Sway& sway)>;
+/// Encodes the trials that `produce` gives to the SwaySink it is called with. inputs: of place 0, of place 1, ...
 /// Trials whose images share lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are
-/// encode()'s. Throws Error for a place without room, and what hand_over throws.
-void encode_all(const Encoding& encoding, const std::function<void(const TakeSway& take)>& hand_over,
+/// encode()'s. Throws Error for a place without room, and what produce throws.
+void encode_all(const Encoding& encoding, const std::function<void(const SwaySink& take)>& produce,
                 std::span<float> inputs);
 
 /// What brings images and targets to mean 0 and deviation 1.

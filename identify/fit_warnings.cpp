@@ -22,7 +22,7 @@ constexpr double outer = 0.05, outermost = 0.011;  // coordinates end at the out
 constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
 constexpr double divergent_fraction = 0.05;
 /// In a block of 0.1 s the white noise of a sample of so much is about the model's own error.
-constexpr double least_believed_noise_deg = 2e-3;
+constexpr double min_believed_noise_deg = 2e-3;
 constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
 constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
 constexpr double contradiction_sd = 3.5;
@@ -79,7 +79,7 @@ void warn_of_chains(const Density& density, const Posterior& found, bool from_ne
 
 void warn_of_noise(const posterior::Observation& observation, const Posterior& found, Warnings& warnings) {
   const double white_deg = found.mean(Density::sensor_noise), slow_deg = found.mean(Density::slow_noise);
-  if (white_deg < least_believed_noise_deg)
+  if (white_deg < min_believed_noise_deg)
     add_caution(warnings, "little_noise",
                 format("the measurement noise, %.2g degrees, is at most about the error of the model's own arithmetic: "
                        "the intervals may be too narrow",

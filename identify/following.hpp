@@ -19,7 +19,7 @@ class Following {
   /// How many trials are simulated for a measurement: number i has the noise Random(0, Stream::vestibular_noise, i).
   static constexpr int trials = 32;
 
-  /// Throws Error if the trial's length has a prime factor above largest_fft_prime.
+  /// Throws Error if the trial's length has a prime factor above max_fft_prime.
   explicit Following(const sim::Protocol& protocol);
 
   /// The sways of those trials.

@@ -51,11 +51,11 @@ void warn_of_sway(const sim::Conditions& trained, Estimate& estimate) {
   const std::vector<float>& sway_rad = estimate.trial.sway_rad();
   // Simulated trials swing about upright: of 2,000 none has a mean beyond this.
   const double moved_deg = largest(trained, sim::Condition::offset) + largest(trained, sim::Condition::drift);
-  const double largest_mean_deg = 0.8 + moved_deg;
+  const double max_mean_deg = 0.8 + moved_deg;
   double sum = 0;
   for (const float value : sway_rad) sum += static_cast<double>(value);
   const double mean_deg = sum / static_cast<double>(sway_rad.size()) / sim::rad_per_deg;
-  if (std::abs(mean_deg) > largest_mean_deg)
+  if (std::abs(mean_deg) > max_mean_deg)
     add_caution(estimate.warnings, "sway_off_upright",
                 format("the sway's mean is %.2f degrees, where 0 should be upright: an offset of the sensor "
                        "shifts the result, detrend by offset to subtract it",
@@ -99,7 +99,7 @@ Identifier::Identifier(const Model& model, ForBody body, std::size_t usually)
     : model_(model),
       body_(std::move(body)),
       explainer_(std::make_shared<const Explainer>(sim::Simulator(body_.protocol))),
-      at_once_(static_cast<int>(std::clamp(usually, std::size_t{1}, most_at_once))),
+      at_once_(static_cast<int>(std::clamp(usually, std::size_t{1}, max_at_once))),
       predictor_(model.network, at_once_) {}
 
 Identifier::Identifier(const Identifier& other)
@@ -118,8 +118,8 @@ std::vector<Estimate> Identifier::estimate(std::vector<recording::Trial> trials)
     if (!std::ranges::all_of(trials[i].sway_rad(), [](float value) { return std::isfinite(value); }))
       throw Error(format("trial %zu", i), "has sway that is not finite", "interpolate what is missing");
   std::vector<Estimate> all(trials.size());
-  for (std::size_t first = 0; first < trials.size(); first += most_at_once) {
-    const std::size_t count = std::min(most_at_once, trials.size() - first);
+  for (std::size_t first = 0; first < trials.size(); first += max_at_once) {
+    const std::size_t count = std::min(max_at_once, trials.size() - first);
     std::vector<dataset::Sway> sways;
     for (std::size_t i = 0; i < count; ++i) {
       all[first + i].trial = std::move(trials[first + i]);

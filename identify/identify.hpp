@@ -38,15 +38,15 @@ Explanation explain(const Model& model, const Estimate& estimate, const std::opt
 class Identifier {
  public:
   /// How many images go through the network together.
-  static constexpr std::size_t most_at_once = 64;
+  static constexpr std::size_t max_at_once = 64;
 
   /// The model must outlive it.
   explicit Identifier(const Model& model) : Identifier(model, for_body(model, "the model", {})) {}
   /// Of recordings of that body. usually: how many of them estimate() will often have at once; memory is taken for
   /// these.
-  Identifier(const Model& model, ForBody body, std::size_t usually = most_at_once);
+  Identifier(const Model& model, ForBody body, std::size_t usually = max_at_once);
   explicit Identifier(Model&& model) = delete;
-  Identifier(Model&& model, ForBody body, std::size_t usually = most_at_once) = delete;
+  Identifier(Model&& model, ForBody body, std::size_t usually = max_at_once) = delete;
   Identifier(const Identifier& other);
   Identifier& operator=(const Identifier&) = delete;
 

@@ -86,7 +86,7 @@ class ResponseDistance {
 struct PredictiveChecker::Shown {
   std::vector<double> bands_deg;
   Responses responses;
-  double level_deg = 0.0, largest_deg = 0.0, between_cycles_deg = 0.0;
+  double level_deg = 0.0, max_deg = 0.0, between_cycles_deg = 0.0;
   std::vector<double> blocks_rad;
 };
 
@@ -147,7 +147,7 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recor
   for (std::size_t k = 0; k < sway_rad.size(); ++k) {
     const double value_deg = (static_cast<double>(sway_rad[k]) - mean) / sim::rad_per_deg;
     squares += value_deg * value_deg;
-    shown.largest_deg = std::max(shown.largest_deg, std::abs(value_deg));
+    shown.max_deg = std::max(shown.max_deg, std::abs(value_deg));
     windowed[k] = window_[k] * value_deg;
     window_squares += window_[k] * window_[k];
   }
@@ -211,7 +211,7 @@ std::vector<CheckedFigure> PredictiveChecker::compare(const Shown& recorded, std
     add("frequency response", false, [&](const Shown& shown) { return distance(shown.responses); });
   }
   add("level", true, [](const Shown& shown) { return shown.level_deg; });
-  add("largest sway", true, [](const Shown& shown) { return shown.largest_deg; });
+  add("largest sway", true, [](const Shown& shown) { return shown.max_deg; });
   if (cycles_.size() > 2) add("between cycles", true, [](const Shown& shown) { return shown.between_cycles_deg; });
   return figures;
 }

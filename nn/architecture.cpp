@@ -10,16 +10,16 @@
 namespace decid::nn {
 namespace {
 
-constexpr std::size_t most_bytes = 200;  // of a layer's line
+constexpr std::size_t max_bytes = 200;  // of a layer's line
 
 /// The words of a layer's line, read one by one with errors that name the line.
 class Words {
  public:
   /// Throws Error if the line is longer than any layer, whose errors quote it.
   explicit Words(const std::string& line) : line_(line) {
-    if (line.size() > most_bytes)
+    if (line.size() > max_bytes)
       throw Error("a layer's line",
-                  "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(most_bytes),
+                  "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(max_bytes),
                   "write one layer a line");
     std::istringstream stream(line);
     stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
@@ -55,10 +55,10 @@ class Words {
                 "layers are: conv CHANNELS RxC [stride RxC] [pad RxC], batchnorm, relu, maxpool RxC [stride RxC], "
                 "avgpool RxC [stride RxC], globalavgpool, statspool, fc OUTPUTS");
   }
-  /// Fails if `count` of `what` are more than most_values.
+  /// Fails if `count` of `what` are more than max_values.
   void limit(long long count, const std::string& what) const {
-    if (count > most_values)
-      fail("has " + std::to_string(count) + " " + what + ", more than " + std::to_string(most_values));
+    if (count > max_values)
+      fail("has " + std::to_string(count) + " " + what + ", more than " + std::to_string(max_values));
   }
 
  private:

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "nn/layer.hpp"
+#include "nn/layers/layer.hpp"
 
 namespace decid::nn {
 

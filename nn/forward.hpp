@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "nn/layer.hpp"
-#include "nn/sharing.hpp"
+#include "nn/layers/layer.hpp"
 #include "nn/tensor.hpp"
+#include "nn/training/sharing.hpp"
 
 namespace decid::nn {
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "nn/layer.hpp"
-#include "nn/reducer.hpp"
+#include "nn/layers/layer.hpp"
+#include "nn/training/all_reduce.hpp"
 
 namespace decid::nn {
 
@@ -17,9 +17,9 @@ template <class T>
 class BatchSums {
  public:
   /// `running_mean`: the forward sums are taken around it, and it must outlive this.
-  BatchSums(const Statistic<T>& running_mean, int largest_batch)
+  BatchSums(const RunningStatistics<T>& running_mean, int max_batch)
       : running_mean_(running_mean), channels_(running_mean.value.size()) {
-    parts_.reserve(std::max<std::size_t>(TensorView<T>::blocks_of(largest_batch), 1) * channels_ * 2);
+    parts_.reserve(std::max<std::size_t>(TensorView<T>::blocks_of(max_batch), 1) * channels_ * 2);
   }
 
   /// Forward: adds rows of a channel to its sums of each lane, `sums` (2 x lanes); calls in order of rows.
@@ -35,16 +35,16 @@ class BatchSums {
   }
   /// When all planes of `blocks` blocks are kept: both sums of channel 0, of channel 1, ...; with a reducer, over those
   /// of all processes.
-  const double* total(int blocks, Reducer<T>* reducer) {
-    if (reducer != nullptr)
-      reducer->sum(parts_.data(), channels_ * 2);
+  const double* total(int blocks, AllReduce<T>* all_reduce) {
+    if (all_reduce != nullptr)
+      all_reduce->sum(parts_.data(), channels_ * 2);
     else
       tree_sum(parts_.data(), blocks, channels_ * 2, channels_ * 2);
     return parts_.data();
   }
 
  private:
-  const Statistic<T>& running_mean_;
+  const RunningStatistics<T>& running_mean_;
   std::size_t channels_;
   AlignedBuffer<double> parts_;  // two sums a block and channel
 };

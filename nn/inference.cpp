@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "nn/normalisation.hpp"
+#include "nn/layers/normalisation.hpp"
 
 namespace decid::nn {
 namespace {

@@ -17,7 +17,7 @@ struct Affine {
   std::vector<T> scale, shift;
 };
 
-/// A convolution, a fully connected layer, statistics (nn/layer.hpp, StatisticsPool), or an activation:
+/// A convolution, a fully connected layer, statistics (nn/layers/layer.hpp, StatisticsPool), or an activation:
 /// pool(relu(affine(x))), each as far as it is there.
 template <class T>
 struct Step {

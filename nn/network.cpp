@@ -16,8 +16,8 @@ template <class T>
 Network<T>::Network(Shape input, const std::string& architecture) : input_shape_(input) {
   if (input.channels < 1 || input.rows < 1 || input.columns < 1)
     throw Error("network input", "has no values", "give at least 1 channel, 1 row and 1 column");
-  if (input.channels > most_values / input.rows / input.columns)
-    throw Error("network input", "has more than " + std::to_string(most_values) + " values a sample", "give fewer");
+  if (input.channels > max_values / input.rows / input.columns)
+    throw Error("network input", "has more than " + std::to_string(max_values) + " values a sample", "give fewer");
   std::string lines = architecture;
   for (char& c : lines)
     if (c == ';') c = '\n';
@@ -78,7 +78,7 @@ void Network<T>::initialise(std::uint64_t seed) {
       p->value[i] = p->fan_in > 0 ? static_cast<T>(deviation * random.normal(i)) : p->initial;
   }
   for (Layer<T>& layer : layers_)
-    for (Statistic<T>& s : layer.statistics()) s.value.assign(s.value.size(), s.initial);
+    for (RunningStatistics<T>& s : layer.statistics()) s.value.assign(s.value.size(), s.initial);
 }
 
 std::string weights_sha256(const Network<float>& network) {
@@ -95,7 +95,7 @@ std::string weights_sha256(const Network<float>& network) {
   for (const Layer<float>& layer : network.layers()) {
     const std::string prefix = std::to_string(line) + ".";
     for (const Parameter<float>& p : layer.parameters()) add(prefix + p.name, p.shape, p.value);
-    for (const Statistic<float>& s : layer.statistics())
+    for (const RunningStatistics<float>& s : layer.statistics())
       add(prefix + s.name, {static_cast<int>(s.value.size())}, s.value);
     line += layer.lines();
   }

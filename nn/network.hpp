@@ -1,5 +1,6 @@
 // A network: a chain of layers made from a text, that is its weights and running statistics and nothing else. A Trainer
-// (nn/trainer.hpp) changes them; a Predictor (nn/predictor.hpp) runs them; files hold them (nn/safetensors.hpp).
+// (nn/training/trainer.hpp) changes them; a Predictor (nn/predictor.hpp) runs them; files hold them
+// (nn/safetensors.hpp).
 #pragma once
 
 #include <cstdint>
@@ -7,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "nn/layer.hpp"
+#include "nn/layers/layer.hpp"
 
 namespace decid::nn {
 

@@ -5,14 +5,14 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "nn/batch.hpp"
 #include "nn/single.hpp"
+#include "nn/training/batch.hpp"
 
 namespace decid::nn {
 namespace {
 
 constexpr int few_images = 8;  // up to half a block of lanes, one after the other is faster
-constexpr int most_at_once = 64;
+constexpr int max_at_once = 64;
 
 /// The part of `values` that belongs to images first .. first + count - 1 of `images`; empty if `values` is.
 template <class T>
@@ -23,13 +23,12 @@ std::span<T> part(std::span<T> values, std::size_t images, std::size_t first, st
 
 }  // namespace
 
-Predictor::Predictor(std::shared_ptr<const Inference<float>> inference, int largest_batch)
+Predictor::Predictor(std::shared_ptr<const Inference<float>> inference, int max_batch)
     : inference_(std::move(inference)), single_(std::make_unique<SingleExecutor>(*inference_)) {
-  if (largest_batch < 1)
-    throw Error("predictor", "has a largest batch of " + std::to_string(largest_batch), "give at least 1");
-  if (largest_batch > few_images)
-    batch_ = std::make_unique<BatchExecutor<float>>(*inference_,
-                                                    std::min({largest_batch, most_at_once, lanes * thread_count()}));
+  if (max_batch < 1) throw Error("predictor", "has a largest batch of " + std::to_string(max_batch), "give at least 1");
+  if (max_batch > few_images)
+    batch_ =
+        std::make_unique<BatchExecutor<float>>(*inference_, std::min({max_batch, max_at_once, lanes * thread_count()}));
 }
 
 Predictor::Predictor(Predictor&&) noexcept = default;
@@ -56,7 +55,7 @@ void Predictor::run(std::span<const float> images, std::span<float> outputs, std
                 "got room for " + std::to_string(features.size()) + " features where " + std::to_string(count) +
                     " images have " + std::to_string(feature_size) + " each",
                 "give a span of that size, or none");
-  const auto at_once = static_cast<std::size_t>(batch_ ? batch_->largest_batch() : 1);
+  const auto at_once = static_cast<std::size_t>(batch_ ? batch_->max_batch() : 1);
   const bool few = !batch_ || count <= few_images;
   for (std::size_t first = 0; first < count; first += few ? 1 : at_once) {
     const std::size_t here = few ? 1 : std::min(at_once, count - first);

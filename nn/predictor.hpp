@@ -18,11 +18,11 @@ class SingleExecutor;
 /// more of them in batches of up to 64: neither that nor the images beside it changes a bit of an image's outputs.
 class Predictor {
  public:
-  /// `largest_batch`: the most images that run() will often have; of more, it takes so many at a time.
-  Predictor(std::shared_ptr<const Inference<float>> inference, int largest_batch);
+  /// `max_batch`: the most images that run() will often have; of more, it takes so many at a time.
+  Predictor(std::shared_ptr<const Inference<float>> inference, int max_batch);
   /// For a network as it is now.
-  Predictor(const Network<float>& network, int largest_batch)
-      : Predictor(std::make_shared<const Inference<float>>(network), largest_batch) {}
+  Predictor(const Network<float>& network, int max_batch)
+      : Predictor(std::make_shared<const Inference<float>>(network), max_batch) {}
   Predictor(Predictor&&) noexcept;
   Predictor& operator=(Predictor&&) noexcept;
   ~Predictor();

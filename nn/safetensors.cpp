@@ -16,14 +16,14 @@ namespace decid::nn {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "values are copied as they lie in memory");
-constexpr std::size_t largest_header = 100'000'000;  // the format's own limit
+constexpr std::size_t max_header = 100'000'000;  // the format's own limit
 
-constexpr std::uint64_t most_in_tensor = std::uint64_t{1} << 40;
+constexpr std::uint64_t max_in_tensor = std::uint64_t{1} << 40;
 
 std::size_t value_count(const std::vector<std::uint64_t>& shape, const std::function<void()>& too_large) {
   std::uint64_t count = 1;
   for (const std::uint64_t extent : shape) {
-    if (extent > most_in_tensor || (extent > 0 && count > most_in_tensor / extent)) too_large();
+    if (extent > max_in_tensor || (extent > 0 && count > max_in_tensor / extent)) too_large();
     count *= extent;
   }
   return static_cast<std::size_t>(count);
@@ -123,7 +123,7 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
   std::uint64_t length = 0;
   if (bytes.size() < sizeof length) fail("is too short (" + std::to_string(bytes.size()) + " bytes) for a model");
   std::memcpy(&length, bytes.data(), sizeof length);
-  if (length > largest_header) fail("is no safetensors file");
+  if (length > max_header) fail("is no safetensors file");
   if (length > bytes.size() - sizeof length)
     fail("is truncated, or no safetensors file: its header should have " + std::to_string(length) + " bytes");
   const auto header_bytes = static_cast<std::size_t>(length);
@@ -182,7 +182,7 @@ void check_values(const std::vector<float>& values, const std::string& name, boo
 
 }  // namespace
 
-void save_network(const Network<float>& network, TensorFile& file, const Velocities<float>* velocities) {
+void save_network(const Network<float>& network, TensorFile& file, const MomentumBuffers<float>* momentum_buffers) {
   std::size_t line = 0, parameter = 0;
   std::vector<NamedTensor> tensors;
   const auto add = [&](const std::string& name, std::vector<long long> shape, const std::vector<float>& values,
@@ -196,16 +196,17 @@ void save_network(const Network<float>& network, TensorFile& file, const Velocit
     for (const Parameter<float>& p : layer.parameters()) {
       const std::vector<long long> shape(p.shape.begin(), p.shape.end());
       add("layers." + index + p.name, shape, p.value);
-      if (velocities != nullptr) add("momentum." + index + p.name, shape, velocities->at(parameter));
+      if (momentum_buffers != nullptr) add("momentum." + index + p.name, shape, momentum_buffers->at(parameter));
       ++parameter;
     }
-    for (const Statistic<float>& s : layer.statistics())
+    for (const RunningStatistics<float>& s : layer.statistics())
       add("layers." + index + s.name, {static_cast<long long>(s.value.size())}, s.value, s.never_negative);
   }
   std::move(tensors.begin(), tensors.end(), std::back_inserter(file.tensors));
 }
 
-void load_network(Network<float>& network, TensorFile&& file, const std::string& where, Velocities<float>* velocities) {
+void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
+                  MomentumBuffers<float>* momentum_buffers) {
   // All is checked before anything is changed.
   std::vector<std::pair<NamedTensor*, std::vector<float>*>> pairs;
   std::vector<NamedTensor*> found;
@@ -224,17 +225,17 @@ void load_network(Network<float>& network, TensorFile&& file, const std::string&
     line += layer.lines();
     for (Parameter<float>& p : layer.parameters()) {
       pairs.emplace_back(&checked("layers." + index + p.name, p.shape, p.value.size()), &p.value);
-      if (velocities != nullptr) found.push_back(&checked("momentum." + index + p.name, p.shape, p.value.size()));
+      if (momentum_buffers != nullptr) found.push_back(&checked("momentum." + index + p.name, p.shape, p.value.size()));
     }
-    for (Statistic<float>& s : layer.statistics()) {
+    for (RunningStatistics<float>& s : layer.statistics()) {
       const std::vector<int> shape{static_cast<int>(s.value.size())};
       pairs.emplace_back(&checked("layers." + index + s.name, shape, s.value.size(), s.never_negative), &s.value);
     }
   }
   for (const auto& [tensor, values] : pairs) *values = std::move(tensor->values);
-  if (velocities == nullptr) return;
-  velocities->clear();
-  for (NamedTensor* const tensor : found) velocities->push_back(std::move(tensor->values));
+  if (momentum_buffers == nullptr) return;
+  momentum_buffers->clear();
+  for (NamedTensor* const tensor : found) momentum_buffers->push_back(std::move(tensor->values));
 }
 
 }  // namespace decid::nn

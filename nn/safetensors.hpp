@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "nn/network.hpp"
-#include "nn/sgd.hpp"
+#include "nn/training/sgd.hpp"
 
 namespace decid::nn {
 
@@ -48,10 +48,11 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 /// Adds all parameters and running statistics as "layers.<line>.<name>"; with a trainer's `velocities`, for a
 /// checkpoint, these as "momentum.<line>.<name>". Throws Error, and adds nothing, for values that load_network refuses:
 /// not finite, or a negative variance.
-void save_network(const Network<float>& network, TensorFile& file, const Velocities<float>* velocities = nullptr);
+void save_network(const Network<float>& network, TensorFile& file,
+                  const MomentumBuffers<float>* momentum_buffers = nullptr);
 /// Takes them out of `file`, whose values become the network's own, and the velocities unless null; throws Error, and
 /// changes nothing, if one is missing, of another shape, or not finite, or a variance is negative.
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
-                  Velocities<float>* velocities = nullptr);
+                  MomentumBuffers<float>* momentum_buffers = nullptr);
 
 }  // namespace decid::nn

@@ -27,13 +27,13 @@ void for_each_place(const M& map, const Body& body) {
 SingleExecutor::SingleExecutor(const Inference<float>& inference) : inference_(inference) {
   maps_.push_back({inference.input_shape()});
   for (const Step<float>& step : inference.steps()) {
-    Way way{.src = maps_.size() - 1, .dst = maps_.size() - 1, .offset = {}};
+    Edge way{.src = maps_.size() - 1, .dst = maps_.size() - 1, .offset = {}};
     if (step.sums()) maps_.back().halo = larger(maps_.back().halo, src_halo(step.conv));
     if (!step.in_place()) {
       way.dst = maps_.size();
       maps_.push_back({step.dst});
     }
-    ways_.push_back(std::move(way));
+    edges_.push_back(std::move(way));
   }
   std::size_t values = 0;
   for (Map& map : maps_) {
@@ -42,15 +42,15 @@ SingleExecutor::SingleExecutor(const Inference<float>& inference) : inference_(i
   }
   memory_.reserve(values);
   // Taps in the order of the batch kernels' chains: channel, row, column.
-  for (std::size_t i = 0; i < ways_.size(); ++i) {
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
     const Step<float>& step = inference.steps()[i];
     if (!step.sums()) continue;
-    const Map& src = maps_[ways_[i].src];
+    const Map& src = maps_[edges_[i].src];
     for (int c = 0; c < step.conv.src_channels; ++c)
       for (int ky = 0; ky < step.conv.kernel_rows; ++ky)
         for (int kx = 0; kx < step.conv.kernel_columns; ++kx)
-          ways_[i].offset.push_back(c / lanes * src.block() + (ky - step.conv.pad_rows) * src.row() +
-                                    (kx - step.conv.pad_columns) * lanes + c % lanes);
+          edges_[i].offset.push_back(c / lanes * src.block() + (ky - step.conv.pad_rows) * src.row() +
+                                     (kx - step.conv.pad_columns) * lanes + c % lanes);
   }
 }
 
@@ -68,28 +68,28 @@ void SingleExecutor::run_steps(std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const Step<float>& step = inference_.steps()[i];
     if (step.sums())
-      convolve(step, ways_[i]);
+      convolve(step, edges_[i]);
     else if (step.kind == Step<float>::Kind::statistics)
-      take_statistics(ways_[i]);
+      take_statistics(edges_[i]);
     else
-      activate(step, ways_[i]);
+      activate(step, edges_[i]);
   }
 }
 
 void SingleExecutor::run(std::span<const float> image, std::span<float> output, std::span<float> features) {
   load(image);
-  run_steps(ways_.size());
+  run_steps(edges_.size());
   store(maps_.back(), output);
-  if (!features.empty()) store(maps_[ways_.back().src], features);
+  if (!features.empty()) store(maps_[edges_.back().src], features);
 }
 
 void SingleExecutor::activation(std::size_t step, std::span<const float> image, std::span<float> values) {
   load(image);
   run_steps(step + 1);
-  store(maps_[ways_[step].dst], values);
+  store(maps_[edges_[step].dst], values);
 }
 
-void SingleExecutor::convolve(const Step<float>& step, const Way& way) {
+void SingleExecutor::convolve(const Step<float>& step, const Edge& way) {
   const Map &src = maps_[way.src], &dst = maps_[way.dst];
   const SingleConv<float> conv{dst.shape.rows,
                                dst.shape.columns,
@@ -107,7 +107,7 @@ void SingleExecutor::convolve(const Step<float>& step, const Way& way) {
                  [&](int, int first, int last) { kernels<float>().conv2d_single(conv, first, last); });
 }
 
-void SingleExecutor::take_statistics(const Way& way) {
+void SingleExecutor::take_statistics(const Edge& way) {
   const Map &src = maps_[way.src], &dst = maps_[way.dst];
   float mean[lanes], deviation[lanes];
   const auto put = [&](int channel, float value) { at(dst)[channel / lanes * dst.block() + channel % lanes] = value; };
@@ -121,7 +121,7 @@ void SingleExecutor::take_statistics(const Way& way) {
   }
 }
 
-void SingleExecutor::activate(const Step<float>& step, const Way& way) {
+void SingleExecutor::activate(const Step<float>& step, const Edge& way) {
   const Map &src = maps_[way.src], &dst = maps_[way.dst];
   const Kernels<float>& k = kernels<float>();
   for (int b = 0; b < src.blocks(); ++b) {

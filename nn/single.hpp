@@ -36,7 +36,7 @@ class SingleExecutor {
     std::size_t values() const { return static_cast<std::size_t>(blocks() * block()); }
   };
   /// A step of inference from one map to another, or in place.
-  struct Way {
+  struct Edge {
     std::size_t src = 0, dst = 0;        // in maps_
     std::vector<std::ptrdiff_t> offset;  // of each tap
   };
@@ -47,13 +47,13 @@ class SingleExecutor {
   void load(std::span<const float> image);
   void store(const Map& map, std::span<float> values);
   void run_steps(std::size_t count);
-  void convolve(const Step<float>& step, const Way& way);
-  void take_statistics(const Way& way);
-  void activate(const Step<float>& step, const Way& way);
+  void convolve(const Step<float>& step, const Edge& way);
+  void take_statistics(const Edge& way);
+  void activate(const Step<float>& step, const Edge& way);
 
   const Inference<float>& inference_;
   std::vector<Map> maps_;
-  std::vector<Way> ways_;  // of each step
+  std::vector<Edge> edges_;  // of each step
   AlignedBuffer<float> memory_;
 };
 

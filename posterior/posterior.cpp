@@ -27,13 +27,13 @@ void check(const Settings& settings) {
                   "give " + std::to_string(least) + " or more");
   };
   at_least("groups", settings.groups, 1);
-  at_least("annealing_moves", settings.annealing_moves, 1);
-  at_least("window_moves", settings.window_moves, 6);
-  at_least("most_leaps", settings.most_leaps, 1);
+  at_least("annealing_transitions", settings.annealing_transitions, 1);
+  at_least("window_transitions", settings.window_transitions, 6);
+  at_least("max_leapfrog_steps", settings.max_leapfrog_steps, 1);
   at_least("rounds", settings.rounds, 1);
   at_least("trial_draws", settings.trial_draws, 6);
   at_least("block", settings.block, 1);
-  at_least("most_draws", settings.most_draws, 4);
+  at_least("max_draws", settings.max_draws, 4);
 }
 
 }  // namespace
@@ -126,17 +126,16 @@ class Run {
 
   /// False if the chains were still far apart after the draws on trial; in the last round they go on.
   bool draw_round(bool last) {
-    for (int draws = 0; !stopped_ && draws < settings_.most_draws;) {
-      const int more = std::min(settings_.block, settings_.most_draws - draws);
+    for (int draws = 0; !stopped_ && draws < settings_.max_draws;) {
+      const int more = std::min(settings_.block, settings_.max_draws - draws);
       in_parallel([&](int group) { at(group).draw(more); });
-      draws = settings_.most_draws;
+      draws = settings_.max_draws;
       for (const ChainGroup& group : groups_) draws = std::min(draws, group.draws());
       if (draws < fewest_judged) break;
       judge(draws);
-      if (draws >= settings_.least_draws && (enough() || steps() >= settings_.most_steps)) break;
-      report("drawing", warming_share + (1.0 - warming_share) * draws / settings_.most_draws);
-      if (!last && draws >= settings_.trial_draws && result_.apart() && steps() < settings_.most_steps / 2)
-        return false;
+      if (draws >= settings_.min_draws && (enough() || steps() >= settings_.max_steps)) break;
+      report("drawing", warming_share + (1.0 - warming_share) * draws / settings_.max_draws);
+      if (!last && draws >= settings_.trial_draws && result_.apart() && steps() < settings_.max_steps / 2) return false;
     }
     return true;
   }
@@ -160,7 +159,7 @@ class Run {
       }
       r.divergences_ += group.divergences();
       r.restarts_ += group.restarts();
-      r.leaps_ += group.leaps();
+      r.leapfrog_steps_ += group.leapfrog_steps();
       r.acceptance_ += group.acceptance() / settings_.groups;
     }
     r.energy_fraction_ = energy_fraction(energy);
@@ -177,10 +176,10 @@ class Run {
   }
 
   /// Leapfrog steps of a group.
-  long long steps() const { return groups_.front().leaps() / lanes; }
+  long long steps() const { return groups_.front().leapfrog_steps() / lanes; }
 
   bool enough() const {
-    return std::ranges::all_of(result_.rhat_, [&](double value) { return value <= settings_.largest_rhat; }) &&
+    return std::ranges::all_of(result_.rhat_, [&](double value) { return value <= settings_.max_rhat; }) &&
            std::ranges::all_of(result_.effective_, [&](double value) { return value >= settings_.effective_draws; });
   }
 

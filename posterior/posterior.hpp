@@ -22,18 +22,18 @@ namespace decid::posterior {
 
 struct Settings {
   std::uint64_t seed = 1;
-  int groups = 1;            ///< of `lanes` chains each, which run on threads of their own
-  int annealing_moves = 15;  ///< transitions at each level of the sensor's noise
-  int window_moves = 18;     ///< in each window of warming up
-  int most_leaps = 200;      ///< of a transition: as many as the widest direction needs, to that many
-  int block = 20;            ///< transitions of each chain after which it is asked whether they are enough
-  int rounds = 3;            ///< at most
-  int trial_draws = 25;      ///< of a chain, after which a round that is not the last may begin anew
-  int least_draws = 40;      ///< of a chain
-  int most_draws = 160;
-  long long most_steps = 25'000;  ///< leapfrog steps of a group; beyond them no more draws are begun
-  double largest_rhat = 1.05;     ///< enough: every quantity's R-hat is at most this
-  double effective_draws = 100;   ///< and it has so many
+  int groups = 1;                  ///< of `lanes` chains each, which run on threads of their own
+  int annealing_transitions = 15;  ///< transitions at each level of the sensor's noise
+  int window_transitions = 18;     ///< in each window of warming up
+  int max_leapfrog_steps = 200;    ///< of a transition: as many as the widest direction needs, to that many
+  int block = 20;                  ///< transitions of each chain after which it is asked whether they are enough
+  int rounds = 3;                  ///< at most
+  int trial_draws = 25;            ///< of a chain, after which a round that is not the last may begin anew
+  int min_draws = 40;              ///< of a chain
+  int max_draws = 160;
+  long long max_steps = 25'000;  ///< leapfrog steps of a group; beyond them no more draws are begun
+  double max_rhat = 1.05;        ///< enough: every quantity's R-hat is at most this
+  double effective_draws = 100;  ///< and it has so many
 };
 
 /// Where a run stands. stage: "annealing", "warming up", "drawing"; rhat: the largest, 0 before there are draws.
@@ -56,7 +56,7 @@ class Posterior {
 
   /// Some of the draws are kept whole, with their vestibular noise: every k-th of each chain, k a power of two, so that
   /// they are at most this many, or one a chain.
-  static constexpr int most_points = 256;
+  static constexpr int max_points = 256;
   int points() const noexcept { return static_cast<int>(points_.size()); }
   /// The coordinates of point i, a value a coordinate of the density; chain by chain.
   std::span<const double> point(int i) const { return points_.at(static_cast<std::size_t>(i)).coordinates; }
@@ -77,8 +77,8 @@ class Posterior {
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   double energy_fraction() const noexcept { return energy_fraction_; }
   int divergences() const noexcept { return divergences_; }
-  int restarts() const noexcept { return restarts_; }  ///< of chains that were stuck in a window
-  long long leaps() const noexcept { return leaps_; }  ///< of all chains
+  int restarts() const noexcept { return restarts_; }                    ///< of chains that were stuck in a window
+  long long leapfrog_steps() const noexcept { return leapfrog_steps_; }  ///< of all chains
   double acceptance() const noexcept { return acceptance_; }
   /// Returns true if every R-hat is at most 1.05 and each quantity has 100 effective draws.
   bool agreed() const;
@@ -88,7 +88,7 @@ class Posterior {
  private:
   friend class Run;
   int chains_ = 0, divergences_ = 0, restarts_ = 0;
-  long long leaps_ = 0;
+  long long leapfrog_steps_ = 0;
   double energy_fraction_ = 0.0, acceptance_ = 0.0;
   struct Point {
     int draw;
@@ -101,8 +101,8 @@ class Posterior {
 
 /// starts: where the chains begin, one after the other and over again; empty: draws from the middle of the priors.
 /// Depends on the settings alone, not on threads or instruction set. Throws Error if the recording is
-/// constant, and for settings below 1, six window_moves or
-/// trial_draws, or four most_draws.
+/// constant, and for settings below 1, six window_transitions or
+/// trial_draws, or four max_draws.
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
                  std::span<const State> starts = {}, const OnProgress& progress = {});
 

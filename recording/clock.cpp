@@ -123,7 +123,7 @@ std::optional<Clock> clock_without_grid(const std::vector<double>& time, const s
     count += 1.0;
   }
   const double per_unit = count / sum;
-  if (!((time.back() - time.front()) * per_unit < static_cast<double>(most_rows))) return {};
+  if (!((time.back() - time.front()) * per_unit < static_cast<double>(max_rows))) return {};
   Clock clock;
   clock.rate_hz = near_whole(per_unit / unit_s);
   clock.gap = gap_steps * usual * per_unit;
@@ -190,7 +190,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     if (usual <= 0.0 && steps[i] > 0.0) continue;  // the one to be reported is one of the others
     // Written so that a step that is not a number fails. No gap is as long as the longest recording.
     if (steps[i] > 0.0 && multiple >= 1.0 && std::abs(steps[i] - multiple * usual) <= gross * usual &&
-        places + multiple < static_cast<double>(most_rows)) {
+        places + multiple < static_cast<double>(max_rows)) {
       places += multiple;
       continue;
     }

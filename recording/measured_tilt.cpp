@@ -14,11 +14,11 @@ namespace decid::recording {
 
 namespace {
 
-constexpr double most_samples = 1e6;  // of a measured tilt, as sim::Protocol has it
+constexpr double max_samples = 1e6;  // of a measured tilt, as sim::Protocol has it
 /// How much a given rate may differ from that of even times, which may have been rounded (60 Hz as steps of 0.0167 s).
 constexpr double contradiction = 0.01;
 /// By how many samples a cycle may miss a whole number of them: each cycle adds as much to its lag behind the platform.
-constexpr double most_drift = 0.05;
+constexpr double max_drift = 0.05;
 
 int find_tilt(const Table& table, int time, const std::string& where) {
   int named = find_tilt_column(table, time, where, "measured.column");
@@ -88,7 +88,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
   const double rate = find_rate(table, time, file, where);
   const bool same_rate = std::abs(rate - sample_rate_hz) <= rate_tolerance * sample_rate_hz;
   const double samples = static_cast<double>(rows) * (same_rate ? 1.0 : sample_rate_hz / rate);
-  if (!(samples >= 2.0 && samples <= most_samples)) {
+  if (!(samples >= 2.0 && samples <= max_samples)) {
     throw Error(where,
                 "its " + std::to_string(rows) + " samples at " + six_digits(rate) + " Hz make " +
                     six_digits(std::floor(samples)) + " at the protocol's " + six_digits(sample_rate_hz) + " Hz",
@@ -114,7 +114,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
   if (same_rate) return tilt;
   if (!file.is_cycle) return resample(tilt, rate, sample_rate_hz, Ends::reflected);
   const double whole = std::round(samples);
-  if (std::abs(samples - whole) > most_drift) {
+  if (std::abs(samples - whole) > max_drift) {
     throw Error(where,
                 "its " + std::to_string(rows) + " samples at " + six_digits(rate) + " Hz are " + six_digits(samples) +
                     " at the protocol's " + six_digits(sample_rate_hz) + " Hz, so its cycles cannot follow each other",

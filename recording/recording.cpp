@@ -21,7 +21,7 @@ namespace decid::recording {
 
 namespace {
 
-constexpr double largest_plausible_deg = 20.0, smallest_plausible_deg = 0.001, largest_deg = 90.0;
+constexpr double max_plausible_deg = 20.0, min_plausible_deg = 0.001, max_deg = 90.0;
 /// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
 
@@ -128,14 +128,14 @@ void mark_missing(std::vector<double>& values, std::optional<double> given) {
     return size >= 9999.0 && (is(size, 9999.0) || is(size, 99999.0) || is(size, 999999.0) || is(size, 9.99e33) ||
                               is(size, 1e30) || is(value, -3.697314e28));
   };
-  double smallest_mark = std::numeric_limits<double>::infinity(), largest = 0.0;
+  double min_mark = std::numeric_limits<double>::infinity(), largest = 0.0;
   for (const double value : values) {
     if (is_mark(value))
-      smallest_mark = std::min(smallest_mark, std::abs(value));
+      min_mark = std::min(min_mark, std::abs(value));
     else if (std::isfinite(value))
       largest = std::max(largest, std::abs(value));
   }
-  if (!given && !(far * largest < smallest_mark)) return;
+  if (!given && !(far * largest < min_mark)) return;
   for (double& value : values)
     if (is_mark(value)) value = std::numeric_limits<double>::quiet_NaN();
 }
@@ -172,9 +172,9 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
     throw Error(where, sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
                 in_memory ? "give samples of sway" : "name the column of sway with --column");
   }
-  if (peak_deg > largest_deg) {
+  if (peak_deg > max_deg) {
     const auto at = (upright - *least > *most - upright ? least : most) - sway.rad.begin();
-    if (!in_memory && peak_to_peak_deg < 2.0 * largest_plausible_deg)
+    if (!in_memory && peak_to_peak_deg < 2.0 * max_plausible_deg)
       throw Error(where,
                   sway.column + " is about " + three_digits(mean / sim::rad_per_deg) + " degrees, beyond lying flat",
                   "if that is upright, give --detrend offset; " + std::string(other));
@@ -185,7 +185,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
                     ? other
                     : other + std::string("; if it stands for a missing value, give --missing NUMBER and --fill-gaps"));
   }
-  if (peak_deg > largest_plausible_deg) {
+  if (peak_deg > max_plausible_deg) {
     recording.is_large = true;
     add_caution(recording.warnings, "large_sway",
                 "sway reaches " + three_digits(peak_deg) + " degrees, more than a standing body does; " + other);
@@ -196,7 +196,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
                 sway.column + " has no unit, and is " + three_digits(peak_to_peak_deg) +
                     " degrees peak to peak if it is in degrees, " + three_digits(if_radians_deg) + " if in radians",
                 "give --unit rad or --unit deg; if these are positions, --com-height");
-  if (peak_to_peak_deg < smallest_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
+  if (peak_to_peak_deg < min_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
     add_caution(recording.warnings, "small_sway",
                 "sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
                     three_digits(if_radians_deg) + " if these are radians; " + other);

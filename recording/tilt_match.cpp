@@ -34,10 +34,10 @@ TiltMatcher::TiltMatcher(std::vector<double> expected, int overhang)
 
 TiltMatcher::~TiltMatcher() = default;
 
-/// Of a power of two from `least_length` on.
-const TiltMatcher::Spectrum& TiltMatcher::spectrum(std::size_t least_length) const {
+/// Of a power of two from `min_length` on.
+const TiltMatcher::Spectrum& TiltMatcher::spectrum(std::size_t min_length) const {
   int length = 2;
-  while (static_cast<std::size_t>(length) < least_length) length *= 2;
+  while (static_cast<std::size_t>(length) < min_length) length *= 2;
   const std::lock_guard lock(mutex_);
   std::unique_ptr<const Spectrum>& known = spectra_[length];
   if (known == nullptr) {

@@ -32,7 +32,7 @@ class TiltMatcher {
 
  private:
   struct Spectrum;
-  const Spectrum& spectrum(std::size_t least_length) const;
+  const Spectrum& spectrum(std::size_t min_length) const;
 
   std::vector<double> expected_;  // its mean taken off
   std::size_t overhang_;

@@ -18,7 +18,7 @@ namespace {
 
 /// How much of a trial may be missing at either end.
 constexpr double missing_limit = 0.01;
-constexpr double least_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
+constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
 /// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 /// Samples by which lengths may differ by rounding alone.
@@ -175,9 +175,9 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
   const Match match = plan.tilt().match(measured);
   TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
-  if (match.correlation < least_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
+  if (match.correlation < min_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
-  if (std::abs(match.correlation) < least_correlation) {
+  if (std::abs(match.correlation) < min_correlation) {
     throw OtherStimulus(
         where(recording),
         "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
@@ -219,7 +219,7 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
 /// where a stretch of the recording is missing. tilt: at the protocol's samples.
 void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, Warnings& warnings) {
   constexpr int parts = 8;
-  constexpr double most_s = 0.1, shortest_part_s = 5.0;
+  constexpr double max_slip_s = 0.1, shortest_part_s = 5.0;
   const double rate = plan.protocol().experiment.sample_rate_hz;
   const std::vector<double> expected = prescribed_tilt(plan.protocol());
   const std::size_t length = tilt.size() / parts, around = std::min(length / 4, static_cast<std::size_t>(3.0 * rate));
@@ -234,7 +234,7 @@ void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& pl
                                     expected.begin() + static_cast<std::ptrdiff_t>(to));
     const Match match = TiltMatcher(played, 0).match(about);
     const double slip_s = (match.delay_samples + static_cast<double>(from) - static_cast<double>(begin)) / rate;
-    if (match.correlation < good_correlation || std::abs(slip_s) <= most_s) continue;
+    if (match.correlation < good_correlation || std::abs(slip_s) <= max_slip_s) continue;
     add_caution(
         warnings, "time_slips",
         "from " + three_digits(static_cast<double>(begin) / rate) +

@@ -118,7 +118,7 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
   const DoubleBody body(segments_);
   Module ankle(parameters.ankle), hip(parameters.hip);
   DoubleState state;
-  double largest_sway = 0.0;
+  double max_sway = 0.0;
   const int steps_per_sample = protocol_.experiment.steps_per_sample();
   const int standing_steps = static_cast<int>(standing) * steps_per_sample;
   int step = 0;
@@ -145,16 +145,16 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
       const double magnitude = std::abs(body.centre_of_mass(state.leg_rad, state.trunk_rad));
       const bool stands = magnitude <= sway_limit_rad && std::abs(state.leg_rad) <= segment_limit_rad &&
                           std::abs(state.trunk_rad) <= segment_limit_rad;  // false for NaN
-      largest_sway = std::max(largest_sway, magnitude);
+      max_sway = std::max(max_sway, magnitude);
       if (!stands) {
-        const double largest = std::isnan(magnitude) ? std::numeric_limits<double>::infinity() : largest_sway;
+        const double largest = std::isnan(magnitude) ? std::numeric_limits<double>::infinity() : max_sway;
         return {.valid = false,
-                .largest_sway_rad = largest,
+                .max_sway_rad = largest,
                 .end_s = static_cast<double>(std::max(0, step + 1 - standing_steps)) / steps_per_second};
       }
     }
   }
-  return {.valid = true, .largest_sway_rad = largest_sway, .end_s = protocol_.duration_s()};
+  return {.valid = true, .max_sway_rad = max_sway, .end_s = protocol_.duration_s()};
 }
 
 }  // namespace decid::sim

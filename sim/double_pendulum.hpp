@@ -79,7 +79,7 @@ class DoubleSimulator {
   const Stimulus& stimulus() const noexcept { return stimulus_; }
   int samples() const noexcept { return samples_; }
 
-  /// One trial from rest, upright, or after the protocol's standing, as Simulator::run; largest_sway_rad is the centre
+  /// One trial from rest, upright, or after the protocol's standing, as Simulator::run; max_sway_rad is the centre
   /// of mass's. If a bound is left, end_s is the end of that step, not of its sample period. The hip's vestibular noise
   /// is the ankle's realisation with its own Nv, as one head senses both. Throws Error for a non-finite or negative
   /// parameter, a delay above longest_delay_s, or spans of another length.

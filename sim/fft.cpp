@@ -37,7 +37,7 @@ constexpr const FftKernels& plain = fft_kernels<One, 1>;
 
 }  // namespace
 
-int largest_prime_factor(int number) {
+int max_prime_factor(int number) {
   int largest = 1;
   for (int p = 2; p <= number / p; ++p) {
     for (; number % p == 0; number /= p) largest = p;
@@ -47,7 +47,7 @@ int largest_prime_factor(int number) {
 
 int smooth_length(int least) {
   for (int length = least + least % 2;; length += 2) {
-    if (largest_prime_factor(length) <= 5) return length;
+    if (max_prime_factor(length) <= 5) return length;
   }
 }
 
@@ -65,12 +65,12 @@ std::vector<int> fft_radices(int length) {
     if (radix * radix > rest) radix = rest;
     for (; rest % radix == 0; rest /= radix) radices.push_back(radix);
   }
-  if (largest_prime_factor(length) > largest_fft_prime) {
-    throw Error("FFT",
-                "a length of " + std::to_string(length) + " has the prime factor " +
-                    std::to_string(largest_prime_factor(length)),
-                "change the length a little, to one whose prime factors are below " +
-                    std::to_string(largest_fft_prime) + "; best are 2, 3 and 5");
+  if (max_prime_factor(length) > max_fft_prime) {
+    throw Error(
+        "FFT",
+        "a length of " + std::to_string(length) + " has the prime factor " + std::to_string(max_prime_factor(length)),
+        "change the length a little, to one whose prime factors are below " + std::to_string(max_fft_prime) +
+            "; best are 2, 3 and 5");
   }
   return radices;
 }

@@ -19,19 +19,19 @@ using Complex = std::complex<double>;
 /// The longest transform that can be planned.
 inline constexpr int longest_fft = 1 << 26;
 /// The largest prime factor of a length: its share of the work grows with its square.
-inline constexpr int largest_fft_prime = 10'000;
+inline constexpr int max_fft_prime = 10'000;
 /// Signals side by side in the *_lanes transforms. Real value n of lane l is at [n * fft_lanes + l]; the parts of
 /// complex value n are at [2 n * fft_lanes + l] and [(2 n + 1) * fft_lanes + l].
 inline constexpr int fft_lanes = 8;
 
 /// 1 of 1; number >= 1.
-int largest_prime_factor(int number);
+int max_prime_factor(int number);
 
 /// The shortest even length from `least` on that has no prime factor above 5: its transforms are fast.
 int smooth_length(int least);
 
 /// The radices of a transform's passes, in their order. Throws Error if length < 1, length > longest_fft or a prime
-/// factor exceeds largest_fft_prime.
+/// factor exceeds max_fft_prime.
 std::vector<int> fft_radices(int length);
 
 /// A plan for one length; immutable, so one plan serves any number of threads, each with a workspace of its own.

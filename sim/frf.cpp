@@ -14,8 +14,8 @@ namespace decid::sim {
 
 namespace {
 
-constexpr double least_amplitude = 3e-3;   // of an excited harmonic, of the largest
-constexpr double most_amplitude = 1e-6;    // of a line that is not excited
+constexpr double min_amplitude = 3e-3;     // of an excited harmonic, of the largest
+constexpr double max_amplitude = 1e-6;     // of a line that is not excited
 constexpr double highest_frequency = 0.4;  // of the sample rate
 constexpr int lines_a_side = 3, farthest_line = 8;
 
@@ -63,12 +63,12 @@ FrequencyResponse::FrequencyResponse(const Experiment& experiment, int skipped_c
   const auto amplitude = [&](int line) { return std::abs(x[static_cast<std::size_t>(line)]); };
   // Between harmonics there is only what rounding to float leaves.
   const auto is_noise = [&](int line) {
-    return line >= 1 && line <= lines && (line % cycles_ != 0 || amplitude(line) <= most_amplitude * largest);
+    return line >= 1 && line <= lines && (line % cycles_ != 0 || amplitude(line) <= max_amplitude * largest);
   };
   const double ratio = std::pow(10.0, 1.0 / bands_per_decade);
   double band_start_hz = 0.0;
   for (int line = cycles_; line <= lines; line += cycles_) {
-    if (largest == 0.0 || amplitude(line) < least_amplitude * largest) continue;
+    if (largest == 0.0 || amplitude(line) < min_amplitude * largest) continue;
     Harmonic harmonic{line, line / (cycles_ * cycle_s_), std::norm(x[static_cast<std::size_t>(line)]), {}};
     std::vector<int> below, above;
     for (int d = 1; d <= farthest_line; ++d) {

@@ -40,7 +40,7 @@ class FrequencyResponse {
   /// At most `bands_per_decade` bands in a decade; harmonics farther apart than that have a band each.
   /// The first `skipped_cycles` of a trial, with its transient from rest, are left out.
   /// Throws Error if the stimulus does not end a cycle where it started it, if its cycles are not a whole number of
-  /// samples, if no cycle is left, or if their length has a prime factor above largest_fft_prime.
+  /// samples, if no cycle is left, or if their length has a prime factor above max_fft_prime.
   explicit FrequencyResponse(const Experiment& experiment, int skipped_cycles = 0, double bands_per_decade = 10.0);
 
   int cycles() const noexcept { return cycles_; }

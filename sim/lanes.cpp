@@ -23,15 +23,15 @@ static_assert(longest_delay_s * steps_per_second <= Pendulums::longest_lag);
 
 }  // namespace
 
-Course course_of(const Experiment& experiment, const Stimulus& stimulus) {
-  Course course{};
-  course.step_s = integration_step_s;
-  course.steps_per_sample = experiment.steps_per_sample();
-  course.per_step = 1.0 / course.steps_per_sample;
+StepConstants make_step_constants(const Experiment& experiment, const Stimulus& stimulus) {
+  StepConstants step_constants{};
+  step_constants.step_s = integration_step_s;
+  step_constants.steps_per_sample = experiment.steps_per_sample();
+  step_constants.per_step = 1.0 / step_constants.steps_per_sample;
   const std::size_t intervals = stimulus.rate_rad_s.size() / static_cast<std::size_t>(experiment.samples());
-  course.interval_steps = course.steps_per_sample / static_cast<int>(intervals);
-  course.sway_limit_rad = sway_limit_rad;
-  return course;
+  step_constants.interval_steps = step_constants.steps_per_sample / static_cast<int>(intervals);
+  step_constants.sway_limit_rad = sway_limit_rad;
+  return step_constants;
 }
 
 std::array<double, 3> sine_of(const Body& body) {
@@ -60,7 +60,7 @@ Lanes::Lanes(const Setup& setup)
       lanes_(std::make_unique<Pendulums>()),
       silence_((samples_ + 1) * fft_lanes, 0.0),
       sways_(std::make_unique_for_overwrite<double[]>((Pendulums::count + 1) * samples_)) {
-  course_ = course_of(setup.protocol.experiment, setup.stimulus);
+  step_constants_ = make_step_constants(setup.protocol.experiment, setup.stimulus);
   intervals_ = setup.stimulus.rate_rad_s.size() / samples_;
   lanes_->row = Pendulums::longest_lag;
   for (int lane = 0; lane < Pendulums::count; ++lane) rest(lane);
@@ -161,9 +161,10 @@ void Lanes::begin(int lane, const Prepared& trial, double* sway) {
 
 void Lanes::advance(int samples) {
   Pendulums& p = *lanes_;
-  if (p.row + course_.steps_per_sample > Pendulums::rows) move_commands_back();
-  const int done = advance_(p, course_, std::min(samples, (Pendulums::rows - p.row) / course_.steps_per_sample));
-  p.row += done * course_.steps_per_sample;
+  if (p.row + step_constants_.steps_per_sample > Pendulums::rows) move_commands_back();
+  const int done =
+      advance_(p, step_constants_, std::min(samples, (Pendulums::rows - p.row) / step_constants_.steps_per_sample));
+  p.row += done * step_constants_.steps_per_sample;
   for (int lane = 0; lane < Pendulums::count; ++lane) {
     p.noise_rate[lane] += static_cast<std::ptrdiff_t>(done) * Pendulums::noise_apart;
     p.stimulus[lane] += 2 * intervals_ * static_cast<std::size_t>(done);

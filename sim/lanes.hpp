@@ -25,7 +25,7 @@ struct Setup {
 };
 
 /// What a step computes with that does not change from trial to trial.
-Course course_of(const Experiment& experiment, const Stimulus& stimulus);
+StepConstants make_step_constants(const Experiment& experiment, const Stimulus& stimulus);
 /// step / J m g h times the coefficients of the polynomial for (sin a - a) / a^3, lowest first.
 std::array<double, 3> sine_of(const Body& body);
 
@@ -74,7 +74,7 @@ class Lanes {
   const Setup& setup_;
   AdvancePendulums advance_;
   std::size_t samples_, intervals_;  // intervals: of the stimulus, a sample
-  Course course_{};
+  StepConstants step_constants_{};
   std::unique_ptr<Pendulums> lanes_;
   std::array<Work, Pendulums::count> works_{};
   std::vector<double> silence_;

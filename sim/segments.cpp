@@ -53,13 +53,13 @@ Segments segments_of(const Subject& subject) {
 }
 
 Body body_of_person(const Subject& person) {
-  constexpr double most_kg = 250.0, least_index = 12.0, most_index = 60.0;
+  constexpr double max_kg = 250.0, min_index = 12.0, max_index = 60.0;
   const Body body = body_of(segments_of(person));
   const double index = person.mass_kg / square(person.height_m);
   const std::string given = given_text(person.mass_kg) + " kg and " + given_text(person.height_m) + " m";
-  if (person.mass_kg > most_kg)
+  if (person.mass_kg > max_kg)
     throw Error("mass and height", given + " are beyond a person's 250 kg", "give the weight in kg");
-  if (!(index >= least_index && index <= most_index))
+  if (!(index >= min_index && index <= max_index))
     throw Error(
         "mass and height",
         given + " are a body mass index of " + given_text(std::round(10.0 * index) / 10.0) + ", not from 12 to 60",

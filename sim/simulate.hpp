@@ -25,10 +25,10 @@ inline constexpr double sway_limit_rad = 5.0 * rad_per_deg;
 inline constexpr double longest_delay_s = 1.0;
 
 struct Outcome {
-  bool valid;               ///< stayed within sway_limit_rad; of two segments, each within segment_limit_rad too
-  double largest_sway_rad;  ///< max |a| over the steps up to then, standing included; infinite if it is not finite
-  double end_s;             ///< its length, or the end of the sample period (DoubleSimulator: of the step) in which
-                            ///< the body left the bound; 0 if it fell while it stood before the trial
+  bool valid;           ///< stayed within sway_limit_rad; of two segments, each within segment_limit_rad too
+  double max_sway_rad;  ///< max |a| over the steps up to then, standing included; infinite if it is not finite
+  double end_s;         ///< its length, or the end of the sample period (DoubleSimulator: of the step) in which
+                        ///< the body left the bound; 0 if it fell while it stood before the trial
 };
 
 /// What a trial depends on besides the protocol. `noise` gives the vestibular noise's normals.

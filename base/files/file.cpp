@@ -53,10 +53,10 @@ struct Target {
 };
 
 Target resolve(const fs::path& path) {
-  constexpr int most_links = 40;  // as Linux allows
+  constexpr int max_links = 40;  // as Linux allows
   fs::path current = path;
   std::error_code error;
-  for (int i = 0; i < most_links && fs::is_symlink(current, error); ++i) {
+  for (int i = 0; i < max_links && fs::is_symlink(current, error); ++i) {
     // A link in /proc (/dev/stdout leads to one) stands for an open file, and what it reads as need not be its name.
     const fs::path folder = fs::canonical(current.parent_path().empty() ? "." : current.parent_path(), error);
     if (!error && folder.native().starts_with("/proc/")) return {path, true};

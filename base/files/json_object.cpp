@@ -14,7 +14,7 @@ namespace decid {
 
 namespace {
 
-constexpr std::size_t most_shown = 40;  // of a key or a value, in an error
+constexpr std::size_t max_shown = 40;  // of a key or a value, in an error
 
 /// At most `most` bytes, "..." for the rest; no character of UTF-8 is cut.
 std::string shortened(std::string text, std::size_t most) {
@@ -55,16 +55,16 @@ std::vector<std::uint32_t> check_depth(std::string_view text, const std::string&
 /// Prints the beginning of a value, until `text` is long enough to be shortened.
 void print_beginning(const Json& json, std::string& text) {
   if (json.is_string()) {
-    const Json begin = json.get_ref<const std::string&>().substr(0, most_shown + 1);
+    const Json begin = json.get_ref<const std::string&>().substr(0, max_shown + 1);
     text += begin.dump(-1, ' ', false, Json::error_handler_t::replace);
   } else if (!json.is_structured()) {
     text += json.dump();
   } else {
     const bool list = json.is_array();
     text += list ? '[' : '{';
-    for (auto item = json.begin(); item != json.end() && text.size() <= most_shown; ++item) {
+    for (auto item = json.begin(); item != json.end() && text.size() <= max_shown; ++item) {
       if (item != json.begin()) text += ", ";
-      if (!list) text += '"' + shortened(item.key(), most_shown) + "\": ";
+      if (!list) text += '"' + shortened(item.key(), max_shown) + "\": ";
       print_beginning(*item, text);
     }
     text += list ? ']' : '}';
@@ -142,7 +142,7 @@ class Builder {
     for (const auto& [name, value] : object) keys.push_back(name);
     std::ranges::sort(keys);
     if (const auto twice = std::ranges::adjacent_find(keys); twice != keys.end())
-      throw Error(where_, "the key '" + shortened(std::string(*twice), most_shown) + "' stands twice in one object",
+      throw Error(where_, "the key '" + shortened(std::string(*twice), max_shown) + "' stands twice in one object",
                   "keep one of them");
   }
 
@@ -191,7 +191,7 @@ std::string JsonObject::name_of(std::string_view key) const {
 void JsonObject::wrong_type(const char* key, const std::string& expected) const {
   std::string found;
   print_beginning(json_.at(key), found);
-  throw Error(where_, name_of(key) + " is " + shortened(std::move(found), most_shown), "make it " + expected);
+  throw Error(where_, name_of(key) + " is " + shortened(std::move(found), max_shown), "make it " + expected);
 }
 
 const Json* JsonObject::find(const char* key) {
@@ -268,7 +268,7 @@ void JsonObject::finish() const {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     std::string list;
     for (const std::string& known : known_) list += (list.empty() ? "" : ", ") + known;
-    throw Error(where_, "unknown key " + name_of(shortened(key, most_shown)), "the keys here are " + list);
+    throw Error(where_, "unknown key " + name_of(shortened(key, max_shown)), "the keys here are " + list);
   }
 }
 

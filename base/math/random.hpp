@@ -24,7 +24,7 @@ enum class Stream : std::uint32_t {
   fit_search = 8,        ///< item: search
   fit_noise = 9,         ///< item: realisation of the vestibular noise that a fit simulates
   posterior = 10,        ///< item: group of chains; its starts, momenta and choices
-  walkers = 11,          ///< item: walker; its start, jumps and choices
+  particles = 11,        ///< item: walker; its start, jumps and choices
   predictive = 12,       ///< item: trial simulated from a posterior's draws (its sensor noise: with bit 63 set)
   recording = 13,        ///< item: trial; how it is recorded (sim/protocol/conditions.cpp)
   body = 14,             ///< item: attempt; index 0: height

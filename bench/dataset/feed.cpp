@@ -47,7 +47,7 @@ void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, con
   const auto make = [&] {
     dataset::encode_all(
         encoding,
-        [&](const dataset::TakeSway& take) {
+        [&](const dataset::SwaySink& take) {
           source->take(
               dataset::Part::training, 0, indices,
               [&](std::size_t place, const sim::Parameters&, const dataset::Sway& sway) { take(place, sway); });

@@ -12,7 +12,7 @@
 #include "base/files/file.hpp"
 #include "base/text.hpp"
 #include "sim/simulate.hpp"
-#include "tools/decid/trial_csv.hpp"
+#include "tools/decid/commands/trial_csv.hpp"
 
 namespace decid::bench {
 

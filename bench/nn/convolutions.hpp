@@ -15,7 +15,7 @@ namespace decid::bench {
 using namespace nn;
 
 inline constexpr int blocks = 2;  // of 16 samples
-inline constexpr int group = 16;  // channels a call, as in nn/sharing.hpp
+inline constexpr int group = 16;  // channels a call, as in nn/training/sharing.hpp
 
 /// A batch in memory of its own, values away from zero and from subnormals.
 struct Batch {

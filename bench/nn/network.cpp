@@ -21,9 +21,9 @@
 
 #include "bench/counters.hpp"
 #include "bench/nn/networks.hpp"
-#include "nn/batch.hpp"
+#include "nn/layers/training_layer.hpp"
 #include "nn/predictor.hpp"
-#include "nn/training_layer.hpp"
+#include "nn/training/batch.hpp"
 
 // Counts the allocations of a step: there should be none.
 static std::atomic<long> allocations{0};

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "nn/loss.hpp"
-#include "nn/trainer.hpp"
+#include "nn/training/loss.hpp"
+#include "nn/training/trainer.hpp"
 
 namespace decid::bench {
 

@@ -63,7 +63,7 @@ decid_evaluation evaluate(const decid::Model& model, const std::string& name, co
   const std::vector<int> chosen = chosen_of(data, split);
   std::vector<decid::sim::Parameters> truth;
   for (const int i : chosen) truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
-  const auto sways = [&](std::span<const int> indices, const decid::TakeSway& take) {
+  const auto sways = [&](std::span<const int> indices, const decid::SwaySink& take) {
     decid::parallel_for(static_cast<int>(indices.size()), [&](int i) {
       std::vector<float> sway(static_cast<std::size_t>(data.samples));
       const auto place = static_cast<std::size_t>(i);

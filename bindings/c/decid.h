@@ -243,7 +243,7 @@ typedef struct decid_fit_options {
   double prior_start_s;           /* the recording starts within +- this of the protocol; 0: at it */
   double prior_gain;              /* standard deviation of the logarithm of recorded over true sway; 0: known */
   double prior_noise_deg;         /* of the sensor, to a factor of 20 */
-  int most_draws;                 /* of each chain, 8 or more; fewer if they are enough */
+  int max_draws;                 /* of each chain, 8 or more; fewer if they are enough */
   uint64_t seed;
   decid_progress progress;                       /* NULL: none */
   void* user;                                    /* for progress */

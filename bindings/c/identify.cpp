@@ -222,8 +222,8 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   request.priors.moved_before = asked.moved_before != 0;
   request.priors.parameters = parameter_priors(asked, where);
   request.settings.seed = asked.seed;
-  request.settings.most_draws = asked.most_draws;
-  request.settings.least_draws = std::min(request.settings.least_draws, asked.most_draws);
+  request.settings.max_draws = asked.max_draws;
+  request.settings.min_draws = std::min(request.settings.min_draws, asked.max_draws);
   bool stopped = false;
   std::vector<decid::Identification> read;
   read.push_back(brought(recording, protocol, trial_options(asked, where)));
@@ -264,7 +264,7 @@ void decid_fit_defaults(decid_fit_options* options, size_t size) {
   defaults.prior_start_s = request.priors.start_s;
   defaults.prior_gain = request.priors.gain;
   defaults.prior_noise_deg = request.priors.sensor_noise_deg;
-  defaults.most_draws = request.settings.most_draws;
+  defaults.max_draws = request.settings.max_draws;
   defaults.seed = request.settings.seed;
   set_defaults(options, size, defaults);
 }

@@ -6,7 +6,7 @@
 #include "bindings/c/handles.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "identify/training/training.hpp"
-#include "nn/schedule.hpp"
+#include "nn/training/schedule.hpp"
 
 using namespace decid::c;
 

@@ -53,7 +53,7 @@ static void require(decid_status status) {
 #define IDENTIFY_OPTIONS READ_OPTIONS, "mass", "height", "begin", "detrend", "model"
 static const char* const identify_options[] = {IDENTIFY_OPTIONS, NULL};
 static const char* const fit_options[] = {IDENTIFY_OPTIONS, "protocol",     "prior_start", "prior_gain",
-                                          "prior_noise",    "most_draws",   "seed",        "ranges",
+                                          "prior_noise",    "max_draws",    "seed",        "ranges",
                                           "priors",         "moved_before", NULL};
 static const char* const read_options[] = {READ_OPTIONS, NULL};
 static const char* const trial_names_options[] = {"section", "trial_column", NULL};
@@ -337,7 +337,7 @@ static mxArray* fit(const mxArray* source, const mxArray* options) {
   how.prior_start_s = number(options, "prior_start", how.prior_start_s);
   how.prior_gain = number(options, "prior_gain", how.prior_gain);
   how.prior_noise_deg = number(options, "prior_noise", how.prior_noise_deg);
-  how.most_draws = whole(options, "most_draws", how.most_draws);
+  how.max_draws = whole(options, "max_draws", how.max_draws);
   how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
   how.moved_before = whole(options, "moved_before", 0);
   how.parameter_prior_count = take_priors(options, priors);

@@ -156,7 +156,7 @@ using ParameterPrior = std::tuple<std::string, double, double, double, double>;
 
 Result fit(const Model& model, const Recording& recording, double mass_kg, double height_m, double begin_s, int detrend,
            const std::optional<Protocol>& protocol, double prior_start_s, double prior_gain, double prior_noise_deg,
-           int most_draws, std::uint64_t seed, bool moved_before, const std::vector<ParameterPrior>& parameter_priors,
+           int max_draws, std::uint64_t seed, bool moved_before, const std::vector<ParameterPrior>& parameter_priors,
            py::object progress) {
   Callback callback(std::move(progress));
   decid_fit_options options;
@@ -169,7 +169,7 @@ Result fit(const Model& model, const Recording& recording, double mass_kg, doubl
   options.prior_start_s = prior_start_s;
   options.prior_gain = prior_gain;
   options.prior_noise_deg = prior_noise_deg;
-  options.most_draws = most_draws;
+  options.max_draws = max_draws;
   options.seed = seed;
   options.moved_before = moved_before ? 1 : 0;
   std::vector<decid_parameter_prior> priors;

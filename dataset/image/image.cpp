@@ -65,9 +65,9 @@ Channel channel_from_name(const std::string& name) {
 }
 
 void ImageSettings::validate() const {
-  if (window < 2 || window > largest_window) {
+  if (window < 2 || window > max_window) {
     throw Error("image", "a window of " + std::to_string(window) + " samples",
-                "choose 2 to " + std::to_string(largest_window));
+                "choose 2 to " + std::to_string(max_window));
   }
   if (rows < 0 || rows > window / 2 + 1 || (rows > 0 && !half_spectrum)) {
     throw Error("image", std::to_string(rows) + " rows of a window of " + std::to_string(window) + " samples",
@@ -76,9 +76,9 @@ void ImageSettings::validate() const {
   if (channels.empty() || channels.size() > 16) {
     throw Error("image", std::to_string(channels.size()) + " channels", "choose 1 to 16");
   }
-  if (block < 0 || block > largest_window)
+  if (block < 0 || block > max_window)
     throw Error("image", "a block of " + std::to_string(block) + " samples",
-                "choose up to " + std::to_string(largest_window) + ", or 0 for spectra");
+                "choose up to " + std::to_string(max_window) + ", or 0 for spectra");
   for (const Channel channel : channels)
     if (is_of_series(channel) != (block > 0))
       throw Error("image",
@@ -91,9 +91,8 @@ void ImageSettings::validate() const {
   if (first_sample < 0 || first_sample > 1'000'000'000) {
     throw Error("image", "a first_sample of " + std::to_string(first_sample), "choose 0 or more");
   }
-  if (fold < 1 || fold > largest_fold)
-    throw Error("image", "a fold of " + std::to_string(fold),
-                "choose 1 to " + std::to_string(largest_fold) + " cycles");
+  if (fold < 1 || fold > max_fold)
+    throw Error("image", "a fold of " + std::to_string(fold), "choose 1 to " + std::to_string(max_fold) + " cycles");
 }
 
 std::string to_json(const ImageSettings& settings) {

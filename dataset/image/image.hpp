@@ -19,9 +19,9 @@ const char* name(Channel channel);
 Channel channel_from_name(const std::string& name);
 
 /// The longest window, samples.
-inline constexpr int largest_window = 1 << 17;
+inline constexpr int max_window = 1 << 17;
 /// The most cycles that can be folded.
-inline constexpr int largest_fold = 1000;
+inline constexpr int max_fold = 1000;
 
 struct ImageSettings {
   int window = 110;            ///< samples a window
@@ -38,7 +38,7 @@ struct ImageSettings {
   /// differ (Helmert's contrasts: each cycle from the mean of those before it, scaled to the deviation of a cycle).
   int block = 0;
 
-  /// Throws Error for a setting out of its bounds; largest_window is one of them.
+  /// Throws Error for a setting out of its bounds; max_window is one of them.
   void validate() const;
   bool operator==(const ImageSettings&) const = default;
 };

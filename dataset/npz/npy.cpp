@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view npy_magic = "\x93NUMPY";
 
-/// Walks the dictionary; every step either takes what it expects or throws.
+/// SmcResult the dictionary; every step either takes what it expects or throws.
 class Dictionary {
  public:
   Dictionary(std::string_view text, const std::string& where) : text_(text), where_(where) {}

@@ -26,7 +26,7 @@ constexpr const char* regenerate = "make the data set again with decid dataset";
 /// Deflate cannot expand data by more than this factor (zlib's technical details), so a larger claim is wrong.
 constexpr std::uint64_t deflate_limit = 1032;
 
-constexpr std::uint64_t most_text_bytes = std::uint64_t{1} << 24;  // as a journal's request
+constexpr std::uint64_t max_text_bytes = std::uint64_t{1} << 24;  // as a journal's request
 
 struct Discard {
   void operator()(zip_t* archive) const { libzip().discard(archive); }
@@ -178,7 +178,7 @@ class Reader {
     if (!header_.type.starts_with("|S") || !header_.shape.empty()) {
       refuse("of type " + header_.type + ", " + text_of(header_.shape), "a single value of bytes (type |S)");
     }
-    if (size_ > most_text_bytes) refuse("larger than 16 MB", "a description");
+    if (size_ > max_text_bytes) refuse("larger than 16 MB", "a description");
     std::string content(static_cast<std::size_t>(size_ - header_.bytes), '\0');
     read_rest(content.data(), content.size());
     content.erase(content.find_last_not_of('\0') + 1);

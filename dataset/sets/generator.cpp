@@ -16,8 +16,8 @@ namespace {
 
 constexpr const char* generation = "data set";
 /// Attempts simulated at once: enough to keep lanes and threads busy, 50 MB of sway at 121 s and 100 Hz.
-constexpr std::size_t most_attempts = 1024, fewest_attempts = 16;
-constexpr std::size_t most_bytes = std::size_t{1} << 26;
+constexpr std::size_t max_attempts = 1024, fewest_attempts = 16;
+constexpr std::size_t max_bytes = std::size_t{1} << 26;
 /// How many attempts are made before a lack of valid trials is an error.
 constexpr long long patience = 10'000;
 constexpr long long attempts_per_valid_trial = 1000;
@@ -68,8 +68,8 @@ Generator::Generator(DatasetRequest request, Communicator* ranks)
       simulator_(request_.protocol) {
   report_.base = report_.all = TrialDistributions(ranges_);
   const std::size_t trial_bytes = static_cast<std::size_t>(samples()) * sizeof(float);
-  largest_chunk_ = static_cast<int>(std::clamp(most_bytes / trial_bytes, fewest_attempts, most_attempts));
-  if (ranks_ != nullptr) largest_chunk_ *= ranks_->size();
+  max_chunk_ = static_cast<int>(std::clamp(max_bytes / trial_bytes, fewest_attempts, max_attempts));
+  if (ranks_ != nullptr) max_chunk_ *= ranks_->size();
 }
 
 int Generator::attempts_worth_making(int missing) const {
@@ -78,7 +78,7 @@ int Generator::attempts_worth_making(int missing) const {
   const double valid = making_children() ? trials() - base_ : trials();
   const double rate = valid > 0.0 ? valid / attempts : 0.8;
   const double wanted = 1.05 * missing / rate + 8.0;
-  return wanted < largest_chunk_ ? static_cast<int>(wanted) : largest_chunk_;
+  return wanted < max_chunk_ ? static_cast<int>(wanted) : max_chunk_;
 }
 
 std::int32_t Generator::parent_of(long long attempt) const {

@@ -71,7 +71,7 @@ class Generator {
   int base_;
   sim::ParameterTable ranges_;
   sim::Simulator simulator_;
-  int largest_chunk_;
+  int max_chunk_;
   struct Buffer {
     std::vector<float> sway;
     Chunk chunk;

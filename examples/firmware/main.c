@@ -81,7 +81,7 @@ static void check_counter(void) {
 }
 
 typedef struct {
-  uint32_t all, largest_unit, after_last_sample;
+  uint32_t all, max_unit, after_last_sample;
 } cost;
 
 static uint32_t larger(uint32_t a, uint32_t b) {
@@ -93,19 +93,19 @@ static int identify_as_samples_arrive(float* parameters, cost* spent) {
   int32_t unit;
   int result = posture_begin(&arena);
   spent->all = 0U;
-  spent->largest_unit = 0U;
+  spent->max_unit = 0U;
   (void)instructions();
   for (fed = 0; (fed < POSTURE_SAMPLES) && (result >= 0); fed += FEED_SAMPLES) {
     uint32_t here;
     result = posture_feed(&sway[fed], FEED_SAMPLES, &arena);
     here = instructions();
     spent->all += here;
-    spent->largest_unit = larger(spent->largest_unit, here);
+    spent->max_unit = larger(spent->max_unit, here);
     for (unit = 0; (unit < UNITS_A_FEED) && (result >= 0); ++unit) {
       result = posture_work(&arena);
       here = instructions();
       spent->all += here;
-      spent->largest_unit = larger(spent->largest_unit, here);
+      spent->max_unit = larger(spent->max_unit, here);
       if (result != POSTURE_MORE) {
         break;
       }
@@ -117,7 +117,7 @@ static int identify_as_samples_arrive(float* parameters, cost* spent) {
     result = posture_work(&arena);
     here = instructions();
     spent->after_last_sample += here;
-    spent->largest_unit = larger(spent->largest_unit, here);
+    spent->max_unit = larger(spent->max_unit, here);
   }
   spent->all += spent->after_last_sample;
   return (result >= 0) ? posture_result(parameters, &arena) : result;
@@ -209,7 +209,7 @@ static int run(int32_t in, int32_t out) {
   print_number("trials ", (uint32_t)trial, "\n");
   print_number("instructions_whole ", most, "\n");
   print_number("instructions_parts ", spent.all, "\n");
-  print_number("instructions_largest_part ", spent.largest_unit, "\n");
+  print_number("instructions_largest_part ", spent.max_unit, "\n");
   print_number("instructions_after_last_sample ", spent.after_last_sample, "\n");
   return (result == POSTURE_OK) ? run_controller(whole) : result;
 }

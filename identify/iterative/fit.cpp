@@ -20,9 +20,9 @@ constexpr int realisations_each = 16;
 constexpr int rounds = 4;
 constexpr int round_points = 96;
 constexpr int round_realisations = 16;
-constexpr double wider = 1.5;        // a round's variance beside that of the points it is drawn after
-constexpr double settled = 0.002;    // a search whose longest axis is below this part of the ranges has ended
-constexpr double least_weight = 12;  // effective samples below which the weights of a round are tempered
+constexpr double wider = 1.5;      // a round's variance beside that of the points it is drawn after
+constexpr double settled = 0.002;  // a search whose longest axis is below this part of the ranges has ended
+constexpr double min_weight = 12;  // effective samples below which the weights of a round are tempered
 constexpr long long rounds_simulations = 1LL * rounds * round_points * round_realisations;
 constexpr long long generation_simulations = 1LL * population * realisations_each;
 constexpr double counted_twice = 2.5;  // errors beside the deviations of draws where a prior has read the recording too
@@ -123,7 +123,7 @@ class Fit {
         drawn.push_back({points[i], costs[i]});
         excess.push_back(costs[i] - proposal.energy(points[i]));
       }
-      const std::vector<double> weights = tempered_weights(excess, least_weight, effective);
+      const std::vector<double> weights = tempered_weights(excess, min_weight, effective);
       about = moments<N>(drawn, weights);
     }
     result.effective_samples = effective;
@@ -209,14 +209,14 @@ Start random_start(const sim::ParameterTable& table, std::uint64_t seed, std::ui
   return {table.from_unit(unit), 0.3};
 }
 
-long long least_simulations(std::size_t starts) {
+long long min_simulations(std::size_t starts) {
   return static_cast<long long>(starts) * generation_simulations + rounds_simulations;
 }
 
 void check_budget(const Settings& settings, std::size_t starts) {
-  if (settings.simulations < least_simulations(starts))
+  if (settings.simulations < min_simulations(starts))
     throw Error("fit", "a budget of " + std::to_string(settings.simulations) + " simulations",
-                "allow " + std::to_string(least_simulations(starts)) + " or more for " +
+                "allow " + std::to_string(min_simulations(starts)) + " or more for " +
                     counted(static_cast<long long>(starts), "start"));
 }
 

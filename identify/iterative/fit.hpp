@@ -24,11 +24,11 @@ Start middle_start(const sim::ParameterTable& table);
 Start random_start(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t number);
 
 struct Settings {
-  long long simulations = 20'000;  ///< of trials in all, at most; least_simulations(starts) at least
+  long long simulations = 20'000;  ///< of trials in all, at most; min_simulations(starts) at least
   std::uint64_t seed = 1;          ///< of the search and of the noise it simulates
 };
 /// The fewest that a fit needs: a generation of each search and the rounds around the optimum.
-long long least_simulations(std::size_t starts);
+long long min_simulations(std::size_t starts);
 /// Throws Error if the settings allow fewer.
 void check_budget(const Settings& settings, std::size_t starts);
 

@@ -12,13 +12,13 @@
 
 namespace decid::iterative {
 
-inline constexpr int most_dimensions = static_cast<int>(sim::Parameters::most);
+inline constexpr int max_dimensions = static_cast<int>(sim::Parameters::most);
 template <int N>
-inline constexpr int most_rows = N == Eigen::Dynamic ? most_dimensions : N;
+inline constexpr int max_rows = N == Eigen::Dynamic ? max_dimensions : N;
 template <int N>
-using Vector = Eigen::Matrix<double, N, 1, 0, most_rows<N>, 1>;
+using Vector = Eigen::Matrix<double, N, 1, 0, max_rows<N>, 1>;
 template <int N>
-using Matrix = Eigen::Matrix<double, N, N, 0, most_rows<N>, most_rows<N>>;
+using Matrix = Eigen::Matrix<double, N, N, 0, max_rows<N>, max_rows<N>>;
 
 template <int N>
 Vector<N> vector_of(std::span<const double> values) {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int batch = 64;
 /// How many trials are learned from, and how many show what is usual.
-constexpr int most_learned = 6144, most_shown = 4096;
+constexpr int max_learned = 6144, max_shown = 4096;
 constexpr double usual_part = 0.97, learned_part = 0.6;
 constexpr int trials_a_feature = 8;
 /// The part of the mean variance that is added to each, so that constant features can be divided by.
@@ -25,7 +25,7 @@ constexpr double ridge = 1e-3;
 
 /// Of so many trials, how many are learned from.
 int learned_of(int trials) {
-  return static_cast<int>(learned_part * std::min(trials, most_learned + most_shown));
+  return static_cast<int>(learned_part * std::min(trials, max_learned + max_shown));
 }
 
 /// Features of `trials` images, one row each.
@@ -83,7 +83,7 @@ std::vector<float> images_of(const Model& model, const dataset::TrialSource& sou
   std::vector<float> images(indices.size() * values);
   dataset::encode_all(
       model.encoding(),
-      [&](const dataset::TakeSway& take) {
+      [&](const dataset::SwaySink& take) {
         source.take(dataset::Part::unseen, epoch, indices,
                     [&](std::size_t place, const sim::Parameters&, const dataset::Sway& sway) { take(place, sway); });
       },
@@ -119,7 +119,7 @@ int feature_count(const nn::Network<float>& network) {
   const auto layers = network.layers();
   if (layers.size() < 2 || !std::holds_alternative<nn::FullyConnected>(layers.back().kind())) return 0;
   const int count = layers.back().src_shape().size();
-  return count <= most_features ? count : 0;
+  return count <= max_features ? count : 0;
 }
 
 std::string why_no_familiarity(const Model& model, const dataset::TrialSource& source) {
@@ -130,7 +130,7 @@ std::string why_no_familiarity(const Model& model, const dataset::TrialSource& s
     return "the network's last layer, " + layers.back().text() + ", is not fc";
   if (features == 0)
     return format("the network's last layer reads %d features, and at most %d are kept",
-                  layers.back().src_shape().size(), most_features);
+                  layers.back().src_shape().size(), max_features);
   const auto enough = [&](int trials) { return learned_of(trials) >= trials_a_feature * features; };
   const int there = source.trials(dataset::Part::unseen);
   int needed = there;
@@ -144,7 +144,7 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
   Familiarity familiarity;
   if (!why_no_familiarity(model, source).empty()) return familiarity;
   const auto n = static_cast<std::size_t>(feature_count(model.network));
-  const int trials = std::min(source.trials(dataset::Part::unseen), most_learned + most_shown);
+  const int trials = std::min(source.trials(dataset::Part::unseen), max_learned + max_shown);
   const int learned = learned_of(trials);
 
   nn::Predictor predictor(model.network, batch);

@@ -29,12 +29,12 @@ struct Familiarity {
 };
 
 /// The most features that are kept: the whitening grows with their square.
-inline constexpr int most_features = 512;
+inline constexpr int max_features = 512;
 
 /// How many features of a network are kept; 0 if its last layer is not fully connected or reads too many.
 int feature_count(const nn::Network<float>& network);
 
-/// Why learn_familiarity would learn nothing: the last layer is not fully connected, reads more than most_features or
+/// Why learn_familiarity would learn nothing: the last layer is not fully connected, reads more than max_features or
 /// is the only one, or there are too few trials, eight for each feature. Empty if it would.
 std::string why_no_familiarity(const Model& model, const dataset::TrialSource& source);
 

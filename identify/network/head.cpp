@@ -9,7 +9,7 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "identify/network/mixture.hpp"
-#include "nn/loss.hpp"
+#include "nn/training/loss.hpp"
 
 namespace decid {
 namespace {
@@ -42,7 +42,7 @@ class PointHead final : public Head {
   }
 };
 
-constexpr int most_components = 16;
+constexpr int max_components = 16;
 const double root_twelve = std::sqrt(12.0);
 
 class MixtureHead final : public Head {
@@ -113,12 +113,12 @@ double Head::loss(const nn::TensorView<const float>& outputs, std::span<const fl
 const Head& mixture_head(int components) {
   static const std::vector<MixtureHead> heads = [] {
     std::vector<MixtureHead> all;
-    for (int n = 1; n <= most_components; ++n) all.emplace_back(n);
+    for (int n = 1; n <= max_components; ++n) all.emplace_back(n);
     return all;
   }();
-  if (components < 1 || components > most_components)
+  if (components < 1 || components > max_components)
     throw Error("mixture head", "of " + std::to_string(components) + " components",
-                "give 1 to " + std::to_string(most_components));
+                "give 1 to " + std::to_string(max_components));
   return heads[static_cast<std::size_t>(components - 1)];
 }
 
@@ -129,7 +129,7 @@ const Head& point_head() {
 
 const Head& head_named(const std::string& name, const std::string& where) {
   if (name == point_head().name()) return point_head();
-  for (int n = 1; n <= most_components; ++n)
+  for (int n = 1; n <= max_components; ++n)
     if (name == mixture_head(n).name()) return mixture_head(n);
   throw Error(where, "has outputs of the kind '" + name + "', which this program does not know",
               "use the decid that wrote it");

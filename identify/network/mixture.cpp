@@ -15,7 +15,7 @@ namespace decid {
 namespace {
 
 constexpr double log_root_two_pi = 0.91893853320467274178;
-constexpr double least_share = 1e-4;  // of a range, from its ends
+constexpr double min_share = 1e-4;  // of a range, from its ends
 
 /// What the density of a share has over that of its coordinate, as a logarithm.
 double log_stretch(double x) {
@@ -81,7 +81,7 @@ std::array<Node, nodes> make_nodes() {
 }  // namespace
 
 double mixture_coordinate(double share) {
-  return inverse_normal(std::clamp(share, least_share, 1.0 - least_share));
+  return inverse_normal(std::clamp(share, min_share, 1.0 - min_share));
 }
 
 std::size_t mixture_outputs(std::size_t components, std::size_t parameters) {

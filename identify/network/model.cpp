@@ -129,7 +129,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
     file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
   }
   if (model.recalibration.known()) file.metadata["recalibration"] = to_json(model.recalibration);
-  nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
+  nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->momentum_buffers : nullptr);
   file.metadata[nn::content_hash_key] = nn::content_sha256(file);
   return nn::to_safetensors(file);
 }
@@ -185,7 +185,8 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
       throw Error(where, "has a recalibration of distributions that its head does not give", remedy);
     model.recalibration = recalibration_from_json(text("recalibration"), model.parameters().size(), where);
   }
-  nn::load_network(model.network, std::move(file), where, checkpoint != nullptr ? &checkpoint->velocities : nullptr);
+  nn::load_network(model.network, std::move(file), where,
+                   checkpoint != nullptr ? &checkpoint->momentum_buffers : nullptr);
   return model;
 }
 

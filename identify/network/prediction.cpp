@@ -10,7 +10,7 @@
 namespace decid {
 namespace {
 
-constexpr std::size_t most_image_bytes = std::size_t{32} << 20;
+constexpr std::size_t max_image_bytes = std::size_t{32} << 20;
 
 /// Each rank has those of its range_of(); afterwards all have all.
 void gather_truth(Communicator& ranks, std::size_t parameters, std::vector<sim::Parameters>& truth) {
@@ -27,7 +27,7 @@ void gather_truth(Communicator& ranks, std::size_t parameters, std::vector<sim::
 }  // namespace
 
 Sways sways_in_memory(std::function<std::span<const float>(int)> sway, double body_height) {
-  return [sway = std::move(sway), body_height](std::span<const int> indices, const TakeSway& take) {
+  return [sway = std::move(sway), body_height](std::span<const int> indices, const SwaySink& take) {
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       const auto place = static_cast<std::size_t>(i);
       take(place, {sway(indices[place]), body_height});
@@ -38,7 +38,7 @@ Sways sways_in_memory(std::function<std::span<const float>(int)> sway, double bo
 std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways) {
   const auto outputs = static_cast<std::size_t>(model.network.output_shape().size());
   const auto values = static_cast<std::size_t>(model.network.input_shape().size());
-  const auto fitting = static_cast<int>(std::min(most_image_bytes / (values * sizeof(float)), std::size_t{1} << 20));
+  const auto fitting = static_cast<int>(std::min(max_image_bytes / (values * sizeof(float)), std::size_t{1} << 20));
   at_once = std::clamp(at_once, 1, std::max(fitting, 1));
   nn::Predictor predictor(model.network, std::min(trials, at_once));
   std::vector<float> result(static_cast<std::size_t>(trials) * outputs), images;
@@ -47,7 +47,7 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
     std::iota(indices.begin(), indices.end(), first);
     images.resize(indices.size() * values);
     dataset::encode_all(
-        model.encoding(), [&](const TakeSway& take) { sways(indices, take); }, images);
+        model.encoding(), [&](const SwaySink& take) { sways(indices, take); }, images);
     predictor.run(images,
                   std::span(result).subspan(static_cast<std::size_t>(first) * outputs, indices.size() * outputs));
   }
@@ -61,7 +61,7 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
   const RankRange own = range_of(count, ranks->rank(), ranks->size());
   std::vector<float> all(count * outputs);
   if (own.count() > 0) {
-    const auto own_sways = [&](std::span<const int> indices, const TakeSway& take) {
+    const auto own_sways = [&](std::span<const int> indices, const SwaySink& take) {
       std::vector<int> numbers;
       for (const int index : indices) numbers.push_back(static_cast<int>(own.first) + index);
       sways(numbers, take);
@@ -86,7 +86,7 @@ OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dat
                      Communicator* ranks) {
   OutputsOf made;
   made.truth.resize(static_cast<std::size_t>(trials));
-  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+  const auto sways = [&](std::span<const int> indices, const SwaySink& take) {
     // Spread over the part: a data set's base trials come before its children.
     const auto all = static_cast<long long>(source.trials(part));
     std::vector<int> places;

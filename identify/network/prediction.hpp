@@ -10,9 +10,9 @@
 
 namespace decid {
 
-using dataset::TakeSway;
+using dataset::SwaySink;
 /// Gives the sway of trial indices[place] to `take`, for every place: in any order and from many threads.
-using Sways = std::function<void(std::span<const int> indices, const TakeSway& take)>;
+using Sways = std::function<void(std::span<const int> indices, const SwaySink& take)>;
 /// For trials in memory: sway(i) gives trial i.
 Sways sways_in_memory(std::function<std::span<const float>(int)> sway, double body_height = 1.0);
 /// Runs the network over trials in batches: its outputs, one trial's after another's, which model.head reads. `sways`

@@ -14,10 +14,10 @@
 namespace decid {
 namespace {
 
-constexpr int most_shown_trials = 10'240, least_shown_trials = 1'000;
+constexpr int max_shown_trials = 10'240, min_shown_trials = 1'000;
 constexpr double share_step = 1.0 / (Recalibration::probabilities + 1);
 /// Levels of a network that is always sure and wrong would be 0 or 1, where there is nothing to ask for.
-constexpr double least_level = 1e-9;
+constexpr double min_level = 1e-9;
 
 /// The map's corner `i` of 0 .. probabilities + 1.
 double corner(const Recalibration::Levels& levels, std::size_t i) {
@@ -71,8 +71,7 @@ Recalibration recalibration_of(std::size_t parameters, std::span<const Said> sai
     std::ranges::sort(sorted);
     Recalibration::Levels& levels = made.levels.emplace_back();
     for (std::size_t i = 0; i < levels.size(); ++i)
-      levels[i] =
-          std::clamp(quantile_of(sorted, share_step * static_cast<double>(i + 1)), least_level, 1.0 - least_level);
+      levels[i] = std::clamp(quantile_of(sorted, share_step * static_cast<double>(i + 1)), min_level, 1.0 - min_level);
     made.deviation_factor.push_back(std::sqrt(errors / variances));
   }
   return made;
@@ -80,8 +79,8 @@ Recalibration recalibration_of(std::size_t parameters, std::span<const Said> sai
 
 Recalibration learn_recalibration(const Model& model, const dataset::TrialSource& source, int next_epoch,
                                   Communicator* ranks) {
-  const int trials = std::min(source.trials(dataset::Part::unseen), most_shown_trials);
-  if (!model.gives_distribution() || trials < least_shown_trials) return {};
+  const int trials = std::min(source.trials(dataset::Part::unseen), max_shown_trials);
+  if (!model.gives_distribution() || trials < min_shown_trials) return {};
   const sim::ParameterTable& table = model.parameters();
   const OutputsOf shown = outputs_of(model, source, dataset::Part::unseen, next_epoch, trials, ranks);
   const std::size_t width = model.head->outputs(table.size());

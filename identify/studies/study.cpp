@@ -217,7 +217,7 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
                     levels_deg.size()));
     simulate(first, count);
     for (std::size_t l = 0; l < levels_deg.size(); ++l) {
-      const auto outputs = predict(model, count, 64, [&](std::span<const int> indices, const TakeSway& take) {
+      const auto outputs = predict(model, count, 64, [&](std::span<const int> indices, const SwaySink& take) {
         parallel_for(static_cast<int>(indices.size()), [&](int place) {
           const auto i = static_cast<std::size_t>(indices[static_cast<std::size_t>(place)]);
           take(static_cast<std::size_t>(place), noisy(first, i, levels_deg[l]));

@@ -74,14 +74,14 @@ Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& s
 }
 
 std::string checkpoint_bytes(const TrainingState& state) {
-  const Checkpoint checkpoint{to_json(state.log, state.part), state.velocities};
+  const Checkpoint checkpoint{to_json(state.log, state.part), state.momentum_buffers};
   return to_bytes(state.model, &checkpoint);
 }
 
 TrainingState state_from_bytes(const std::string& bytes, const std::string& name) {
   Checkpoint checkpoint;
   TrainingState state{model_from_bytes(bytes, name, &checkpoint), {}};
-  state.velocities = std::move(checkpoint.velocities);
+  state.momentum_buffers = std::move(checkpoint.momentum_buffers);
   state.log = log_from_json(checkpoint.progress, name, &state.part);
   return state;
 }

@@ -5,14 +5,14 @@
 #include <string>
 
 #include "identify/training/training.hpp"
-#include "nn/sgd.hpp"
+#include "nn/training/sgd.hpp"
 
 namespace decid {
 
 /// What the model file of an unfinished training has besides the model.
 struct Checkpoint {
-  std::string progress;              ///< a text, not empty
-  nn::Velocities<float> velocities;  ///< of the optimiser
+  std::string progress;                         ///< a text, not empty
+  nn::MomentumBuffers<float> momentum_buffers;  ///< of the optimiser
 };
 
 /// Everything that determines the bits of what the training makes. program: "decid 0.2.0"; from: of a fine tuning.

@@ -15,7 +15,7 @@ using dataset::Channel;
 namespace {
 
 /// A cycle has planes of its own: more would be most of the network.
-constexpr int most_folded_series = 8, most_series_rows = 2048;
+constexpr int max_folded_series = 8, max_series_rows = 2048;
 
 std::vector<Preset> make_presets() {
   // The mean of the stimulus' cycles, and how they differ.
@@ -132,18 +132,19 @@ dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& prot
   const double rate_hz = protocol.experiment.sample_rate_hz;
   const double cycle = protocol.experiment.cycle_s() * rate_hz, lead_in = protocol.experiment.lead_in_s() * rate_hz;
   const auto whole = [](double samples) { return std::abs(samples - std::round(samples)) < 1e-6; };
-  const auto transformed = [](int samples) { return sim::largest_prime_factor(samples) <= sim::largest_fft_prime; };
-  const int most_cycles = image.block > 0 ? most_folded_series : dataset::largest_fold;
-  const bool folds = whole(cycle) && whole(lead_in) && cycle <= dataset::largest_window &&
-                     protocol.experiment.cycles() <= most_cycles && transformed(static_cast<int>(std::lround(cycle)));
+  const auto transformed = [](int samples) { return sim::max_prime_factor(samples) <= sim::max_fft_prime; };
+  const int max_series_cycles = image.block > 0 ? max_folded_series : dataset::max_fold;
+  const bool folds = whole(cycle) && whole(lead_in) && cycle <= dataset::max_window &&
+                     protocol.experiment.cycles() <= max_series_cycles &&
+                     transformed(static_cast<int>(std::lround(cycle)));
   const double window = folds ? cycle : cycle * protocol.experiment.cycles();
   const int fold = folds ? protocol.experiment.cycles() : 1, first_sample = static_cast<int>(std::ceil(lead_in - 1e-6));
-  int window_samples = std::min({static_cast<int>(std::floor(window + 1e-6)), dataset::largest_window,
-                                 (protocol.samples() - first_sample) / fold});
+  int window_samples = std::min(
+      {static_cast<int>(std::floor(window + 1e-6)), dataset::max_window, (protocol.samples() - first_sample) / fold});
   if (image.block > 0) {
     const int same_time = std::max(1, static_cast<int>(std::lround(image.block * rate_hz / 100.0)));
     const int shown = fold > 1 ? window_samples : protocol.samples() - first_sample;
-    image.block = std::max(same_time, (shown + most_series_rows - 1) / most_series_rows);
+    image.block = std::max(same_time, (shown + max_series_rows - 1) / max_series_rows);
     image.fold = fold;
     image.first_sample = first_sample;
     image.window = fold > 1 ? window_samples : dataset::ImageSettings{}.window;  // without a fold it is not read

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "dataset/image/image.hpp"
-#include "nn/sgd.hpp"
+#include "nn/training/sgd.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid {

@@ -16,9 +16,9 @@
 #include "identify/network/prediction.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"
-#include "nn/schedule.hpp"
-#include "nn/share.hpp"
-#include "nn/trainer.hpp"
+#include "nn/training/batch_partition.hpp"
+#include "nn/training/schedule.hpp"
+#include "nn/training/trainer.hpp"
 
 namespace decid {
 namespace {
@@ -36,7 +36,7 @@ class SharedLoss {
 
   /// The loss of the whole batch. stop: whether this rank wants to; asked() says whether any does.
   double of(nn::Trainer<float>& trainer, const dataset::Feed::Batch& batch, bool stop) {
-    const nn::Share& share = share_of(batch.trials);
+    const nn::BatchPartition& share = share_of(batch.trials);
     own_.assign(share.blocks.size() * width_ + 1, 0.0);
     head_.loss(trainer.output(), batch.targets, batch.trials, parameters_, std::span(own_).subspan(1),
                trainer.output_diff());
@@ -62,7 +62,7 @@ class SharedLoss {
   bool asked() const { return asked_; }
 
  private:
-  const nn::Share& share_of(int batch) {
+  const nn::BatchPartition& share_of(int batch) {
     const auto [found, is_new] = shares_.try_emplace(batch);
     if (is_new)
       found->second =
@@ -74,7 +74,7 @@ class SharedLoss {
   const Head& head_;
   std::size_t parameters_, width_;
   std::vector<double> own_, all_, parts_;
-  std::map<int, nn::Share> shares_;
+  std::map<int, nn::BatchPartition> shares_;
   bool asked_ = false;
 };
 
@@ -159,9 +159,9 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
 }
 
 void share_state(Communicator& ranks, std::optional<TrainingState>& state) {
-  if (ranks.is_root() && state->velocities.empty())
+  if (ranks.is_root() && state->momentum_buffers.empty())
     for (const nn::Parameter<float>* p : state->model.network.parameters())
-      state->velocities.emplace_back(p->value.size());
+      state->momentum_buffers.emplace_back(p->value.size());
   const std::string bytes = broadcast_text(ranks, ranks.is_root() ? checkpoint_bytes(*state) : std::string());
   if (!ranks.is_root()) state = state_from_bytes(bytes);
 }
@@ -183,7 +183,7 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
     shared.emplace(*settings.ranks, *model.head, model.parameters().size());
     sharing = {settings.ranks->size(), [&](int batch) { return trainer.own_samples(batch); }};
   }
-  if (!state.velocities.empty()) trainer.set_velocities(state.velocities);
+  if (!state.momentum_buffers.empty()) trainer.set_velocities(state.momentum_buffers);
   const auto values = static_cast<std::size_t>(model.network.input_shape().size());
   const int done = static_cast<int>(state.log.size());
   int first_batch = batches.beginning_at(state.part.trials);
@@ -215,7 +215,7 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
       stop = !after_batch(done_trials, trials) || stop;
       if (shared ? shared->asked() : stop) {
         if (done_trials == trials) break;  // but for its validation the epoch is done
-        state.velocities = trainer.velocities();
+        state.momentum_buffers = trainer.momentum_buffers();
         state.part = {done_trials, loss_sum};
         return false;
       }
@@ -223,12 +223,12 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
     log.training_mse = loss_sum / (static_cast<double>(trials) * static_cast<double>(model.parameters().size()));
     log.validation_mse = validate(source, model, settings.ranks);
     for (const auto& [name, mse] : {std::pair("training", log.training_mse), {"validation", log.validation_mse}})
-      if (!(mse <= largest_mse))
+      if (!(mse <= max_mse))
         throw diverged(preset, epoch + 1, format("the %s MSE is %.3g, where guessing the mean gives 1", name, mse));
     state.log.push_back(log);
     state.part = {};
     first_batch = 0;
-    state.velocities = trainer.velocities();
+    state.momentum_buffers = trainer.momentum_buffers();
     after_epoch();
     if (shared ? shared->asked() : stop) return false;
   }

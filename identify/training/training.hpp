@@ -30,9 +30,9 @@ struct TrainingSettings {
 /// What a training needs to go on.
 struct TrainingState {
   Model model;
-  std::vector<EpochLog> log;           ///< of the epochs done
-  nn::Velocities<float> velocities{};  ///< of the optimiser; empty: none yet
-  EpochPart part{};                    ///< of the epoch after these, if the training was stopped in its middle
+  std::vector<EpochLog> log;                      ///< of the epochs done
+  nn::MomentumBuffers<float> momentum_buffers{};  ///< of the optimiser; empty: none yet
+  EpochPart part{};  ///< of the epoch after these, if the training was stopped in its middle
 };
 
 /// A model ready for its first epoch: scaling measured, weights initialised.
@@ -47,7 +47,7 @@ struct Diverged : Error {
   using Error::Error;
 };
 /// Guessing the mean gives an MSE of 1. An epoch's mean loss or validation MSE above this has diverged.
-inline constexpr double largest_mse = 1000.0;
+inline constexpr double max_mse = 1000.0;
 
 /// Gives rank 0's state to all.
 void share_state(Communicator& ranks, std::optional<TrainingState>& state);
@@ -56,7 +56,7 @@ void share_state(Communicator& ranks, std::optional<TrainingState>& state);
 /// after_batch(samples done in this epoch, samples of an epoch) may return false, at any rank, to stop; then, and only
 /// then, the result is false, and the state that after the last batch, from which a later call goes on to the same
 /// bits. after_epoch is called with the state as it is worth keeping. Throws Diverged if the loss is no longer finite
-/// or an epoch's above largest_mse; the state is worth nothing then.
+/// or an epoch's above max_mse; the state is worth nothing then.
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch);
 

@@ -46,13 +46,13 @@ SingleTile find_single_tile(int columns) {
 
 template <class V>
 void conv2d_single(const SingleConv<float>& s, int first, int last) {
-  constexpr int most_blocks = V::width == lanes ? 2 : 1, most_columns = V::width == lanes ? 12 : 6;
-  for_each_part(last - first, most_blocks, [&](int begin, int end) {
+  constexpr int max_blocks = V::width == lanes ? 2 : 1, max_columns = V::width == lanes ? 12 : 6;
+  for_each_part(last - first, max_blocks, [&](int begin, int end) {
     const int b = first + begin;
     for (int i = 0; i < s.rows; ++i)
-      for_each_part(s.columns, most_columns, [&](int j, int j_end) {
-        const SingleTile tile = end - begin == most_blocks ? find_single_tile<V, most_blocks, most_columns>(j_end - j)
-                                                           : find_single_tile<V, 1, most_columns>(j_end - j);
+      for_each_part(s.columns, max_columns, [&](int j, int j_end) {
+        const SingleTile tile = end - begin == max_blocks ? find_single_tile<V, max_blocks, max_columns>(j_end - j)
+                                                          : find_single_tile<V, 1, max_columns>(j_end - j);
         tile(s, s.src + i * s.src_row + j * s.src_column, s.weight + static_cast<std::ptrdiff_t>(b) * s.taps * lanes,
              s.bias + b * lanes, s.dst + b * s.dst_block + i * s.dst_row + j * lanes);
       });

@@ -16,7 +16,7 @@ constexpr double model_error_deg = 0.0005;  // of a block's mean (the test compa
 
 // Slow noise forgets within these: its corner frequency is 0.4 Hz to 0.005 Hz.
 constexpr double shortest_memory_s = 0.4, longest_memory_s = 30.0;
-constexpr double least_slow_ratio = 1e-2;  // over the prior's median: far below what is seen
+constexpr double min_slow_ratio = 1e-2;  // over the prior's median: far below what is seen
 const double log_memory_range = decid::log(longest_memory_s / shortest_memory_s);
 
 }  // namespace
@@ -78,7 +78,7 @@ void Density::set_noise(double sensor_noise_deg, double slow_noise_deg, std::spa
   };
   at(sensor_noise) = prior_coordinate(sensor_noise, sensor_noise_deg);
   at(slow_noise) =
-      prior_coordinate(slow_noise, std::max(slow_noise_deg / sensor_noise_deg, least_slow_ratio * priors_.slow_ratio));
+      prior_coordinate(slow_noise, std::max(slow_noise_deg / sensor_noise_deg, min_slow_ratio * priors_.slow_ratio));
 }
 
 Density::Chains Density::chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const {

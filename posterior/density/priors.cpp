@@ -12,7 +12,7 @@
 namespace decid::posterior {
 namespace {
 
-constexpr double latest_start_s = 1.0, largest_gain = 0.9;  // so that the loop's turns are small
+constexpr double latest_start_s = 1.0, max_gain = 0.9;  // so that the loop's turns are small
 constexpr double longest_standing_s = 60.0;
 constexpr double edge = 0.01, tiny_probability = 1e-6;
 constexpr double max_range_factor = 100.0;  // of a high end, over that of the table
@@ -52,7 +52,7 @@ const Priors& checked(const Priors& priors) {
   check(priors.slow_ratio_factor > 1.0 && std::isfinite(priors.slow_ratio_factor), "slow_ratio_factor",
         priors.slow_ratio_factor, "give a factor above 1");
   check(priors.start_s >= 0.0 && priors.start_s <= latest_start_s, "start_s", priors.start_s, "give 0 to 1 s");
-  check(priors.gain >= 0.0 && priors.gain <= largest_gain, "gain", priors.gain, "give 0 to 0.9");
+  check(priors.gain >= 0.0 && priors.gain <= max_gain, "gain", priors.gain, "give 0 to 0.9");
   check(priors.drift_hz >= 0.0 && std::isfinite(priors.drift_hz), "drift_hz", priors.drift_hz, "give 0 Hz or more");
   check(priors.standing_s >= 0.0 && priors.standing_s <= longest_standing_s, "standing_s", priors.standing_s,
         "give 0 to 60 s");

@@ -12,7 +12,7 @@ namespace {
 
 // Wider than any recording's, so that they say nothing.
 constexpr double offset_sd_rad = 10.0 * sim::rad_per_deg, line_sd_rad = 10.0 * sim::rad_per_deg;
-constexpr int largest_fast_prime = 13;
+constexpr int max_fast_prime = 13;
 
 NoiseState state_of(NoiseWorkspace& work) {
   return {work.coefficient.data(), work.precision.data(), work.share.data()};
@@ -22,7 +22,7 @@ NoiseState state_of(NoiseWorkspace& work) {
 
 int NoiseSpectrum::fast_blocks(int most) {
   int blocks = most - most % 2;
-  while (blocks > 2 && sim::largest_prime_factor(blocks) > largest_fast_prime) blocks -= 2;
+  while (blocks > 2 && sim::max_prime_factor(blocks) > max_fast_prime) blocks -= 2;
   return blocks;
 }
 

@@ -16,7 +16,7 @@ constexpr std::size_t nodes = 129;  // a side, where what passes is computed; it
 
 DeadBandPrior::DeadBandPrior(const sim::ParameterTable& table,
                              const std::function<double(double nv, double theta)>& passes)
-    : least_theta_(table[sim::Theta].low), most_theta_(table[sim::Theta].high) {
+    : min_theta_(table[sim::Theta].low), max_theta_(table[sim::Theta].high) {
   const sim::ParameterInfo &nv = table[sim::Nv], &theta = table[sim::Theta];
   std::vector<double> known;
   for (std::size_t i = 0; i < nodes; ++i) {
@@ -63,10 +63,10 @@ DeadBandPrior::Point DeadBandPrior::at(double passing_rank, double nv_rank) cons
   const double passing = edges_[block] + (place - static_cast<double>(block)) * rise;
   const Cell& cell = cells_[block * side + below(nv_rank * side)];
   // Theta gives way, so that what passes depends on its rank alone. Where it cannot, hardly anything depends on it.
-  const double most_shift = (most_theta_ - least_theta_) / 64;
+  const double max_shift = (max_theta_ - min_theta_) / 64;
   const double shift = cell.by_theta < 0.0 ? (passing - cell.passing) / cell.by_theta : 0.0;
-  const double theta = cell.theta + std::clamp(shift, -most_shift, most_shift);
-  return {cell.nv, std::clamp(theta, least_theta_, most_theta_), rise * side};
+  const double theta = cell.theta + std::clamp(shift, -max_shift, max_shift);
+  return {cell.nv, std::clamp(theta, min_theta_, max_theta_), rise * side};
 }
 
 }  // namespace decid::frf

@@ -29,7 +29,7 @@ class DeadBandPrior {
     double nv, theta;
     double passing, by_theta;  // what passes, and how fast it rises with theta
   };
-  double least_theta_, most_theta_;
+  double min_theta_, max_theta_;
   std::vector<Cell> cells_;    // of a grid, in blocks by what passes, in each by Nv
   std::vector<double> edges_;  // what passes between the blocks
 };

@@ -17,7 +17,7 @@ namespace {
 using sim::Complex;
 
 constexpr double error_beside_confidence = 0.01, error_alone = 0.05;
-constexpr double largest_gain = 0.9, largest_error = 1.0;
+constexpr double max_gain = 0.9, max_error = 1.0;
 
 struct Pair {
   std::size_t quantity;
@@ -36,8 +36,8 @@ Priors filled(Priors priors, const Table& table) {
     if (!right) throw Error(std::string("priors, ") + setting, format("is %g", value), remedy);
   };
   if (!priors.error) priors.error = table.has_confidence() ? error_beside_confidence : error_alone;
-  check(priors.gain >= 0.0 && priors.gain <= largest_gain, "gain", priors.gain, "give 0 to 0.9");
-  check(*priors.error >= 0.0 && *priors.error <= largest_error, "error", *priors.error, "give 0 to 1");
+  check(priors.gain >= 0.0 && priors.gain <= max_gain, "gain", priors.gain, "give 0 to 0.9");
+  check(*priors.error >= 0.0 && *priors.error <= max_error, "error", *priors.error, "give 0 to 1");
   check(priors.error_factor > 1.0 && std::isfinite(priors.error_factor), "error_factor", priors.error_factor,
         "give a factor above 1");
   if (*priors.error == 0.0 && !table.has_confidence())

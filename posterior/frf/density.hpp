@@ -18,7 +18,7 @@
 
 #include "posterior/frf/dead_band_prior.hpp"
 #include "posterior/frf/response.hpp"
-#include "posterior/frf/walkers.hpp"
+#include "posterior/frf/smc.hpp"
 
 namespace decid::frf {
 

@@ -17,7 +17,7 @@ using sim::Complex;
 
 constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0, unlikely = 0.01;
 // No controller of the model explains a table that is as far as that from all of them.
-constexpr double impossible = 1e-6, most_left = 0.2;
+constexpr double impossible = 1e-6, max_left = 0.2;
 constexpr std::size_t prior_draws = 4096;
 constexpr std::uint64_t of_prior = std::uint64_t{1} << 32;  // number of the walker whose random numbers these are
 
@@ -27,7 +27,7 @@ double phase_deg(Complex response) {
 
 /// Deviations of the quantities beforehand, over stable loops.
 std::vector<double> deviations_of_prior(const Density& density, std::uint64_t seed) {
-  const Random random(seed, Stream::walkers, of_prior);
+  const Random random(seed, Stream::particles, of_prior);
   std::vector<std::vector<double>> values(Density::quantities);
   std::vector<double> x(Density::size());
   for (std::size_t i = 0; i < prior_draws; ++i) {
@@ -127,7 +127,7 @@ bool Fit::explained() const {
 }
 
 void Fit::warn(const Density& density) {
-  if (left(density) > most_left && !(misfit_.p_value >= impossible))
+  if (left(density) > max_left && !(misfit_.p_value >= impossible))
     add_invalid(warnings_, "no_controller",
                 format("no controller of this model explains the table: the nearest ones leave %.0f%% of the response "
                        "(root mean square of the relative error), so their parameters are no answer",
@@ -160,8 +160,8 @@ void Fit::warn(const Density& density) {
   }
 }
 
-Fit fit(const Density& density, const WalkerSettings& settings) {
-  const Walks walks = walk(
+Fit fit(const Density& density, const SmcSettings& settings) {
+  const SmcResult walks = walk(
       Density::size(), Density::uniform(), [&](std::span<const double> x, Local& local) { density.evaluate(x, local); },
       settings);
   Fit found;

@@ -11,7 +11,7 @@
 
 #include "base/warning.hpp"
 #include "posterior/frf/density.hpp"
-#include "posterior/frf/walkers.hpp"
+#include "posterior/frf/smc.hpp"
 
 namespace decid::frf {
 
@@ -65,7 +65,7 @@ class Fit {
   const Warnings& warnings() const noexcept { return warnings_; }
 
  private:
-  friend Fit fit(const Density& density, const WalkerSettings& settings);
+  friend Fit fit(const Density& density, const SmcSettings& settings);
   void predict(const Density& density, const std::vector<State>& states);
   /// Root mean square of the relative error that the draws' mean response leaves.
   double left(const Density& density) const;
@@ -82,7 +82,7 @@ class Fit {
 };
 
 /// Throws Error for settings that walk() refuses, and where hardly any controller of the ranges is stable.
-Fit fit(const Density& density, const WalkerSettings& settings);
+Fit fit(const Density& density, const SmcSettings& settings);
 
 /// The probability that chi-square exceeds this; degrees_of_freedom: even, above 0.
 double chi_square_beyond(double chi_square, int degrees_of_freedom);

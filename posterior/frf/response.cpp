@@ -25,7 +25,7 @@ using sim::Complex;
 constexpr int velocity_levels = 64;     // straight lines between them
 constexpr double level_in_use = 1e-9;   // of the cycle's intervals
 constexpr double each_harmonic = 1e12;  // bands a decade: no two harmonics in one
-constexpr double least_deviation = 1e-12;
+constexpr double min_deviation = 1e-12;
 
 /// Steady cycle of the platform's velocity, seen through its harmonics.
 class Cycle {
@@ -142,7 +142,7 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
     return both ? Neighbours{std::min(nearest, other), std::max(nearest, other)} : Neighbours{nearest, nearest};
   }
   Neighbours best{0, count - 1};
-  double least_hz = std::numeric_limits<double>::infinity();
+  double min_hz = std::numeric_limits<double>::infinity();
   for (std::size_t first = 0; first + count <= cycle.harmonics(); ++first) {
     double sum = 0.0, weighted = 0.0;
     for (std::size_t i = first; i < first + count; ++i) {
@@ -150,8 +150,8 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
       weighted += power[i] * cycle.frequency_hz(i);
     }
     const double off_hz = std::abs(weighted / sum - row.frequency_hz);
-    if (off_hz < least_hz) {
-      least_hz = off_hz;
+    if (off_hz < min_hz) {
+      min_hz = off_hz;
       best = {first, first + count - 1};
     }
   }
@@ -161,7 +161,7 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
 }  // namespace
 
 double mean_passed(double signal, double deviation, double theta) {
-  const double d = std::max(deviation, least_deviation);
+  const double d = std::max(deviation, min_deviation);
   const auto g = [](double u) { return u * normal_distribution(u) + normal_density(u); };
   return d * (g((signal - theta) / d) - g((-signal - theta) / d));
 }

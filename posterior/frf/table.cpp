@@ -17,7 +17,7 @@
 namespace decid::frf {
 namespace {
 
-constexpr std::size_t most_harmonics = 1000, most_table_rows = 1000;
+constexpr std::size_t max_harmonics = 1000, max_table_rows = 1000;
 constexpr double per_interval = 1.959963984540054;  // of a normal distribution, half its 95 % interval over its sd
 constexpr double per_circle = 2.447746830680816;    // sqrt(-2 log 0.05): of two, the radius that holds 95 %
 
@@ -86,7 +86,7 @@ bool is_positive(double value) {
   return value > 0.0;
 }
 bool is_count(double value) {
-  return value >= 1.0 && value <= most_harmonics && value == std::floor(value);
+  return value >= 1.0 && value <= max_harmonics && value == std::floor(value);
 }
 
 Column read_frequencies(Reader& reader) {
@@ -184,9 +184,9 @@ Table read_table(const std::filesystem::path& path) {
     throw Error(path.string(), "has no header", "name the columns frequency_hz, gain and phase_deg in its first line");
   const Column frequencies = read_frequencies(reader), gains = read_gains(reader), phases = read_phases(reader);
   const std::size_t rows = frequencies.values.size();
-  if (rows < fewest_rows || rows > most_table_rows)
+  if (rows < fewest_rows || rows > max_table_rows)
     throw Error(path.string(), "has " + counted(std::ssize(frequencies.values), "row"),
-                format("give %d to %zu frequencies", fewest_rows, most_table_rows));
+                format("give %d to %zu frequencies", fewest_rows, max_table_rows));
   Table table;
   table.file = path.string();
   for (std::size_t i = 0; i < rows; ++i)

@@ -10,14 +10,14 @@
 namespace decid::posterior {
 namespace {
 
-constexpr double least_noise_deg = 3.2e-3;  // in the mean of a block twice the model's own error
+constexpr double min_noise_deg = 3.2e-3;  // in the mean of a block twice the model's own error
 
 // Chosen on trials of a seed that no figure is quoted for.
 constexpr double lowering = 1.4, highest_noise_deg = 3.0;
-constexpr int annealing_leaps = 30;
-constexpr int windows = 3, window_informations = 3, first_window_leaps = 48, most_window_leaps = 96;
-constexpr int settling_moves = 12, fewest_leaps = 16;
-constexpr double leaps_per_width = 1.4;  // steps that cross the widest direction's deviation so often
+constexpr int annealing_leapfrog_steps = 30;
+constexpr int windows = 3, window_informations = 3, first_window_leapfrog_steps = 48, max_window_leapfrog_steps = 96;
+constexpr int settling_transitions = 12, min_leapfrog_steps = 16;
+constexpr double leapfrog_steps_per_width = 1.4;  // steps that cross the widest direction's deviation so often
 constexpr double target_acceptance = 0.8;
 constexpr double stuck_nats = 25.0;
 constexpr double stranded_log_noise = 0.1;
@@ -25,7 +25,7 @@ constexpr double first_slow_noise = 0.02;  // over the white noise of a block
 
 // Random numbers besides those of the groups' samplers.
 constexpr std::uint64_t starting = std::uint64_t{1} << 32, restarting = std::uint64_t{2} << 32;
-constexpr std::uint64_t most_windows = 64;  // of a group
+constexpr std::uint64_t max_windows = 64;  // of a group
 
 /// Adds the mean over the chains, a tree of fixed shape.
 void add_mean(std::span<const double> matrices, std::span<double> mean) {
@@ -48,7 +48,7 @@ ChainGroup::ChainGroup(const Density& density, const Observation& observation, c
       fit_(density) {}
 
 double ChainGroup::noise_deg() const {
-  return std::max(observation_.noise_deg, least_noise_deg);
+  return std::max(observation_.noise_deg, min_noise_deg);
 }
 
 void ChainGroup::place(std::span<const State> starts) {
@@ -100,9 +100,9 @@ void ChainGroup::metric_from_here() {
   sampler_.set_metric(mean);
 }
 
-void ChainGroup::adapt(int moves, int leaps) {
+void ChainGroup::adapt(int moves, int leapfrog_steps) {
   for (int move = 0; move < moves && !stopped_; ++move) {
-    sampler_.move(leaps);
+    sampler_.move(leapfrog_steps);
     sampler_.adapt(target_acceptance);
   }
   sampler_.end_adapting();
@@ -115,7 +115,7 @@ void ChainGroup::anneal(const Report& report) {
     sampler_.fix_noise(noise);
     metric_from_here();
     sampler_.begin_adapting(step);
-    adapt(settings_.annealing_moves, annealing_leaps);
+    adapt(settings_.annealing_transitions, annealing_leapfrog_steps);
     step = std::clamp(sampler_.middle_step(), 0.02, 0.4);
     report("annealing", 0.3 * std::min(1.0, (stage + 1) / stages));
     if (noise <= noise_deg()) break;
@@ -129,19 +129,20 @@ void ChainGroup::warm_up(std::span<const State> starts, const Report& report) {
   place(starts);
   anneal(report);
   for (int window = 0; window < windows && !stopped_; ++window) {
-    learn_in_window(window == 0 ? first_window_leaps : std::min(leaps_, most_window_leaps), window + 1 == windows);
+    learn_in_window(window == 0 ? first_window_leapfrog_steps : std::min(leapfrog_steps_, max_window_leapfrog_steps),
+                    window + 1 == windows);
     report("warming up", 0.3 + 0.7 * (window + 1) / windows);
   }
 }
 
 /// last: of a round; the slow noise is held from here on.
-void ChainGroup::learn_in_window(int leaps, bool last) {
+void ChainGroup::learn_in_window(int leapfrog_steps, bool last) {
   sampler_.begin_adapting(sampler_.middle_step());
   begin_window();
-  for (int move = 1; move <= settings_.window_moves && !stopped_; ++move) {
-    sampler_.move(leaps);
+  for (int move = 1; move <= settings_.window_transitions && !stopped_; ++move) {
+    sampler_.move(leapfrog_steps);
     sampler_.adapt(target_acceptance);
-    learn(move, settings_.window_moves);
+    learn(move, settings_.window_transitions);
   }
   sampler_.end_adapting();
   if (stopped_) return;
@@ -199,8 +200,8 @@ void ChainGroup::end_window() {
     fit_.add(places_[i], factors);
     add_log_mass(places_[i], factors, log_mass);
   }
-  const Chart chart = fit_.fit();
-  Chart::Workspace work;
+  const Reparameterisation chart = fit_.fit();
+  Reparameterisation::Workspace work;
   std::vector<double> metric(size, 0.0);
   for (std::size_t i = 0; i < places_.size(); ++i) {
     chart.change_information(places_[i], informations[i], work, density_.isa());
@@ -210,9 +211,10 @@ void ChainGroup::end_window() {
   if (sampler_.set_metric(metric)) sampler_.set_chart(chart);
   for (double& sum : log_mass) sum = -sum / static_cast<double>(places_.size());
   restart(log_mass, stuck_nats);
-  const double leaps = leaps_per_width * sampler_.widest(globals_) / sampler_.middle_step();
-  leaps_ = static_cast<int>(std::clamp(leaps, static_cast<double>(std::min(fewest_leaps, settings_.most_leaps)),
-                                       static_cast<double>(settings_.most_leaps)));
+  const double leapfrog_steps = leapfrog_steps_per_width * sampler_.widest(globals_) / sampler_.middle_step();
+  leapfrog_steps_ = static_cast<int>(
+      std::clamp(leapfrog_steps, static_cast<double>(std::min(min_leapfrog_steps, settings_.max_leapfrog_steps)),
+                 static_cast<double>(settings_.max_leapfrog_steps)));
   ++windows_;
 }
 
@@ -223,7 +225,7 @@ void ChainGroup::restart(const Sampler::Lanes& badness, double limit) {
   for (std::size_t l = 0; l < lanes; ++l)
     if (badness[l] <= highest) good.push_back(l);
   const Random random(settings_.seed, Stream::posterior,
-                      restarting + number_ * most_windows + static_cast<std::uint64_t>(windows_));
+                      restarting + number_ * max_windows + static_cast<std::uint64_t>(windows_));
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {
     if (badness[l] <= highest || good.empty()) continue;
@@ -241,7 +243,7 @@ void ChainGroup::release_noise() {
   Sampler::Lanes log_noise;
   for (std::size_t l = 0; l < lanes; ++l) {
     log_noise[l] = decid::log(unexplained[l]);
-    density_.set_noise(std::max(least_noise_deg, of_sensor * unexplained[l]), first_slow_noise * unexplained[l],
+    density_.set_noise(std::max(min_noise_deg, of_sensor * unexplained[l]), first_slow_noise * unexplained[l],
                        sampler_.coordinates(), static_cast<int>(l));
   }
   sampler_.fix_noise({});
@@ -272,19 +274,19 @@ void ChainGroup::begin_round(bool last) {
   acceptance_ = 0.0;
   divergences_ = 0;
   sampler_.begin_adapting(sampler_.middle_step());
-  adapt(settling_moves, leaps_);
+  adapt(settling_transitions, leapfrog_steps_);
   begin_window();
 }
 
 void ChainGroup::learn_from_round() {
   sampler_.hold_last(false);
   if (!places_.empty() && !globals_.empty()) end_window();
-  learn_in_window(std::min(leaps_, most_window_leaps), true);
+  learn_in_window(std::min(leapfrog_steps_, max_window_leapfrog_steps), true);
 }
 
 void ChainGroup::draw(int count) {
   for (int i = 0; i < count && !stopped_; ++i) {
-    sampler_.move(leaps_);
+    sampler_.move(leapfrog_steps_);
     double accepted = 0.0;
     for (std::size_t l = 0; l < lanes; ++l) {
       states_[l].push_back(density_.state(sampler_.coordinates(), static_cast<int>(l)));
@@ -305,7 +307,7 @@ void ChainGroup::keep() {
     std::vector<double>& point = points_[l].emplace_back();
     for (std::size_t i = l; i < x.size(); i += lanes) point.push_back(x[i]);
   }
-  const int most = std::max(1, Posterior::most_points / (settings_.groups * lanes));
+  const int most = std::max(1, Posterior::max_points / (settings_.groups * lanes));
   if (static_cast<int>(points_.front().size()) <= most) return;
   apart_ *= 2;
   for (auto& points : points_) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "posterior/posterior.hpp"
-#include "posterior/sampling/chart.hpp"
+#include "posterior/sampling/reparameterisation.hpp"
 #include "posterior/sampling/sampler.hpp"
 
 namespace decid::posterior {
@@ -38,7 +38,7 @@ class ChainGroup {
   double acceptance() const noexcept { return acceptance_; }
   int divergences() const noexcept { return divergences_; }
   int restarts() const noexcept { return restarts_; }
-  long long leaps() const noexcept { return sampler_.leaps() * lanes; }
+  long long leapfrog_steps() const noexcept { return sampler_.leapfrog_steps() * lanes; }
 
  private:
   using Globals = std::array<double, Density::globals>;
@@ -49,8 +49,8 @@ class ChainGroup {
   void place(std::span<const State> starts);
   void anneal(const Report& report);
   void metric_from_here();
-  void adapt(int moves, int leaps);
-  void learn_in_window(int leaps, bool last);
+  void adapt(int moves, int leapfrog_steps);
+  void learn_in_window(int leapfrog_steps, bool last);
   void hold_slow_noise();
   void begin_window();
   void learn(int move, int moves);
@@ -66,12 +66,12 @@ class ChainGroup {
   const std::uint64_t number_;
   const std::atomic<bool>& stopped_;
   Sampler sampler_;
-  int leaps_ = 0;    // of a transition
-  int windows_ = 0;  // and annealings
+  int leapfrog_steps_ = 0;  // of a transition
+  int windows_ = 0;         // and annealings
   int restarts_ = 0;
 
   // Of the window that runs.
-  ChartFit fit_;
+  ReparameterisationFit fit_;
   std::vector<Globals> globals_;
   std::vector<AlignedVector<double>> places_;  // where the information is needed
 

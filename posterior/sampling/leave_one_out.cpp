@@ -104,7 +104,7 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
     each.push_back(log_sum(of) - all);
     result.log_density += each.back();
     result.effective_parameters += seen - each.back();
-    result.largest_shape = i == 0 ? shape : std::max(result.largest_shape, shape);
+    result.max_shape = i == 0 ? shape : std::max(result.max_shape, shape);
     result.unreliable += shape > limit ? 1 : 0;
   }
   double squares = 0.0;

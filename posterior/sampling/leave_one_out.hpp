@@ -12,8 +12,8 @@ struct LeaveOneOut {
   double standard_error = 0.0;  ///< of that sum, from how the observations differ
   /// By how much the sum is larger with each observation known: as many as independent parameters that the data fix.
   double effective_parameters = 0.0;
-  double largest_shape = 0.0;  ///< of the weights' tails (k)
-  int unreliable = 0;  ///< observations whose shape is above min(1 - 1 / log10(draws), 0.7): few draws carry them
+  double max_shape = 0.0;  ///< of the weights' tails (k)
+  int unreliable = 0;      ///< observations whose shape is above min(1 - 1 / log10(draws), 0.7): few draws carry them
 };
 
 /// log_likelihood: a draw after the other, each with log p(observation | draw) of all `observations`. Throws Error for

@@ -136,11 +136,11 @@ void Sampler::evaluate() {
   for (std::size_t l = 0; l < lanes; ++l) potential_[l] -= log_volume[l];
   clear_held(gradient_);
   kernels(density_.isa()).lower_times(static_cast<int>(size_), metric_.data(), gradient_.data(), force_.data());
-  ++leaps_;
+  ++leapfrog_steps_;
 }
 
 // In coordinates that the metric makes round: x = T^t y for its inverse factor T, so the force is T gradient.
-void Sampler::move(int leaps) {
+void Sampler::move(int leapfrog_steps) {
   const Kernels& run = kernels(density_.isa());
   random_.fill_normal(momentum_, drawn_);
   clear_held(momentum_);
@@ -162,11 +162,11 @@ void Sampler::move(int leaps) {
 
   const int size = static_cast<int>(size_);
   run.subtract_times(size, half_step.data(), force_.data(), momentum_.data());
-  for (int leap = 0; leap < leaps; ++leap) {
+  for (int leap = 0; leap < leapfrog_steps; ++leap) {
     run.upper_times(size, metric_.data(), momentum_.data(), direction_.data());
     run.add_times(size, step.data(), direction_.data(), y_.data());
     evaluate();
-    run.subtract_times(size, (leap + 1 < leaps ? step : half_step).data(), force_.data(), momentum_.data());
+    run.subtract_times(size, (leap + 1 < leapfrog_steps ? step : half_step).data(), force_.data(), momentum_.data());
   }
   run.squares(size, momentum_.data(), squares.data());
   for (std::size_t l = 0; l < lanes; ++l) {

@@ -11,7 +11,7 @@
 
 #include "base/math/random.hpp"
 #include "posterior/density/density.hpp"
-#include "posterior/sampling/chart.hpp"
+#include "posterior/sampling/reparameterisation.hpp"
 
 namespace decid::posterior {
 
@@ -35,7 +35,7 @@ class Sampler {
   /// See Density::information.
   void information(std::span<const double> x, std::span<double> matrices);
   /// Leaps are in its coordinates from here on, and the metric is of these.
-  void set_chart(Chart chart) { chart_ = std::move(chart); }
+  void set_chart(Reparameterisation chart) { chart_ = std::move(chart); }
   /// Holds the last globals where they are (Density::held), or lets them go; the next set_metric() counts with it.
   void hold_last(bool holds) noexcept { holds_ = holds; }
   /// The metric becomes this: the inverse of a covariance. False, and nothing changes, if it is not positive definite.
@@ -46,12 +46,12 @@ class Sampler {
 
   /// One transition of each chain: `leaps` steps of leapfrog, of a length within a fifth of the chain's own, then
   /// accepted or not.
-  void move(int leaps);
+  void move(int leapfrog_steps);
   /// Of the last transition.
   const Lanes& acceptance() const noexcept { return acceptance_; }  ///< the probability with which it was accepted
   const Lanes& energy() const noexcept { return energy_; }          ///< at its start, momentum included
   const std::array<bool, lanes>& diverged() const noexcept { return diverged_; }
-  long long leaps() const noexcept { return leaps_; }
+  long long leapfrog_steps() const noexcept { return leapfrog_steps_; }
 
   /// Steps from here on are found by dual averaging (Hoffman and Gelman, JMLR 15, 2014), beginning with this one.
   void begin_adapting(double step);
@@ -75,15 +75,15 @@ class Sampler {
   std::size_t size_;
   std::optional<double> fixed_noise_deg_;
   AlignedVector<double> x_, start_, y_, momentum_, gradient_, force_, direction_;
-  Chart chart_;
-  Chart::Workspace chart_work_;
+  Reparameterisation chart_;
+  Reparameterisation::Workspace chart_work_;
   std::vector<double> metric_;  // the inverse of its Cholesky factor
   Lanes potential_{}, energy_{}, acceptance_{}, step_{}, mean_log_step_{}, missing_{};
   std::array<bool, lanes> diverged_{};
   bool holds_ = false;
   double centre_ = 0.0;
   int adapted_ = 0;
-  long long leaps_ = 0;
+  long long leapfrog_steps_ = 0;
 };
 
 }  // namespace decid::posterior

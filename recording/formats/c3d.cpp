@@ -140,7 +140,7 @@ void C3dTable::read_layout(const C3dParameters& parameters) {
                                    std::to_string(there / frame_bytes()) + " are there");
   look_for_more_frames(there);
   rows_ = points_ > 0 ? frames_ : frames_ * samples_;
-  if (rows_ > most_rows) throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
+  if (rows_ > max_rows) throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
 }
 
 std::size_t C3dTable::count_frames(const C3dParameters& parameters, std::size_t data_bytes) const {
@@ -263,7 +263,7 @@ std::vector<double> C3dTable::coordinates(std::size_t point, std::size_t axis) c
 }
 
 std::vector<double> C3dTable::samples(std::size_t channel) const {
-  if (frames_ * samples_ > most_rows)
+  if (frames_ * samples_ > max_rows)
     throw Error(where_, names_[3 * points_ + channel] + " has more than 10 million samples",
                 "cut it to the trial to be identified");
   std::vector<double> values;

@@ -59,7 +59,7 @@ bool write_whole(int descriptor, const char* from, std::size_t bytes) {
   return true;
 }
 
-[[noreturn]] void be_child(const std::function<std::string()>& work, [[maybe_unused]] std::size_t most_bytes,
+[[noreturn]] void be_child(const std::function<std::string()>& work, [[maybe_unused]] std::size_t max_bytes,
                            unsigned seconds, int answer) noexcept {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
     std::signal(number, SIG_DFL);
@@ -69,7 +69,7 @@ bool write_whole(int descriptor, const char* from, std::size_t bytes) {
   limit(RLIMIT_FSIZE, 0);  // it answers through a pipe and writes no file, but for counters of what tests run
 #endif
 #ifndef DECID_SHADOW_MEMORY
-  limit(RLIMIT_AS, most_bytes);
+  limit(RLIMIT_AS, max_bytes);
 #endif
   if (const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC); nowhere >= 0) {
     ::dup2(nowhere, STDOUT_FILENO);
@@ -121,11 +121,11 @@ std::optional<std::string> in_child(const std::function<std::string()>& work, co
   };
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) throw no_child();
-  const std::size_t most_bytes = address_bytes() + limits.memory_bytes;
+  const std::size_t max_bytes = address_bytes() + limits.memory_bytes;
   const pid_t child = ::fork();
   if (child == 0) {
     ::close(ends[0]);
-    be_child(work, most_bytes, limits.seconds, ends[1]);
+    be_child(work, max_bytes, limits.seconds, ends[1]);
   }
   const int error = errno;
   ::close(ends[1]);

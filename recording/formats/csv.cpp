@@ -28,11 +28,11 @@ std::string shown(std::string_view cell) {
 }
 
 /// Far longer than those of a table of 1000 columns.
-constexpr std::size_t most_bytes = std::size_t{1} << 17;
+constexpr std::size_t max_bytes = std::size_t{1} << 17;
 
 bool has_long_line(std::string_view text) {
-  for (std::size_t begin = 0; text.size() - begin > most_bytes;) {
-    const std::size_t end = text.find_last_of("\r\n", begin + most_bytes);
+  for (std::size_t begin = 0; text.size() - begin > max_bytes;) {
+    const std::size_t end = text.find_last_of("\r\n", begin + max_bytes);
     if (end == text.npos || end < begin) return true;
     begin = end + 1;
   }
@@ -43,7 +43,7 @@ bool has_long_line(std::string_view text) {
 std::string with_short_lines(std::string text, const std::string& where) {
   if (!has_long_line(text)) return text;
   for_each_line(text, [&](std::string_view line, std::size_t line_number) {
-    if (line.size() > most_bytes)
+    if (line.size() > max_bytes)
       throw Error(where, "line " + std::to_string(line_number) + " has more than 131,072 bytes",
                   "at most 1000 columns can be read, and no line that long");
     return true;
@@ -140,10 +140,10 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
       const std::string_view rest =
           std::string_view(text_).substr(static_cast<std::size_t>(line.data() - text_.data()));
       is_plain_ = is_plain(rest, separator_);
-      rows_.reserve(std::min(most_rows, rest.size() / (line.size() + 1) + 1));
+      rows_.reserve(std::min(max_rows, rest.size() / (line.size() + 1) + 1));
     }
     rows_.push_back(line);
-    if (rows_.size() > most_rows) {
+    if (rows_.size() > max_rows) {
       throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
     }
     return true;
@@ -210,8 +210,7 @@ void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t
 }
 
 void CsvTable::check_columns(std::size_t count) const {
-  if (count > most_columns)
-    throw Error(where_, "has " + std::to_string(count) + " columns", "at most 1000 can be read");
+  if (count > max_columns) throw Error(where_, "has " + std::to_string(count) + " columns", "at most 1000 can be read");
 }
 
 /// Calls visit(line, number) for the lines of the table, its header first, until it returns false.

@@ -97,7 +97,7 @@ std::size_t number_in(std::string_view text, std::size_t otherwise) {
 std::size_t column_in(std::string_view reference, std::size_t otherwise) {
   std::size_t column = 0;
   for (const char c : reference) {
-    if (c < 'A' || c > 'Z' || column > most_columns) break;
+    if (c < 'A' || c > 'Z' || column > max_columns) break;
     column = 26 * column + static_cast<std::size_t>(c - 'A' + 1);
   }
   return column == 0 ? otherwise : column - 1;
@@ -148,7 +148,7 @@ class SheetReader {
     if (column < rows_.back().cells) refuse_workbook(where_, "its cells are in no order");
     const std::string value = read_value(xml_.attribute("t"));
     if (value.empty()) return;  // a cell may have a format alone
-    if (column >= most_columns) throw Error(where_, "has more than 1000 columns", "at most 1000 can be read");
+    if (column >= max_columns) throw Error(where_, "has more than 1000 columns", "at most 1000 can be read");
     append(rows_.back(), column, plain(value));
   }
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t side_samples = 8;  ///< on each side of a jump
 constexpr double finest_hz = 100.0;
-constexpr double least_deg = 0.1, least_medians = 12.0, least_steps = 3.0;
+constexpr double min_deg = 0.1, min_medians = 12.0, min_steps = 3.0;
 constexpr double still_s = 0.1;
 constexpr std::size_t still_samples = 5;
 
@@ -88,7 +88,7 @@ void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double ste
   std::ranges::transform(jumps, sizes.begin(), [](double jump) { return std::abs(jump); });
   const auto middle = sizes.begin() + std::ssize(sizes) / 2;
   std::ranges::nth_element(sizes, middle);
-  const double least = std::max({least_deg * sim::rad_per_deg, least_medians * *middle, least_steps * step_rad});
+  const double least = std::max({min_deg * sim::rad_per_deg, min_medians * *middle, min_steps * step_rad});
   take_out_frozen(sway_rad, rate_hz, block, least, jumps);
   std::size_t count = 0, first = 0;
   double largest = 0.0;

@@ -26,7 +26,7 @@ constexpr std::size_t spectrum_parts = 3;
 constexpr double most_of_part = 1.0 / 30.0;
 /// White noise gives 0, a moving average -4.3: the mean of
 /// log(sin(pi x)^2) over |x| < 0.1.
-constexpr double least_fall = -1.5;
+constexpr double min_fall = -1.5;
 
 /// Sums of the logarithms of (power times frequency squared) over the bins of a sway's spectrum. The factor undoes the
 /// fall of a moving average's response with frequency.
@@ -66,12 +66,12 @@ class LogSpectrum {
 /// Returns the depth of the zeros of a moving average over `length_s`: the mean logarithm of the power at the zeros
 /// less the lower one of those halfway to the neighbouring zeros. Returns 0 for fewer than two zeros. Zeros of the
 /// tilt's own spectrum, at the multiples of 1 / held_s, are left out.
-double fall_at_zeros(const LogSpectrum& spectrum, double length_s, double most_hz, double held_s) {
+double fall_at_zeros(const LogSpectrum& spectrum, double length_s, double max_hz, double held_s) {
   const double apart_hz = 1.0 / length_s, half_hz = half_width * apart_hz;
   double fall = 0.0;
   int zeros = 0;
   // A filter's spectrum that falls steeply does not rise behind a zero.
-  for (double k = std::ceil(lowest_hz * length_s); (k + 0.5) * apart_hz <= most_hz; k += 1.0) {
+  for (double k = std::ceil(lowest_hz * length_s); (k + 0.5) * apart_hz <= max_hz; k += 1.0) {
     const double of_tilt = k * apart_hz * held_s, nearest = std::floor(of_tilt + 0.5);
     if (nearest > 0.0 && std::abs(of_tilt - nearest) < half_hz * held_s) continue;
     ++zeros;
@@ -87,22 +87,22 @@ double moving_average_s(std::span<const double> sway_rad, double rate_hz, double
   constexpr double thinned_hz = 400.0, fewest_bins = 300.0;
   const std::size_t block = std::max<std::size_t>(1, static_cast<std::size_t>(rate_hz / thinned_hz));
   const double thin_hz = rate_hz / static_cast<double>(block);
-  const double most_hz = std::min(highest_hz, 0.5 * thin_hz);
+  const double max_hz = std::min(highest_hz, 0.5 * thin_hz);
   const std::vector<double> sway = block_means(sway_rad, block);
   const std::size_t samples = sway.size() / spectrum_parts;
   const double part_s = static_cast<double>(samples) / thin_hz;
-  if (part_s * most_hz < fewest_bins) return 0.0;
+  if (part_s * max_hz < fewest_bins) return 0.0;
   std::vector<LogSpectrum> spectra;
   for (std::size_t part = 0; part < spectrum_parts; ++part) {
     const auto begin = sway.begin() + static_cast<std::ptrdiff_t>(part * samples);
     spectra.emplace_back(std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(samples)), thin_hz);
   }
-  double found_s = 0.0, least = least_fall;
+  double found_s = 0.0, least = min_fall;
   const double step_s = std::max(1.0 / rate_hz, shortest_step_s);
   for (double length_s = 2.0 * step_s; length_s <= std::min(longest_s, most_of_part * part_s); length_s += step_s) {
     std::array<double, spectrum_parts> falls{};
     for (std::size_t part = 0; part < spectrum_parts; ++part)
-      falls[part] = fall_at_zeros(spectra[part], length_s, most_hz, held_s);
+      falls[part] = fall_at_zeros(spectra[part], length_s, max_hz, held_s);
     std::ranges::sort(falls);
     const double fall = falls[spectrum_parts / 2];
     if (!(fall < least)) continue;

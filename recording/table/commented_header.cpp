@@ -12,9 +12,9 @@ namespace {
 
 /// The comments and blank lines at the end of a text, the last one first.
 std::vector<std::string_view> comments_of(std::string_view above) {
-  constexpr std::size_t most_comments = 100;
+  constexpr std::size_t max_comments = 100;
   std::vector<std::string_view> comments;
-  while (!above.empty() && comments.size() < most_comments) {
+  while (!above.empty() && comments.size() < max_comments) {
     above.remove_suffix(1);  // a line's end
     const std::size_t end = above.find_last_of("\r\n");
     std::string_view line = trim(above.substr(end == above.npos ? 0 : end + 1));

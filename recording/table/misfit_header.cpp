@@ -13,7 +13,7 @@ namespace decid::recording {
 
 namespace {
 
-using Names = std::vector<std::string_view>;
+using NameViews = std::vector<std::string_view>;
 
 /// Returns the separator between the names of a line; the table's separator comes first.
 char separator_of_names(std::string_view line, char of_table) {
@@ -35,9 +35,9 @@ bool is_telling(std::string_view name) {
 }
 
 bool is_prose(std::string_view name) {
-  constexpr std::size_t most_words = 4;
+  constexpr std::size_t max_words = 4;
   const std::vector<std::string> parts = words(name);
-  return parts.size() > most_words || std::ranges::any_of(parts, [](const std::string& word) {
+  return parts.size() > max_words || std::ranges::any_of(parts, [](const std::string& word) {
            return one_of(word, {"of", "the", "for", "and", "with", "by", "from", "der", "die", "das", "und", "von"});
          });
 }
@@ -46,7 +46,7 @@ bool is_key(std::string_view name) {
   return name.find_first_of(":=") != name.npos;
 }
 
-bool is_header(const Names& names, char separator) {
+bool is_header(const NameViews& names, char separator) {
   const auto is_number = [](std::string_view name) { return parse_number(name).is_number || clock_time(name); };
   if (is_key(names.front()) || std::ranges::any_of(names, is_number)) return false;
   if (names.size() == 1)
@@ -83,7 +83,7 @@ Misfit misfit_header(std::string_view line, std::size_t line_number, char separa
   if (in_quotes && has_odd_quotes(line) && trim(line).ends_with('"'))
     return {problem + "ends a header with names of several lines", "write the names in one line"};
   const char of_names = separator_of_names(line, separator);
-  Names names;
+  NameViews names;
   split(line, of_names, names);
   while (names.size() > 1 && names.back().empty()) names.pop_back();
   if (!is_header(names, of_names)) return {};

@@ -16,7 +16,7 @@ namespace decid::recording {
 namespace {
 
 /// How far down a table may begin.
-constexpr std::size_t most_lines = 300;
+constexpr std::size_t max_lines = 300;
 /// Lines of numbers that make a table; fewer at the end of the file.
 constexpr std::size_t lines_of_a_table = 3;
 
@@ -80,7 +80,7 @@ Preamble of_trc(const std::vector<Line>& lines) {
   }
   const auto markers = cells_of(lines[3].text, '\t'), coordinates = cells_of(lines[4].text, '\t');
   std::string marker;
-  const std::size_t columns = std::min(std::max(markers.size(), coordinates.size()), most_columns + 1);
+  const std::size_t columns = std::min(std::max(markers.size(), coordinates.size()), max_columns + 1);
   for (std::size_t i = 0; i < columns; ++i) {
     if (i < markers.size() && !markers[i].empty()) marker = markers[i];
     const bool has_coordinate = i < coordinates.size() && !coordinates[i].empty();
@@ -126,7 +126,7 @@ Preamble find_preamble(std::string_view text) {
   std::vector<Line> lines;
   for_each_line(text, [&](std::string_view line, std::size_t number) {
     lines.push_back({line, number});
-    return lines.size() < most_lines;
+    return lines.size() < max_lines;
   });
   if (lines.empty()) return {};
   if (lines.front().text.starts_with("PathFileType")) return of_trc(lines);
@@ -139,7 +139,7 @@ Preamble find_preamble(std::string_view text) {
       return !are_units(cells) && std::ranges::any_of(cells, is_time_name);
     };
     const std::size_t after = std::min(first + lines_of_a_table, lines.size());
-    bool is_table = (after - first > 1 || first == 0) && row.size() <= most_columns + 1;
+    bool is_table = (after - first > 1 || first == 0) && row.size() <= max_columns + 1;
     for (std::size_t line = first; line < after && is_table; ++line)
       is_table = fits(line) && is_data(cells_of(lines[line].text, separator));
     // A row below the names may count the samples; rows of samples have a time.

@@ -16,7 +16,7 @@
 namespace decid::recording {
 
 /// Limits of a file, so that a wrong one ends in an Error and not in all of the memory.
-inline constexpr std::size_t most_rows = 10'000'000, most_columns = 1000;
+inline constexpr std::size_t max_rows = 10'000'000, max_columns = 1000;
 
 /// What to do with cells that say that there is no value: empty, nan, NA, null, -. `fillable` refuses them too, and
 /// names the option that fills them.

@@ -15,7 +15,7 @@
 namespace decid::recording {
 namespace {
 
-constexpr std::size_t most_trials = 10'000;
+constexpr std::size_t max_trials = 10'000;
 
 const TableArray* array_called(const Table& table, const std::string& name) {
   const auto found = std::ranges::find(table.arrays(), name, &TableArray::name);
@@ -39,7 +39,7 @@ RowLabels joined(const RowLabels& a, const RowLabels& b) {
 }
 
 bool tell_apart(const RowLabels& labels) {
-  return labels.values.size() <= most_trials && 2 * labels.values.size() <= labels.of_row.size();
+  return labels.values.size() <= max_trials && 2 * labels.values.size() <= labels.of_row.size();
 }
 
 RowLabels labels_by(const Table& table, const std::vector<int>& columns, const std::string& by,

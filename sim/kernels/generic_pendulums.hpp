@@ -14,7 +14,8 @@ class Group {
   using D = typename V::D;
 
  public:
-  [[gnu::always_inline]] Group(Pendulums& p, const Course& course, int first) : p_(p), course_(course), first_(first) {
+  [[gnu::always_inline]] Group(Pendulums& p, const StepConstants& step_constants, int first)
+      : p_(p), step_constants_(step_constants), first_(first) {
     for (int v = 0; v < vectors; ++v) {
       sway_[v] = V::load(p.sway + lane(v));
       rate_[v] = V::load(p.sway_rate + lane(v));
@@ -37,9 +38,9 @@ class Group {
     for (int v = 0; v < vectors; ++v) {
       V::scatter(p_.samples + lane(v), sample, sway_[v]);
       next[v] = 0.5 * V::gather(p_.noise_rate + lane(v), (sample + std::ptrdiff_t{1}) * Pendulums::noise_apart);
-      slope_[v] = (next[v] - noise_[v]) * course_.per_step;
+      slope_[v] = (next[v] - noise_[v]) * step_constants_.per_step;
     }
-    const int intervals = course_.steps_per_sample / course_.interval_steps;
+    const int intervals = step_constants_.steps_per_sample / step_constants_.interval_steps;
     int step = 0;
     for (int interval = 0; interval < intervals; ++interval) {
       const std::ptrdiff_t at = 2 * (static_cast<std::ptrdiff_t>(sample) * intervals + interval);
@@ -48,15 +49,15 @@ class Group {
         const D rate = V::gather(p_.stimulus + lane(v), at + 1);
         const D passive = V::load(p_.passive + lane(v));
         drive_[v] = V::fma(passive, tilt, V::load(p_.damping + lane(v)) * rate);
-        drive_slope_[v] = passive * (rate * course_.step_s);
+        drive_slope_[v] = passive * (rate * step_constants_.step_s);
         platform_rate_[v] = 0.5 * rate;
       }
-      for (int i = 0; i < course_.interval_steps; ++i, ++step) advance_step<starting>(row + step);
+      for (int i = 0; i < step_constants_.interval_steps; ++i, ++step) advance_step<starting>(row + step);
     }
     bool within = true;
     for (int v = 0; v < vectors; ++v) {
       noise_[v] = next[v];
-      within = V::all_within(largest_[v], course_.sway_limit_rad) && within;
+      within = V::all_within(largest_[v], step_constants_.sway_limit_rad) && within;
     }
     return within;
   }
@@ -108,21 +109,21 @@ class Group {
   }
 
   Pendulums& p_;
-  const Course& course_;
+  const StepConstants& step_constants_;
   int first_;
-  D step_s_ = V::set(course_.step_s);
+  D step_s_ = V::set(step_constants_.step_s);
   D sway_[vectors], rate_[vectors], error_[vectors], newer_[vectors], largest_[vectors], noise_[vectors];
   D slope_[vectors], platform_rate_[vectors], drive_[vectors], drive_slope_[vectors];
 };
 
 template <class V, int vectors>
-int advance_pendulums(Pendulums& p, const Course& course, int samples) {
+int advance_pendulums(Pendulums& p, const StepConstants& step_constants, int samples) {
   static_assert(Pendulums::count % (vectors * V::width) == 0);
   int row = p.row;
-  for (int sample = 0; sample < samples; ++sample, row += course.steps_per_sample) {
+  for (int sample = 0; sample < samples; ++sample, row += step_constants.steps_per_sample) {
     bool within = true;
     for (int first = 0; first < p.lanes; first += vectors * V::width) {
-      Group<V, vectors> group(p, course, first);
+      Group<V, vectors> group(p, step_constants, first);
       within = (row < p.last_first_row ? group.template advance<true>(sample, row)
                                        : group.template advance<false>(sample, row)) &&
                within;

@@ -15,7 +15,7 @@
 namespace decid::sim {
 
 /// What does not change from trial to trial.
-struct Course {
+struct StepConstants {
   double step_s;
   double per_step;       ///< 1 / steps_per_sample
   int steps_per_sample;  ///< divided by interval_steps without remainder
@@ -61,6 +61,6 @@ struct Pendulums {
 
 /// Advances all lanes by up to `samples` samples; stops after a sample in which one of them left the bound. Returns how
 /// many were done. The caller moves pointers and `row` on by that many.
-using AdvancePendulums = int (*)(Pendulums& pendulums, const Course& course, int samples);
+using AdvancePendulums = int (*)(Pendulums& pendulums, const StepConstants& step_constants, int samples);
 
 }  // namespace decid::sim

@@ -12,13 +12,13 @@ namespace {
 
 /// Noise and spectra are made by transforms of the trial's length.
 void validate_length(const Checker& check, const Experiment& experiment) {
-  const int samples = experiment.samples(), largest = largest_prime_factor(samples);
-  if (largest <= largest_fft_prime) return;
+  const int samples = experiment.samples(), largest = max_prime_factor(samples);
+  if (largest <= max_fft_prime) return;
   int more = 1;
-  while (largest_prime_factor(samples + more) > largest_fft_prime) ++more;
+  while (max_prime_factor(samples + more) > max_fft_prime) ++more;
   check.fail("the trial",
              "has " + std::to_string(samples) + " samples, a multiple of the prime " + std::to_string(largest) +
-                 "; primes up to " + std::to_string(largest_fft_prime) + " can be transformed",
+                 "; primes up to " + std::to_string(max_fft_prime) + " can be transformed",
              "lengthen lead_out_s by " + setting_text(more / experiment.sample_rate_hz) + " s");
 }
 

@@ -42,7 +42,7 @@ struct Experiment {
   const ParameterTable& parameters() const { return body_model->parameters; }
 
   /// Throws Error naming the protocol and the setting if any is out of its bounds, or if the number of samples has a
-  /// prime factor above largest_fft_prime (sim/fft.hpp); all that follows assumes a valid experiment.
+  /// prime factor above max_fft_prime (sim/fft.hpp); all that follows assumes a valid experiment.
   void validate(const std::string& protocol) const;
   /// Throws Error likewise for what can be simulated but is no experiment: a body that has less inertia about the
   /// ankles than its mass at its centre (parallel axis theorem; 1e-6 of it are rounding), a measured tilt whose cycles

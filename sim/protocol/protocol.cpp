@@ -43,10 +43,10 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
       check.fail("vestibular_noise period_s", "is " + given_text(period_s) + " s, not a whole number of samples",
                  "give a multiple of " + setting_text(1.0 / rate_hz) + " s");
     }
-    const int largest = largest_prime_factor(protocol.noise_period_samples());
-    if (largest > largest_fft_prime) {
+    const int largest = max_prime_factor(protocol.noise_period_samples());
+    if (largest > max_fft_prime) {
       check.fail("vestibular_noise period_s", "has a multiple of the prime " + std::to_string(largest) + " of samples",
-                 "give another; primes up to " + std::to_string(largest_fft_prime) + " can be transformed");
+                 "give another; primes up to " + std::to_string(max_fft_prime) + " can be transformed");
     }
   }
   static_cast<void>(noise_band(protocol));
@@ -64,11 +64,11 @@ void validate_standing(const Checker& check, const Protocol& protocol) {
   if (protocol.standing_s == 0.0) return;
   const Protocol whole = protocol.with_standing();
   static_cast<void>(noise_band(whole));
-  const int largest = largest_prime_factor(whole.noise_period_samples());
-  if (largest > largest_fft_prime) {
+  const int largest = max_prime_factor(whole.noise_period_samples());
+  if (largest > max_fft_prime) {
     check.fail("standing_s",
                "makes the vestibular noise's period a multiple of the prime " + std::to_string(largest) + " of samples",
-               "give another; primes up to " + std::to_string(largest_fft_prime) + " can be transformed");
+               "give another; primes up to " + std::to_string(max_fft_prime) + " can be transformed");
   }
 }
 

@@ -17,20 +17,20 @@
 namespace decid::sim {
 namespace {
 
-constexpr double largest_tilt_deg = 45.0;
-constexpr int largest_cycles = 100'000;
-constexpr std::size_t most_samples = 1'000'000, most_components = 100, most_moves = 10'000;
+constexpr double max_tilt_deg = 45.0;
+constexpr int max_cycles = 100'000;
+constexpr std::size_t max_samples = 1'000'000, max_components = 100, max_moves = 10'000;
 /// Lines between samples follow a sine of this many samples a period to 3%.
 constexpr int fewest_samples_a_period = 10;
 /// Bounds of broken_joint.
-constexpr double most_joint_steps = 5.0, least_joint_deg = 0.01;
+constexpr double max_joint_steps = 5.0, min_joint_deg = 0.01;
 
 // ---- bounds: check_kind(check, kind, steps_per_sample)
 // ---------------------------------------------------------------
 
 template <class Kind>
 void check_common(const Checker& check, const std::string& prefix, const Kind& kind) {
-  check.within(prefix + "cycles", kind.cycles, 1, largest_cycles);
+  check.within(prefix + "cycles", kind.cycles, 1, max_cycles);
   check.within(prefix + "lead_in_s", kind.lead_in_s, 0.0, longest_trial_s);
   check.whole_milliseconds(prefix + "lead_in_s", kind.lead_in_s);
   check.within(prefix + "lead_out_s", kind.lead_out_s, 0.0, longest_trial_s);
@@ -81,7 +81,7 @@ void check_kind(const Checker& check, const Sequence& sequence, int) {
   check.positive("sequence state_s", sequence.state_s, longest_trial_s);
   check.within("sequence state_s", sequence.state_s, 1e-3, longest_trial_s);
   check.whole_milliseconds("sequence state_s", sequence.state_s);
-  check.positive("sequence amplitude_deg", sequence.amplitude_deg, largest_tilt_deg);
+  check.positive("sequence amplitude_deg", sequence.amplitude_deg, max_tilt_deg);
   check_common(check, "sequence ", sequence);
 
   const std::vector<int> values = checked_sequence(check, sequence);
@@ -99,10 +99,10 @@ void check_kind(const Checker& check, const Sequence& sequence, int) {
 }
 
 void check_kind(const Checker& check, const MeasuredTilt& measured, int steps_per_sample) {
-  check_count(check, "measured tilt_deg", measured.tilt_deg.size(), 2, most_samples);
+  check_count(check, "measured tilt_deg", measured.tilt_deg.size(), 2, max_samples);
   for (std::size_t k = 0; k < measured.tilt_deg.size(); ++k) {
     const double tilt = measured.tilt_deg[k] - measured.tilt_deg.front();
-    if (std::abs(tilt) <= largest_tilt_deg) continue;  // false for NaN
+    if (std::abs(tilt) <= max_tilt_deg) continue;  // false for NaN
     check.fail("measured tilt_deg", "sample " + std::to_string(k) + " is " + setting_text(tilt) + " from the first",
                "stay within 45 degrees of it; is the unit right?");
   }
@@ -110,7 +110,7 @@ void check_kind(const Checker& check, const MeasuredTilt& measured, int steps_pe
 }
 
 void check_kind(const Checker& check, const Sines& sines, int steps_per_sample) {
-  check_count(check, "sines components", sines.components.size(), 1, most_components);
+  check_count(check, "sines components", sines.components.size(), 1, max_components);
   check_sampled(check, "sines ", sines, steps_per_sample);
   check_given_cycle(check, "sines ", sines, steps_per_sample);
   const double highest_hz = static_cast<double>(steps_per_second) / (steps_per_sample * fewest_samples_a_period);
@@ -119,7 +119,7 @@ void check_kind(const Checker& check, const Sines& sines, int steps_per_sample) 
     const Sine& sine = sines.components[i];
     const std::string prefix = "sines components[" + std::to_string(i) + "] ";
     check.positive(prefix + "frequency_hz", sine.frequency_hz, highest_hz);
-    check.positive(prefix + "amplitude_deg", sine.amplitude_deg, largest_tilt_deg);
+    check.positive(prefix + "amplitude_deg", sine.amplitude_deg, max_tilt_deg);
     check.within(prefix + "phase_deg", sine.phase_deg, -360.0, 360.0);
     sum += sine.amplitude_deg;
     const double periods = sine.frequency_hz * sines.cycle_s;
@@ -129,14 +129,14 @@ void check_kind(const Checker& check, const Sines& sines, int steps_per_sample) 
                  "give a multiple of 1 / cycle_s, or cycles 1");
     }
   }
-  if (sum > largest_tilt_deg) {
+  if (sum > max_tilt_deg) {
     check.fail("sines components", "have amplitudes that add up to " + setting_text(sum) + " degrees",
                "stay within 45 degrees");
   }
 }
 
 void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_per_sample) {
-  check_count(check, "raised_cosines moves", cosines.moves.size(), 1, most_moves);
+  check_count(check, "raised_cosines moves", cosines.moves.size(), 1, max_moves);
   check_sampled(check, "raised_cosines ", cosines, steps_per_sample);
   check_given_cycle(check, "raised_cosines ", cosines, steps_per_sample);
   const double shortest_s = static_cast<double>(steps_per_sample * fewest_samples_a_period) / steps_per_second;
@@ -149,7 +149,7 @@ void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_pe
     check.whole_milliseconds(prefix + "start_s", move.start_s);
     check.within(prefix + "duration_s", move.duration_s, shortest_s, longest_trial_s);
     check.whole_milliseconds(prefix + "duration_s", move.duration_s);
-    check.within(prefix + "amplitude_deg", move.amplitude_deg, -largest_tilt_deg, largest_tilt_deg);
+    check.within(prefix + "amplitude_deg", move.amplitude_deg, -max_tilt_deg, max_tilt_deg);
     if (move.amplitude_deg == 0.0) check.fail(prefix + "amplitude_deg", "is 0", "leave the move out");
     if (milliseconds(move.start_s) < end) {
       check.fail(prefix + "start_s", "is " + given_text(move.start_s) + ", before the move before it has ended",
@@ -161,7 +161,7 @@ void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_pe
                  "let every move end within cycle_s");
     }
     const double farthest = level + move.amplitude_deg;
-    if (std::abs(farthest) > largest_tilt_deg) {
+    if (std::abs(farthest) > max_tilt_deg) {
       check.fail(prefix + "amplitude_deg", "takes the platform to " + setting_text(farthest) + " degrees",
                  "stay within 45 degrees");
     }
@@ -355,7 +355,7 @@ std::string broken_joint(const std::vector<double>& tilt_deg) {
     largest = std::max(largest, std::abs(tilt_deg[k] - tilt_deg[k - 1]));
   }
   const double joint = std::abs(tilt_deg.front() - tilt_deg.back());
-  if (joint <= std::max(most_joint_steps * largest, least_joint_deg)) return {};
+  if (joint <= std::max(max_joint_steps * largest, min_joint_deg)) return {};
   return "jumps by " + setting_text(joint) +
          " degrees from its last sample to its first, where the next cycle follows; " + "within a cycle by " +
          setting_text(largest) + " at most";

@@ -32,8 +32,8 @@ int main() {
   for (const float value : image) sum += value;
   const double output = static_cast<double>(outputs.front());
   std::printf("samples %d, valid %d, largest sway %.4f rad, image sum %.6f, network %.6f\n", simulator.samples(),
-              outcome.valid, outcome.largest_sway_rad, sum, output);
+              outcome.valid, outcome.max_sway_rad, sum, output);
   // Each of n float additions of positive terms errs by at most half an ulp of the sum.
   const double tolerance = sum * static_cast<double>(image.size()) * 6e-8;
-  return outcome.valid && outcome.largest_sway_rad > 1e-3 && std::abs(output - sum) <= tolerance ? 0 : 1;
+  return outcome.valid && outcome.max_sway_rad > 1e-3 && std::abs(output - sum) <= tolerance ? 0 : 1;
 }

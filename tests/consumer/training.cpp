@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "dataset/feed.hpp"
-#include "nn/loss.hpp"
-#include "nn/trainer.hpp"
+#include "nn/training/loss.hpp"
+#include "nn/training/trainer.hpp"
 
 namespace {
 

@@ -124,11 +124,11 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
       omp_set_num_threads(threads);
       for (const int count : {1, 4, 6, 29}) {
         std::vector<float> inputs(static_cast<std::size_t>(count) * values, -99.0F), alone(values);
-        const auto hand_over = [&](const TakeSway& take) {
+        const auto produce = [&](const SwaySink& take) {
           parallel_for(count, [&](int i) { take(static_cast<std::size_t>(i), data.trial(i)); });
         };
-        encode_all(encoding, hand_over, inputs);
-        check_error([&] { encode_all(encoding, hand_over, std::span(inputs).first(inputs.size() - 1)); }, {"room for"});
+        encode_all(encoding, produce, inputs);
+        check_error([&] { encode_all(encoding, produce, std::span(inputs).first(inputs.size() - 1)); }, {"room for"});
         for (int i = 0; i < count; ++i) {
           encoding.encode(data.trial(i), alone);
           CHECK(std::ranges::equal(alone, std::span(inputs).subspan(static_cast<std::size_t>(i) * values, values)));

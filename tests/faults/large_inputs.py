@@ -496,7 +496,7 @@ def main():
     parser.add_argument("--size", type=int, default=SIZE)
     options = parser.parse_args()
     globals()["SIZE"] = options.size
-    decid, failures, most_s, most_mb, count = os.path.abspath(options.decid), [], 0.0, 0.0, 0
+    decid, failures, max_slip_s, max_mb, count = os.path.abspath(options.decid), [], 0.0, 0.0, 0
     print(f"{'s':>6} {'MB':>6} exit  file")
     for name, make, end, command in cases():
         if options.only not in name:
@@ -510,7 +510,7 @@ def main():
             code, text, seconds, mb = run(decid, command, file, pathlib.Path(folder))
         shown = text.replace(folder + "/", "").strip().split("\n")[-1]
         print(f"{seconds:6.2f} {mb:6.0f} {code:4}  {name}: {shown[:110]}", flush=True)
-        count, most_s, most_mb = count + 1, max(most_s, seconds), max(most_mb, mb)
+        count, max_slip_s, max_mb = count + 1, max(max_slip_s, seconds), max(max_mb, mb)
         if mb > MOST_MB:
             failures.append(f"{name}: {mb:.0f} MB")
         if options.time and seconds > MOST_S:
@@ -519,7 +519,7 @@ def main():
             failures.append(f"{name}: exit {code}: {text[-200:]}")
         if len(text) > 5000:
             failures.append(f"{name}: {len(text)} characters of messages")
-    print(f"{count} files of {options.size} bytes at most: {most_s:.2f} s and {most_mb:.0f} MB at most, {len(failures)} failures")
+    print(f"{count} files of {options.size} bytes at most: {max_slip_s:.2f} s and {max_mb:.0f} MB at most, {len(failures)} failures")
     for failure in failures:
         print(failure)
     sys.exit(1 if failures else 0)

@@ -73,7 +73,7 @@ void round(const fs::path& seeds, const fs::path& mat, const fs::path& scratch, 
   require(decid_identify(model, recording, nullptr, &identified));
   decid_fit_options fit;
   decid_fit_defaults(&fit, sizeof fit);
-  fit.most_draws = 8;
+  fit.max_draws = 8;
   fit.seed = seed;
   require(decid_fit(model, recording, &fit, &fitted));
   if (decid_model_load(mat.c_str(), &none) != DECID_BAD_INPUT) std::abort();
@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
   const double seconds = std::atof(argv[2]);
   std::string folder = fs::temp_directory_path() / "decid-soak-XXXXXX";
   if (::mkdtemp(folder.data()) == nullptr) return 1;
-  constexpr long most_growth_kb = 4096, most_used_growth_kb = 256;
+  constexpr long max_growth_kb = 4096, max_used_growth_kb = 256;
   constexpr int warm_up = 5;
   long first_kb = 0, first_used = 0, first_files = 0, kb = 0, used = 0, files = 0, rounds = 0;
   const auto begin = std::chrono::steady_clock::now();
@@ -123,5 +123,5 @@ int main(int argc, char** argv) {
   fs::remove_all(folder, ignored);
   std::printf("%ld rounds in %.0f s: memory %+ld KB, in use %+ld KB, files %+ld\n", rounds, elapsed(), kb - first_kb,
               used - first_used, files - first_files);
-  return kb - first_kb <= most_growth_kb && used - first_used <= most_used_growth_kb && files == first_files ? 0 : 1;
+  return kb - first_kb <= max_growth_kb && used - first_used <= max_used_growth_kb && files == first_files ? 0 : 1;
 }

@@ -8,10 +8,10 @@
 using namespace decid;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  constexpr std::size_t most_lines = 100;
+  constexpr std::size_t max_lines = 100;
   std::istringstream text{std::string(fuzz::text_of(data, size))};
   std::vector<std::string> lines;
-  for (std::string line; lines.size() < most_lines && std::getline(text, line);) lines.push_back(line);
+  for (std::string line; lines.size() < max_lines && std::getline(text, line);) lines.push_back(line);
   for (const nn::Shape shape : {nn::Shape{2, 110, 110}, nn::Shape{6, 605, 1}})
     fuzz::accepts([&] { nn::make_layers<float>(shape, lines); });
   return 0;

@@ -4,7 +4,7 @@
 
 #include "recording/recording.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/recording/xlsx_file.hpp"
+#include "tests/recording/formats/xlsx_file.hpp"
 
 using namespace decid;
 

@@ -37,7 +37,7 @@ TEST_CASE("models and checkpoints of 0.2.0") {
   const Model unfinished = model_from_bytes(read_text(file("training.checkpoint")), "checkpoint", &checkpoint);
   CHECK(unfinished.head->name() == "point");
   CHECK_FALSE(checkpoint.progress.empty());
-  CHECK(checkpoint.velocities.size() == 2);
+  CHECK(checkpoint.momentum_buffers.size() == 2);
 }
 
 TEST_CASE("data sets and their journals of 0.2.0") {

@@ -5,7 +5,7 @@
 
 #include <numeric>
 
-#include "tests/posterior/quick.hpp"
+#include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
 
 namespace decid {

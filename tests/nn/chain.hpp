@@ -14,8 +14,8 @@
 
 #include "base/error.hpp"
 #include "nn/architecture.hpp"
-#include "nn/batch.hpp"
-#include "nn/training_layer.hpp"
+#include "nn/layers/training_layer.hpp"
+#include "nn/training/batch.hpp"
 
 namespace decid::nn::testing {
 
@@ -93,10 +93,10 @@ class Chain {
       for (Parameter<T>& p : layer.parameters()) all.push_back(&p);
     return all;
   }
-  std::vector<Statistic<T>*> statistics() {
-    std::vector<Statistic<T>*> all;
+  std::vector<RunningStatistics<T>*> statistics() {
+    std::vector<RunningStatistics<T>*> all;
     for (Layer<T>& layer : layers_)
-      for (Statistic<T>& s : layer.statistics()) all.push_back(&s);
+      for (RunningStatistics<T>& s : layer.statistics()) all.push_back(&s);
     return all;
   }
   /// Of parameters()[parameter].

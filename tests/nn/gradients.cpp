@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <limits>
 
-#include "nn/loss.hpp"
-#include "nn/trainer.hpp"
+#include "nn/training/loss.hpp"
+#include "nn/training/trainer.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;
@@ -33,7 +33,7 @@ class GradientCheck {
       const double scale = p->fan_in > 0 ? std::sqrt(6.0 / p->fan_in) : 0.4;
       p->value = hashed_values<double>(next++, p->value.size(), scale, offset);
     }
-    for (Statistic<double>* s : chain.statistics()) statistics_.push_back(s->value);
+    for (RunningStatistics<double>* s : chain.statistics()) statistics_.push_back(s->value);
     const auto count = [&](const TensorView<double>& t) {
       return static_cast<std::size_t>(t.batch()) * static_cast<std::size_t>(t.shape().size());
     };
@@ -269,7 +269,7 @@ TEST_CASE_TEMPLATE("gradients: a Trainer's are those of its network's lines one 
       }
       std::size_t k = 0;
       for (const Layer<T>& layer : network.layers())
-        for (const Statistic<T>& s : layer.statistics()) CHECK(chain.statistics()[k++]->value == s.value);
+        for (const RunningStatistics<T>& s : layer.statistics()) CHECK(chain.statistics()[k++]->value == s.value);
       CHECK(k == chain.statistics().size());
 
       const Inference<T> inference(network);

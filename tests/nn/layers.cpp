@@ -1,6 +1,6 @@
 // Tests of the layers in nn/: cases computed by hand, independence of samples, texts and their errors.
-// Definitions in nn/layer.hpp, nn/architecture.hpp and nn/kernels/kernels.hpp; derivatives in gradients.cpp, figures of
-// PyTorch in torch.cpp.
+// Definitions in nn/layers/layer.hpp, nn/architecture.hpp and nn/kernels/kernels.hpp; derivatives in gradients.cpp,
+// figures of PyTorch in torch.cpp.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -8,8 +8,8 @@
 #include <limits>
 #include <numeric>
 
-#include "nn/loss.hpp"
-#include "nn/trainer.hpp"
+#include "nn/training/loss.hpp"
+#include "nn/training/trainer.hpp"
 #include "tests/near.hpp"
 #include "tests/nn/chain.hpp"
 
@@ -222,7 +222,8 @@ Network<float> network_of_all_layers() {
   network.initialise(11);
   std::uint32_t id = 50;
   for (Layer<float>& layer : network.layers())
-    for (Statistic<float>& s : layer.statistics()) s.value = hashed_values<float>(id++, s.value.size(), 0.5, 1.0);
+    for (RunningStatistics<float>& s : layer.statistics())
+      s.value = hashed_values<float>(id++, s.value.size(), 0.5, 1.0);
   return network;
 }
 
@@ -265,7 +266,7 @@ TrainingStep train(Network<float>& network, Trainer<float>& trainer, int batch, 
     step.gradients.emplace_back(gradient.begin(), gradient.end());
   }
   for (const Layer<float>& layer : network.layers())
-    for (const Statistic<float>& s : layer.statistics()) step.statistics.push_back(s.value);
+    for (const RunningStatistics<float>& s : layer.statistics()) step.statistics.push_back(s.value);
   return step;
 }
 

@@ -18,7 +18,7 @@ inline Network<float> lived_in_network(Shape input, const std::string& architect
     for (Parameter<float>& p : layer.parameters())
       for (std::size_t i = 0; p.fan_in == 0 && i < p.value.size(); ++i)
         p.value[i] += 0.3F * static_cast<float>(Random(1, Stream::weights, item).normal(i));
-    for (Statistic<float>& s : layer.statistics()) {
+    for (RunningStatistics<float>& s : layer.statistics()) {
       ++item;
       for (std::size_t i = 0; i < s.value.size(); ++i)
         s.value[i] = static_cast<float>(Random(1, Stream::weights, item).uniform(i, 0.2, 1.5));

@@ -78,8 +78,8 @@ static_assert(std::is_same_v<ParametersOf<const Network<float>>, std::vector<con
 static_assert(std::is_same_v<ParametersOf<Network<float>>, std::vector<Parameter<float>*>>);
 static_assert(std::is_same_v<LayersOf<const Network<float>>, std::span<const Layer<float>>>);
 static_assert(std::is_same_v<ParametersOf<const Layer<float>>, std::span<const Parameter<float>>>);
-static_assert(
-    std::is_same_v<decltype(std::declval<const Layer<float>&>().statistics()), std::span<const Statistic<float>>>);
+static_assert(std::is_same_v<decltype(std::declval<const Layer<float>&>().statistics()),
+                             std::span<const RunningStatistics<float>>>);
 static_assert(std::is_same_v<decltype(std::declval<const TensorView<const float>&>().row(0, 0, 0)), const float*>);
 static_assert(std::is_same_v<decltype(std::declval<const TensorView<const float>&>().at(0, 0, 0, 0)), const float&>);
 static_assert(std::is_same_v<decltype(std::declval<const AlignedBuffer<float>&>().data()), const float*>);
@@ -186,7 +186,7 @@ TEST_CASE("weights_sha256: every value, name and shape counts") {
   };
   for (Parameter<float>* p : network.parameters()) changes(p->value);
   for (Layer<float>& layer : network.layers())
-    for (Statistic<float>& s : layer.statistics()) changes(s.value);
+    for (RunningStatistics<float>& s : layer.statistics()) changes(s.value);
   CHECK(weights_sha256(network) == sha256);
   const Network<float> tall({1, 4, 4}, "conv 2 3x1"), wide({1, 4, 4}, "conv 2 1x3");
   CHECK(weights_sha256(tall) != weights_sha256(wide));

@@ -42,17 +42,18 @@ bool refused(std::string_view bytes, const std::string& part) {
 /// A network and the velocities of its training.
 struct Trained {
   Network<float> network{{1, 4, 4}, "conv 2 3x3 pad 1; batchnorm; relu; fc 3"};
-  Velocities<float> velocities;
+  MomentumBuffers<float> momentum_buffers;
 };
 Trained trained() {
   Trained made;
   made.network.initialise(3);
   std::uint32_t id = 1;
   for (Parameter<float>* p : made.network.parameters()) {
-    made.velocities.push_back(hashed_values<float>(id, p->value.size()));
+    made.momentum_buffers.push_back(hashed_values<float>(id, p->value.size()));
     p->value = hashed_values<float>(++id, p->value.size());
   }
-  for (Statistic<float>& s : made.network.layers()[1].statistics()) s.value = hashed_values<float>(++id, 2, 0.4, 1.0);
+  for (RunningStatistics<float>& s : made.network.layers()[1].statistics())
+    s.value = hashed_values<float>(++id, 2, 0.4, 1.0);
   return made;
 }
 
@@ -120,24 +121,24 @@ TEST_CASE("safetensors: round trip of values, shapes, names, metadata") {
 }
 
 TEST_CASE("safetensors: a network returns to the bit, running statistics and momentum too") {
-  const auto [network, velocities] = trained();
+  const auto [network, momentum_buffers] = trained();
   TensorFile file;
-  save_network(network, file, &velocities);
+  save_network(network, file, &momentum_buffers);
   REQUIRE(file.tensors.size() == 6 * 2 + 2);
   CHECK(file.find("layers.0.weight", 18, "m").shape == std::vector<long long>{2, 1, 3, 3});
   CHECK(file.find("layers.3.weight", 96, "m").shape == std::vector<long long>{3, 32});
   CHECK(file.find("layers.1.running_variance", 2, "m").shape == std::vector<long long>{2});
-  CHECK(same_bits(file.find("momentum.1.gamma", 2, "m").values, velocities[2]));
+  CHECK(same_bits(file.find("momentum.1.gamma", 2, "m").values, momentum_buffers[2]));
 
   const std::string bytes = to_safetensors(file);
   Network<float> other({1, 4, 4}, network.architecture());
-  Velocities<float> other_velocities;
+  MomentumBuffers<float> other_velocities;
   load_network(other, from_safetensors(bytes, "m"), "m", &other_velocities);
   CHECK(weights_sha256(other) == weights_sha256(network));
   REQUIRE(other_velocities.size() == network.parameters().size());
   for (std::size_t k = 0; k < network.parameters().size(); ++k) {
     CHECK(same_bits(other.parameters()[k]->value, network.parameters()[k]->value));
-    CHECK(same_bits(other_velocities[k], velocities[k]));
+    CHECK(same_bits(other_velocities[k], momentum_buffers[k]));
   }
   for (std::size_t k = 0; k < 2; ++k)
     CHECK(same_bits(other.layers()[1].statistics()[k].value, network.layers()[1].statistics()[k].value));
@@ -151,19 +152,19 @@ TEST_CASE("safetensors: a network returns to the bit, running statistics and mom
 }
 
 TEST_CASE("safetensors: load_network refuses what does not fit, and changes nothing then") {
-  const auto [source, velocities] = trained();
+  const auto [source, momentum_buffers] = trained();
   Network<float> network({1, 4, 4}, source.architecture());
   const std::string before = weights_sha256(network);
   TensorFile whole;
-  save_network(source, whole, &velocities);
+  save_network(source, whole, &momentum_buffers);
   const auto problem = [&](const auto& change, bool momentum = false) {
     TensorFile file = whole;
     change(file);
-    Velocities<float> found{{7.0F}};
+    MomentumBuffers<float> found{{7.0F}};
     const std::string text =
         error_of([&] { load_network(network, std::move(file), "m", momentum ? &found : nullptr); });
     CHECK(weights_sha256(network) == before);
-    CHECK(found == Velocities<float>{{7.0F}});
+    CHECK(found == MomentumBuffers<float>{{7.0F}});
     return text;
   };
   const auto last = [](TensorFile& f) -> NamedTensor& { return f.tensors.back(); };  // momentum.3.bias
@@ -201,7 +202,8 @@ TEST_CASE("safetensors: save_network refuses what load_network refuses, and adds
     Trained made = trained();
     change(made);
     TensorFile file = small_file();
-    const std::string text = error_of([&] { save_network(made.network, file, momentum ? &made.velocities : nullptr); });
+    const std::string text =
+        error_of([&] { save_network(made.network, file, momentum ? &made.momentum_buffers : nullptr); });
     CHECK((file.tensors.size() == 2) == (text != "none"));
     return text;
   };
@@ -211,9 +213,9 @@ TEST_CASE("safetensors: save_network refuses what load_network refuses, and adds
           "network: has a value in 'layers.0.weight' that is not finite");
     CHECK(problem([&](Trained& t) { t.network.layers()[1].statistics()[0].value[1] = bad; }) ==
           "network: has a value in 'layers.1.running_mean' that is not finite");
-    CHECK(problem([&](Trained& t) { t.velocities.back()[2] = bad; }) ==
+    CHECK(problem([&](Trained& t) { t.momentum_buffers.back()[2] = bad; }) ==
           "network: has a value in 'momentum.3.bias' that is not finite");
-    CHECK(problem([&](Trained& t) { t.velocities.back()[2] = bad; }, false) == "none");
+    CHECK(problem([&](Trained& t) { t.momentum_buffers.back()[2] = bad; }, false) == "none");
   }
   CHECK(problem([](Trained& t) { t.network.layers()[1].statistics()[1].value[0] = -0.1F; }) ==
         "network: has a negative value in 'layers.1.running_variance'");
@@ -325,10 +327,10 @@ TEST_CASE("safetensors: deep nesting is refused without recursion") {
 }
 
 TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
-  const auto [network, velocities] = trained();
+  const auto [network, momentum_buffers] = trained();
   TensorFile file;
   file.metadata = {{"architecture", network.architecture()}};
-  save_network(network, file, &velocities);
+  save_network(network, file, &momentum_buffers);
   const std::string whole = to_safetensors(file);
   std::uint64_t header = 0;
   std::memcpy(&header, whole.data(), 8);
@@ -337,7 +339,7 @@ TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
   };
   int errors = 0, accepted = 0;
   Network<float> other({1, 4, 4}, network.architecture());
-  Velocities<float> other_velocities;
+  MomentumBuffers<float> other_velocities;
   for (std::size_t k = 0; k < 2000; ++k) {
     std::string bytes = whole;
     // Mostly in the header, where bytes have meaning: bits, digits and brackets, pieces removed, doubled or moved.
@@ -381,8 +383,8 @@ TEST_CASE("safetensors: NumPy reads the file") {
                   "this test needs NumPy for /usr/bin/python3: tools/setup --check installs it");
   TensorFile file;
   file.metadata = {{"note", "für 東京"}};
-  const auto [network, velocities] = trained();
-  save_network(network, file, &velocities);
+  const auto [network, momentum_buffers] = trained();
+  save_network(network, file, &momentum_buffers);
   const fs::path folder = fs::temp_directory_path() / ("decid-safetensors-" + weights_sha256(network));
   fs::create_directories(folder);
   decid::write_file(folder / "model.safetensors", to_safetensors(file));

@@ -6,7 +6,7 @@
 #include <bit>
 #include <cmath>
 
-#include "nn/batch.hpp"
+#include "nn/training/batch.hpp"
 #include "tests/nn/lived_in.hpp"
 
 namespace decid::nn {

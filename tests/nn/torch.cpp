@@ -7,8 +7,8 @@
 #include <limits>
 #include <numeric>
 
-#include "nn/loss.hpp"
-#include "nn/trainer.hpp"
+#include "nn/training/loss.hpp"
+#include "nn/training/trainer.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;
@@ -126,7 +126,7 @@ TEST_CASE("PyTorch: batch normalisation, three steps of training and inference")
     compare(name + "dst", store_batch(chain.output()));
     compare(name + "diff_src", store_batch(chain.input_diff()));
     for (std::size_t k = 0; k < 2; ++k) compare(name + chain.parameters()[k]->name, chain.gradient(k));
-    for (const Statistic<float>* s : chain.statistics()) compare(name + s->name, s->value);
+    for (const RunningStatistics<float>* s : chain.statistics()) compare(name + s->name, s->value);
   }
   load_hashed(chain.input(), 5030);
   chain.infer();
@@ -185,9 +185,9 @@ TEST_CASE("PyTorch: a network trained for five steps with momentum and weight de
   compare("network/losses", losses);
   for (std::size_t k = 0; k < std::size(lines); ++k)
     compare("network/" + lines[k] + network.parameters()[k]->name, network.parameters()[k]->value);
-  std::vector<const Statistic<float>*> statistics;
+  std::vector<const RunningStatistics<float>*> statistics;
   for (const Layer<float>& layer : network.layers())
-    for (const Statistic<float>& s : layer.statistics()) statistics.push_back(&s);
+    for (const RunningStatistics<float>& s : layer.statistics()) statistics.push_back(&s);
   REQUIRE(statistics.size() == 4);
   for (std::size_t k = 0; k < 4; ++k)
     compare((k < 2 ? "network/1." : "network/5.") + statistics[k]->name, statistics[k]->value);

@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "tests/helpers.hpp"
-#include "tests/posterior/quick.hpp"
+#include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
 
 using namespace decid;
@@ -20,11 +20,11 @@ TEST_CASE("sample: the same draws for any number of threads and every instructio
   const std::vector<float> sway = recorded(protocol, some_parameters(), 0.02, 0);
   Settings settings = quick();
   settings.groups = 2;
-  settings.annealing_moves = 1;
-  settings.window_moves = 6;
-  settings.most_draws = 4;
+  settings.annealing_transitions = 1;
+  settings.window_transitions = 6;
+  settings.max_draws = 4;
   settings.block = 4;
-  settings.most_leaps = 8;
+  settings.max_leapfrog_steps = 8;
   std::vector<State> first;
   const auto compare = [&](Isa isa) {
     const Density density(protocol, {}, isa);
@@ -87,14 +87,14 @@ TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
   Settings settings = quick();
-  settings.most_leaps = 4;
-  settings.least_draws = settings.most_draws = 40;
+  settings.max_leapfrog_steps = 4;
+  settings.min_draws = settings.max_draws = 40;
   // Eight chains: 32 points each. 40 draws are too many, so every second one is kept; stopped after 10, all are.
   for (const auto& [stop, kept, apart] : {std::tuple{false, 20, 2}, std::tuple{true, 10, 1}}) {
     const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings,
                                    {}, [ends = stop](const Progress& here) { return !ends || here.rhat == 0.0; });
     REQUIRE(found.points() == kept * found.chains());
-    CHECK(found.points() <= Posterior::most_points);
+    CHECK(found.points() <= Posterior::max_points);
     for (int i = 0; i < found.points(); ++i) {
       CHECK(found.draw_of_point(i) == i / kept * found.draws_per_chain() + (i % kept + 1) * apart - 1);
       REQUIRE(found.point(i).size() == static_cast<std::size_t>(density.size()));
@@ -116,9 +116,9 @@ TEST_CASE("sample: settings that make no draws are refused") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
   const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
-  for (int Settings::*const setting :
-       {&Settings::groups, &Settings::annealing_moves, &Settings::window_moves, &Settings::most_leaps,
-        &Settings::rounds, &Settings::trial_draws, &Settings::block, &Settings::most_draws}) {
+  for (int Settings::*const setting : {&Settings::groups, &Settings::annealing_transitions,
+                                       &Settings::window_transitions, &Settings::max_leapfrog_steps, &Settings::rounds,
+                                       &Settings::trial_draws, &Settings::block, &Settings::max_draws}) {
     Settings settings = quick();
     settings.*setting = 0;
     check_error([&] { sample(density, observation, settings); }, {"posterior, ", "is 0", "or more"});
@@ -173,7 +173,7 @@ TEST_CASE("sample: the truth lies in the intervals, and the errors are as promis
     if (!simulator.run(truth, Random(5, Stream::vestibular_noise, item), sway).valid) continue;
     ++trials;
     const Posterior found = sample(density, density.observe(recorded(protocol, truth, 0.02, item)),
-                                   {.seed = 1, .groups = 1, .least_draws = 25, .most_draws = 75});
+                                   {.seed = 1, .groups = 1, .min_draws = 25, .max_draws = 75});
     together += found.apart() ? 0 : 1;
     for (int quantity = 0; quantity < 7; ++quantity) {
       const auto q = static_cast<std::size_t>(quantity);

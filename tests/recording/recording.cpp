@@ -6,7 +6,7 @@
 
 #include "recording/trial.hpp"
 #include "tests/helpers.hpp"
-#include "tests/recording/reading.hpp"
+#include "tests/recording/table/reading.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;

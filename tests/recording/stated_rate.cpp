@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tests/recording/reading.hpp"
+#include "tests/recording/table/reading.hpp"
 
 using namespace decid;
 using namespace decid::recording;

@@ -54,7 +54,7 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
       const Run& expected = alone[index];
       // Called from many threads: doctest's assertions are made for that.
       CHECK(outcome.valid == expected.outcome.valid);
-      CHECK(outcome.largest_sway_rad == expected.outcome.largest_sway_rad);
+      CHECK(outcome.max_sway_rad == expected.outcome.max_sway_rad);
       CHECK(outcome.end_s == expected.outcome.end_s);
       const auto samples = static_cast<std::ptrdiff_t>(outcome.end_s * 100.0 + 0.5);
       CHECK(std::equal(sway.begin(), sway.begin() + samples, expected.sway.begin()));
@@ -97,7 +97,7 @@ TEST_CASE("Simulator::run_all: each trial with its own body") {
     Protocol own = short_protocol();
     own.experiment.body = Body{}.of_height(trial.height);
     const Run expected = simulate(Simulator(own), trial.parameters, trial.noise);
-    CHECK(outcome.largest_sway_rad == expected.outcome.largest_sway_rad);
+    CHECK(outcome.max_sway_rad == expected.outcome.max_sway_rad);
     CHECK(std::equal(sway.begin(), sway.end(), expected.sway.begin()));
   });
   CHECK(near(Body{}.of_height(0.9).mgh(), Body{}.mgh(), 1e-15));

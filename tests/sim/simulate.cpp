@@ -82,7 +82,7 @@ double disagreement(const Protocol& protocol, const Parameters& parameters, cons
     const double a = sway[k * static_cast<std::size_t>(protocol.experiment.steps_per_sample())];
     difference = std::max(difference, std::abs(trial.sway[k] - a));
   }
-  CHECK(near(trial.outcome.largest_sway_rad, largest, 1e-12));
+  CHECK(near(trial.outcome.max_sway_rad, largest, 1e-12));
   return difference / largest;
 }
 
@@ -261,8 +261,8 @@ TEST_CASE("Simulator: a fall is reported when it happens") {
   CHECK(trial.outcome.end_s == std::ceil(static_cast<double>(sway.size() - 1) / 10.0) / 100.0);
   CHECK(trial.outcome.end_s > 1.0);
   CHECK(trial.outcome.end_s < 20.0);
-  CHECK(trial.outcome.largest_sway_rad > sway_limit_rad);
-  CHECK(trial.outcome.largest_sway_rad < 1.01 * sway_limit_rad);
+  CHECK(trial.outcome.max_sway_rad > sway_limit_rad);
+  CHECK(trial.outcome.max_sway_rad < 1.01 * sway_limit_rad);
   // Samples up to the fall are written, later ones are not.
   const auto last = static_cast<std::size_t>((sway.size() - 2) / 10);
   CHECK(trial.sway[last] != 0.0);
@@ -285,7 +285,7 @@ TEST_CASE("Simulator: a fall is reported when it happens") {
   const Outcome overflow = simulate(simulator, parameters).outcome;
   CHECK_FALSE(overflow.valid);
   CHECK(overflow.end_s < 0.5);
-  CHECK(overflow.largest_sway_rad > sway_limit_rad);
+  CHECK(overflow.max_sway_rad > sway_limit_rad);
 }
 
 namespace {
@@ -320,7 +320,7 @@ TEST_CASE("Simulator: a body that has stood has the bits of a trial whose first 
       REQUIRE(longer.outcome.valid);
       CHECK(trial.outcome.valid);
       CHECK(trial.outcome.end_s == protocol.duration_s());
-      CHECK(trial.outcome.largest_sway_rad == longer.outcome.largest_sway_rad);
+      CHECK(trial.outcome.max_sway_rad == longer.outcome.max_sway_rad);
       CHECK(std::ranges::equal(trial.sway, std::span(longer.sway).last(trial.sway.size())));
       CHECK(trial.sway.front() != 0.0);
       // Together with others, too.
@@ -353,7 +353,7 @@ TEST_CASE("Simulator: who falls while standing falls at 0, and nothing is writte
     std::vector<double> sway(12'100, 7.0);
     const Outcome outcome = simulator.run(parameters, some_noise, sway);
     CHECK(outcome.valid == longer.valid);
-    CHECK(outcome.largest_sway_rad == longer.largest_sway_rad);
+    CHECK(outcome.max_sway_rad == longer.max_sway_rad);
     CHECK(near(outcome.end_s, std::max(0.0, longer.end_s - standing_s), 1e-9));
     const auto written = std::ranges::count_if(sway, [](double value) { return value != 7.0; });
     CHECK(written == std::lround(100.0 * outcome.end_s));

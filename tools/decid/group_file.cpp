@@ -22,7 +22,7 @@ namespace {
 
 using Cells = std::vector<std::string>;
 
-constexpr std::size_t most_bytes = std::size_t{1} << 22;  // of the table; each cell takes 32 in memory
+constexpr std::size_t max_bytes = std::size_t{1} << 22;  // of the table; each cell takes 32 in memory
 
 /// Rows of cells; the file's lines count as rows, those without any text are kept, so that errors can name them.
 std::vector<Cells> rows_of(const std::string& text, char separator) {
@@ -110,7 +110,7 @@ std::optional<std::size_t> person_column(const std::string& file, const Cells& n
 }
 
 Table read_table(const std::string& name) {
-  std::string text = recording::to_utf8(read_file(name, most_bytes), name);
+  std::string text = recording::to_utf8(read_file(name, max_bytes), name);
   if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);  // Excel's own line
   Table table{0, 0, {}, rows_of(text, separator_of(text))};
   const Cells& names = table.rows.front();

@@ -70,7 +70,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
                         define_double("DECID_FW_MGH_NM_RAD", body.mgh()) +
                         define("DECID_FW_TEST_STEPS", samples * protocol.experiment.steps_per_sample()));
 
-  const sim::Course course = sim::course_of(protocol.experiment, stimulus);
+  const sim::StepConstants course = sim::make_step_constants(protocol.experiment, stimulus);
   const std::array<double, 3> sine = sim::sine_of(body);
   std::string source = "/* " + origin + R"(
    Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of

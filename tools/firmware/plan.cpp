@@ -12,8 +12,8 @@ namespace {
 
 using Kind = FirmwareLayer::Kind;
 constexpr int complex_bytes = 16;
-constexpr int most_layers = 250;  // their numbers fit a byte
-constexpr long long most_bytes = 1LL << 30;
+constexpr int max_layers = 250;  // their numbers fit a byte
+constexpr long long max_bytes = 1LL << 30;
 
 /// The layers' list while it grows; maps are numbered as layers write them.
 class Chain {
@@ -127,7 +127,7 @@ void plan_memory(FirmwarePlan& plan, const Model& model) {
   arena.maps = aligned(state_bytes);
   long long values = 0;
   for (FirmwareMap& map : plan.maps) {
-    map.offset = static_cast<int>(std::min(values, most_bytes));
+    map.offset = static_cast<int>(std::min(values, max_bytes));
     if (&map != &plan.maps.back()) values += map.values();
   }
   long long patch = 0;
@@ -147,7 +147,7 @@ void plan_memory(FirmwarePlan& plan, const Model& model) {
   const int kept_columns = plan.options.incremental ? shape.columns : 1;
   arena.signal = plan.stream_rows ? aligned(arena.maps + plan.maps.front().values() * value_bytes) : network_end;
   arena.scratch = arena.signal + 1LL * length * complex_bytes;
-  arena.spectra = arena.scratch + 2LL * plan.largest_radix() * complex_bytes;
+  arena.spectra = arena.scratch + 2LL * plan.max_radix() * complex_bytes;
   arena.samples = arena.spectra + (fold - 1) * kept_columns * bins * complex_bytes;
   const long long end = arena.samples + (plan.options.incremental ? 4LL * image.window : 0);
   arena.bytes = aligned(std::max(network_end, end));
@@ -173,7 +173,7 @@ FirmwarePlan plan_by(const Chain& chain, const Model& model, const FirmwareOptio
 
 }  // namespace
 
-int FirmwarePlan::largest_radix() const {
+int FirmwarePlan::max_radix() const {
   return radices.empty() ? 1 : *std::ranges::max_element(radices);
 }
 
@@ -201,15 +201,15 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
   if (options.familiarity && options.int8)
     throw Error("--familiarity", "is learned of the network in float, not of 8-bit integers", "leave one of them out");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
-  if (chain.shapes().size() > most_layers)
-    throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, most_layers),
+  if (chain.shapes().size() > max_layers)
+    throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, max_layers),
                 "export a smaller network");
   FirmwarePlan rows = plan_by(chain, model, options, true), columns = plan_by(chain, model, options, false);
   const bool by_columns = options.incremental && model.images().shape().columns > 1;
   const bool by_rows = model.image().block > 0;
   FirmwarePlan plan =
       !by_rows && (by_columns || columns.arena.bytes < rows.arena.bytes) ? std::move(columns) : std::move(rows);
-  if (plan.arena.bytes > most_bytes)
+  if (plan.arena.bytes > max_bytes)
     throw Error("export", format("the network needs %lld bytes to work in, more than 1 GiB", plan.arena.bytes),
                 "export a smaller network");
   return plan;

@@ -71,7 +71,7 @@ struct FirmwarePlan {
   std::vector<int> radices;  ///< of the transform's passes
   ArenaPlan arena;
 
-  int largest_radix() const;
+  int max_radix() const;
   /// Of weights and what belongs to them (biases, scales).
   long long weight_bytes() const;
   /// Of all maps if they were kept whole.

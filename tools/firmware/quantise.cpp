@@ -15,8 +15,8 @@ namespace {
 
 using Kind = FirmwareLayer::Kind;
 constexpr std::uint64_t calibration_seed = 0x63616c6962;
-constexpr int most_taps = 1 << 17;  // this many products of 127 and 128 fit 31 bits
-constexpr int parts = 16;           // of the trials; each is one thread's
+constexpr int max_taps = 1 << 17;  // this many products of 127 and 128 fit 31 bits
+constexpr int parts = 16;          // of the trials; each is one thread's
 
 /// As in runtime/network.c.
 int to_integer(float value, const FirmwareMap& map) {
@@ -241,9 +241,9 @@ int calibration_trials(const FirmwarePlan& plan) {
 
 void quantise(FirmwarePlan& plan, const Model& model) {
   for (const FirmwareLayer& layer : plan.layers)
-    if (layer.taps > most_taps)
+    if (layer.taps > max_taps)
       throw Error("export",
-                  format("a layer sums %d values, more than %d, which 32 bits may not hold", layer.taps, most_taps),
+                  format("a layer sums %d values, more than %d, which 32 bits may not hold", layer.taps, max_taps),
                   "export it without --int8");
   const std::vector<Range> found = ranges(plan, model);
   for (std::size_t map = 0; map < plan.maps.size(); ++map) scale_map(plan.maps[map], found[map]);

@@ -84,7 +84,7 @@ std::string spectrum_settings(const Model& model, const FirmwarePlan& plan, cons
   const auto radix = [&](int r) { return std::ranges::count(plan.radices, r) > 0; };
   std::string text = define("WINDOW", image.window) + define("SIGNAL_LENGTH", transform_length(model)) +
                      define("PASSES", static_cast<long long>(plan.radices.size())) +
-                     define("LARGEST_RADIX", plan.largest_radix());
+                     define("LARGEST_RADIX", plan.max_radix());
   for (const int r : {2, 3, 4, 5}) text += define("USES_RADIX_" + std::to_string(r), radix(r));
   text += define("SHOWN_BINS", std::min(image.window / 2 + 1, shape.rows)) +
           define("KEPT_COLUMNS", plan.options.incremental ? shape.columns : 1);

@@ -58,7 +58,7 @@ class Graph {
       line += layer.lines();
       for (const nn::Parameter<float>& p : layer.parameters())
         graph_.add(5, tensor(prefix_ + p.name, p.shape, p.value, type_float));
-      for (const nn::Statistic<float>& s : layer.statistics())
+      for (const nn::RunningStatistics<float>& s : layer.statistics())
         graph_.add(5, tensor(prefix_ + s.name, {static_cast<int>(s.value.size())}, s.value, type_float));
       std::visit([&](const auto& kind) { add(kind); }, layer.kind());
     }

@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "embedded/comparison_js.hpp"
 #include "embedded/method_table_js.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {

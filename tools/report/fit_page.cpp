@@ -11,7 +11,7 @@
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
 #include "embedded/recordings_js.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
 #include "tools/report/recording_json.hpp"
 

@@ -1,12 +1,12 @@
 // Frequency responses of an identification: see frf.hpp.
-#include "tools/report/page/frf.hpp"
+#include "tools/report/frf.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "base/files/json_object.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 
 namespace decid::tools {
 namespace {

@@ -17,8 +17,8 @@
 #include "embedded/frf_js.hpp"
 #include "embedded/identify_js.hpp"
 #include "embedded/recordings_js.hpp"
-#include "tools/report/page/frf.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/frf.hpp"
+#include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
 #include "tools/report/recording_json.hpp"
 
@@ -98,7 +98,7 @@ Json channel_to_json(dataset::Channel channel, std::span<const float> values) {
     const double place = std::clamp((shown - scale.low) / (scale.high - scale.low), 0.0, 1.0);
     levels.push_back(std::lround(255.0 * place));
   }
-  return {{"name", recording::name(channel)}, {"kind", scale.kind},
+  return {{"name", dataset::name(channel)},   {"kind", scale.kind},
           {"logarithmic", scale.logarithmic}, {"low", page_number(scale.low)},
           {"high", page_number(scale.high)},  {"levels", std::move(levels)}};
 }

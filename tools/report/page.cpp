@@ -1,7 +1,7 @@
 // Pages: see page.hpp. Text is escaped, so that a file's name cannot leave the block of data; and if it did, the page's
 // content security policy (W3C, Content Security Policy Level 3) lets no script run but the page's own, by their
 // hashes.
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 
 #include <cmath>
 #include <utility>

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/files/json_object.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {

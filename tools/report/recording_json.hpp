@@ -9,7 +9,7 @@
 #include "base/files/json_object.hpp"
 #include "identify/recordings.hpp"
 #include "tools/report/other_answer.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 
 namespace decid::tools {
 

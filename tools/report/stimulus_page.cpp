@@ -8,12 +8,12 @@
 #include "base/files/json_object.hpp"
 #include "embedded/stimulus_js.hpp"
 #include "sim/fft.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 
 namespace decid::tools {
 namespace {
 
-constexpr std::size_t most_points = 20'000;
+constexpr std::size_t max_points = 20'000;
 
 struct Points {
   std::vector<double> x, y;
@@ -26,10 +26,10 @@ struct Points {
   }
 };
 
-/// The lowest and the highest value of each of most_points / 2 equal spans, in their order.
+/// The lowest and the highest value of each of max_points / 2 equal spans, in their order.
 Points thinned(const Points& all) {
-  const std::size_t count = all.x.size(), spans = most_points / 2;
-  if (count <= most_points) return all;
+  const std::size_t count = all.x.size(), spans = max_points / 2;
+  if (count <= max_points) return all;
   Points kept;
   for (std::size_t span = 0; span < spans; ++span) {
     const auto begin = all.y.begin() + static_cast<std::ptrdiff_t>(count * span / spans);
@@ -89,7 +89,7 @@ AmplitudeSpectrum amplitude_spectrum(const sim::Protocol& protocol) {
   const auto first = static_cast<int>(std::lround(protocol.experiment.lead_in_s() * sim::steps_per_second));
   auto samples =
       static_cast<int>(std::lround(protocol.experiment.cycle_s() * sim::steps_per_second)) / steps_per_sample;
-  while (sim::largest_prime_factor(samples) > 100) --samples;
+  while (sim::max_prime_factor(samples) > 100) --samples;
   std::vector<double> tilt;
   double sum = 0.0;
   for (int k = 0; k < samples; ++k) {

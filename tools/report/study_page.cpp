@@ -10,7 +10,7 @@
 #include "embedded/method_table_js.hpp"
 #include "embedded/study_js.hpp"
 #include "tools/report/comparison_page.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
@@ -62,7 +62,7 @@ Json paper_json() {
   const sim::ParameterTable& table = sim::single_pendulum().parameters;
   return {{"trials", paper::trials},
           {"half", paper::half},
-          {"most_epochs", paper::most_epochs},
+          {"max_epochs", paper::max_epochs},
           {"validation_loss", paper::validation_loss},
           {"training_loss", paper::training_loss},
           {"double_pendulum_squared_error", paper::double_pendulum_squared_error},
@@ -91,7 +91,7 @@ std::vector<Row> rows_of(const Study& study) {
                     format("%d, %d", paper::half, paper::half)});
   }
   if (!study.log.empty()) {
-    rows.push_back({"epochs", format("%zu", study.log.size()), "", format("at most %d", paper::most_epochs)});
+    rows.push_back({"epochs", format("%zu", study.log.size()), "", format("at most %d", paper::max_epochs)});
     rows.push_back({"  kept", format("%d", kept_epoch(study.log, study.origin.patience).epoch), "", ""});
   }
   if (study.data) {

@@ -3,7 +3,7 @@
 
 #include "base/files/json_object.hpp"
 #include "embedded/training_js.hpp"
-#include "tools/report/page/page.hpp"
+#include "tools/report/page.hpp"
 
 namespace decid::tools {
 

@@ -220,7 +220,7 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
         detrend: str = "none", model: Union[Model, Path, None] = None, protocol: Union[Protocol, Path, None] = None,
         prior_start: float = 0.1, prior_gain: float = 0.06, prior_noise: float = 0.02,
         ranges: Optional[Mapping[str, Tuple[float, float]]] = None,
-        priors: Optional[Mapping[str, Tuple[float, float]]] = None, moved_before: bool = False, most_draws: int = 160,
+        priors: Optional[Mapping[str, Tuple[float, float]]] = None, moved_before: bool = False, max_draws: int = 160,
         seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Fit:
     """Draws from the posterior, in seconds to minutes: what `decid fit` gives. As identify(), and:
 
@@ -228,13 +228,13 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: of the sensor, degrees,
     to a factor of 20. ranges: where parameters may lie, {"delay": (0.05, 0.2)}; priors: normal distributions within
     that, mean and standard deviation, {"delay": (0.12, 0.02)}; both in the units of Result.parameters. moved_before:
-    the platform played the cycle's end before the recording. most_draws: of each chain. progress(done, stage): called with the part that is done; what it
+    the platform played the cycle's end before the recording. max_draws: of each chain. progress(done, stage): called with the part that is done; what it
     raises ends the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
     raw = _decid.fit(of._handle, _recording_of(recording, rate, unit)._handle, mass or 0.0, height or 0.0,
                      math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"),
-                     None if played is None else played._handle, prior_start, prior_gain, prior_noise, most_draws, seed,
+                     None if played is None else played._handle, prior_start, prior_gain, prior_noise, max_draws, seed,
                      moved_before, _priors_of(ranges or {}, priors or {}), progress)
     found = result_of(raw, len(of.protocol.parameters))
     assert isinstance(found, Fit)

@@ -40,12 +40,12 @@ MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : 
                 remedy_for(content_.unread));
   }
   const bool all_count = std::ranges::all_of(content_.arrays, &TableArray::is_matrix);
-  const std::size_t most = all_count ? most_columns : most_mat_columns;
+  const std::size_t most = all_count ? max_columns : max_mat_columns;
   if (columns.size() > most)
     throw Error(where_, "has " + std::to_string(columns.size()) + " columns",
                 "at most " + std::to_string(most) + " can be read");
   for (const MatColumn& column : columns)
-    if (column.values.size() > most_rows)
+    if (column.values.size() > max_rows)
       throw Error(where_, column.path + " has more than 10 million values", "cut it to the trial to be identified");
   name_columns();
 }

@@ -44,13 +44,13 @@ bool is_mat_4(std::string_view bytes) {
 std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& where) {
   std::vector<MatVariable> variables;
   MatBytes from(bytes, !is_type_4(first_number(bytes, false)), where);
-  std::size_t values_left = most_mat_values(bytes.size()), characters_left = most_mat_characters;
+  std::size_t values_left = max_mat_values(bytes.size()), characters_left = max_mat_characters;
   while (from.left() > 0) {
     const auto type = from.number<std::uint32_t>(), height = from.number<std::uint32_t>();
     const auto width = from.number<std::uint32_t>(), imaginary = from.number<std::uint32_t>();
     const auto name_bytes = from.number<std::uint32_t>();
     if (!is_type_4(type)) refuse_damaged(where, "");
-    if (variables.size() == std::size_t{most_mat_variables})
+    if (variables.size() == std::size_t{max_mat_variables})
       throw Error(where, "holds more than 10000 variables", "save the trial to be identified alone");
     MatVariable variable;
     if (name_bytes > longest_name) refuse_damaged(where, ", in a name");

@@ -41,7 +41,7 @@ class Reader5 {
   Reader5(std::string_view file, const std::string& where)
       : where_(where),
         file_(file.substr(header_bytes), file[header_bytes - 2] != 'I', where),
-        values_left_(most_mat_values(file.size())),
+        values_left_(max_mat_values(file.size())),
         inflated_left_(std::max<std::size_t>(std::size_t{1} << 27, 8 * file.size())) {}
 
   std::vector<MatVariable> read() {
@@ -218,7 +218,7 @@ class Reader5 {
     if (each <= 0 || !variable.is_matrix) return;
     const auto size = static_cast<std::size_t>(each);
     const std::size_t fields = names.data.size() / size;
-    if (fields == 0 || !has_at_most(variable, std::size_t{most_mat_variables})) return;
+    if (fields == 0 || !has_at_most(variable, std::size_t{max_mat_variables})) return;
     const auto read_one = [&](MatVariable& structure, int its_depth) {
       for (std::size_t i = 0; i < fields && from.left() > 0; ++i) {
         const Element field = next(from);
@@ -239,7 +239,7 @@ class Reader5 {
   }
 
   void read_cells(MatBytes& from, MatVariable& variable, int depth) {
-    if (!variable.is_matrix || !has_at_most(variable, std::size_t{most_mat_variables})) return;
+    if (!variable.is_matrix || !has_at_most(variable, std::size_t{max_mat_variables})) return;
     const std::size_t elements = variable.count();
     if (!may_hold(elements)) return;
     for (std::size_t i = 0; i < elements && from.left() > 0; ++i) {
@@ -259,7 +259,7 @@ class Reader5 {
     if (variable.height == 0 || variable.width == 0 || variable.pages == 0) return;
     if (!has_at_most(variable, values_left_))
       throw Error(where_, variable.name + " claims too many values", "save the trial to be identified alone");
-    if (std::max({variable.height, variable.width, variable.pages}) > most_rows)
+    if (std::max({variable.height, variable.width, variable.pages}) > max_rows)
       throw Error(where_, variable.name + " has more than 10 million values", "cut it to the trial to be identified");
     const std::size_t count = variable.count();
     const Element element = next(from);
@@ -296,8 +296,8 @@ class Reader5 {
 
   const std::string& where_;
   MatBytes file_;
-  std::size_t values_left_, inflated_left_, characters_left_ = most_mat_characters;
-  int variables_left_ = most_mat_variables;
+  std::size_t values_left_, inflated_left_, characters_left_ = max_mat_characters;
+  int variables_left_ = max_mat_variables;
 };
 
 }  // namespace

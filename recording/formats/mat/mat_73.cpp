@@ -104,8 +104,8 @@ MatVariable::Kind kind_of(const matvar_t& variable) {
 
 /// What a file may still hold.
 struct Left {
-  std::size_t values, characters = most_mat_characters;
-  int variables = most_mat_variables;
+  std::size_t values, characters = max_mat_characters;
+  int variables = max_mat_variables;
 };
 
 std::vector<std::string> text_of(const matvar_t& from, const MatVariable& made, Left& left) {
@@ -186,8 +186,8 @@ MatVariable converted(const matvar_t& from, int depth, Left& left) {
 }
 
 /// In the child.
-std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t most_values) {
-  Left left{.values = most_values};
+std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t max_values) {
+  Left left{.values = max_values};
   const std::unique_ptr<mat_t, Close> file(matio().open(path.c_str(), MAT_ACC_RDONLY));
   if (!file) throw Error(path, "is not a MAT-file", "");
   std::vector<MatVariable> variables;
@@ -207,7 +207,7 @@ std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t most
       variable->data_type = MAT_T_DOUBLE;
     }
     const bool is_array = variable->class_type == MAT_C_STRUCT || variable->class_type == MAT_C_CELL;
-    const bool is_read = (is_array && count <= std::size_t{most_mat_variables}) || variable->class_type == MAT_C_CHAR ||
+    const bool is_read = (is_array && count <= std::size_t{max_mat_variables}) || variable->class_type == MAT_C_CHAR ||
                          (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);
     if (is_read && matio().read_data_all(file.get(), variable.get()) != 0) {
       if (!is_guess) throw Error(path, "is damaged", "");
@@ -315,12 +315,12 @@ bool from_bytes(std::string_view bytes, std::vector<MatVariable>& variables) {
 
 std::vector<MatVariable> read_mat_73(const std::filesystem::path& path, std::size_t file_bytes) {
   constexpr std::size_t besides = std::size_t{1} << 28;  // HDF5's own
-  constexpr unsigned most_seconds = 30;
-  const std::size_t most_values = most_mat_values(file_bytes);
+  constexpr unsigned max_seconds = 30;
+  const std::size_t max_values = max_mat_values(file_bytes);
   const std::string file = path.string();
   matio();  // here, since a child's errors stay with it
-  const auto answer = in_child([&] { return to_bytes(read_by_matio(file, most_values)); },
-                               {besides + 3 * sizeof(double) * most_values, most_seconds});
+  const auto answer = in_child([&] { return to_bytes(read_by_matio(file, max_values)); },
+                               {besides + 3 * sizeof(double) * max_values, max_seconds});
   std::vector<MatVariable> variables;
   if (!answer || !from_bytes(*answer, variables))
     throw Error(file, "cannot be read: it is damaged, or far too large for a recording",

@@ -105,7 +105,7 @@ std::string labelled(const std::string& label, const std::string& unit) {
   return unit.empty() || unit_in(label) || metres_in_unit_of(label) ? label : label + " (" + unit + ")";
 }
 
-/// Walks over a file's variables.
+/// SmcResult over a file's variables.
 class Collector {
  public:
   explicit Collector(const std::string& where) : where_(where) {}
@@ -263,7 +263,7 @@ class Collector {
     const std::string path = path_to(variable.name);
     MatScope inner = scope;
     inner.push_back(variable.name);
-    for (std::size_t s = 0; s < signals && made.columns.size() <= most_mat_columns; ++s) {
+    for (std::size_t s = 0; s < signals && made.columns.size() <= max_mat_columns; ++s) {
       const std::string index = wide ? "(" + std::to_string(s + 1) + ",:)" : "(:," + std::to_string(s + 1) + ")";
       const bool has_label = is_labelled && !labels.names[s].empty();
       if (!is_labelled) elements_.emplace_back(path, s);
@@ -284,7 +284,7 @@ class Collector {
     const std::size_t height = variable.height, width = variable.width, pages = variable.pages;
     const bool wide = width > height;
     const std::size_t channels = wide ? height : width, samples = wide ? width : height;
-    if (samples <= pages || samples <= channels || channels * pages > most_mat_columns)
+    if (samples <= pages || samples <= channels || channels * pages > max_mat_columns)
       return describe(variable, made.unread);
     const std::string path = path_to(variable.name);
     for (std::size_t page = 0; page < pages; ++page) {
@@ -292,7 +292,7 @@ class Collector {
       MatScope inner = scope;
       inner.push_back(variable.name);
       inner.push_back("(" + std::to_string(page + 1) + ")");
-      for (std::size_t c = 0; c < channels && made.columns.size() <= most_mat_columns; ++c) {
+      for (std::size_t c = 0; c < channels && made.columns.size() <= max_mat_columns; ++c) {
         const std::string number = std::to_string(c + 1);
         const std::string index = (wide ? "(" + number + ",:," : "(:," + number + ",") + std::to_string(page + 1) + ")";
         const bool has_label = labels.names.size() == channels && !labels.names[c].empty();
@@ -344,7 +344,7 @@ class Collector {
       if (names.empty() || data == nullptr || data->values.empty() || data->pages < 2) continue;
       if (data->height != names.size() || (data->width != 3 && data->width != 4)) continue;
       for (std::size_t marker = 0; marker < names.size(); ++marker) {
-        for (std::size_t part = 0; part < parts.size() && made.columns.size() <= most_mat_columns; ++part) {
+        for (std::size_t part = 0; part < parts.size() && made.columns.size() <= max_mat_columns; ++part) {
           const std::string name = names[marker] + parts[part];
           std::vector<double>& values = add_column(name, path_to(name), scope, true).values;
           for (std::size_t frame = 0; frame < data->pages; ++frame)

@@ -29,20 +29,20 @@ struct MatVariable {
 inline constexpr int deepest_structure = 8;
 
 /// Characters of all text of a file; what lies beyond is not read.
-inline constexpr std::size_t most_mat_characters = 1'000'000;
+inline constexpr std::size_t max_mat_characters = 1'000'000;
 
 /// The rows of a matrix of characters, column after column, without blanks and nulls at their ends.
 std::vector<std::string> text_rows(const std::vector<std::uint32_t>& characters, std::size_t height, std::size_t width);
 
 /// Variables and fields of a file.
-inline constexpr int most_mat_variables = 10'000;
+inline constexpr int max_mat_variables = 10'000;
 
 /// Columns of a file, those of all elements of its arrays together.
-inline constexpr std::size_t most_mat_columns = 10'000;
+inline constexpr std::size_t max_mat_columns = 10'000;
 
 /// How many numbers a file may hold, so that a small one cannot claim all of the memory: 32 million, or as many as it
 /// has bytes, to 100 million.
-constexpr std::size_t most_mat_values(std::size_t file_bytes) {
+constexpr std::size_t max_mat_values(std::size_t file_bytes) {
   constexpr std::size_t least = std::size_t{1} << 25, most = 100'000'000;
   return file_bytes < least ? least : file_bytes < most ? file_bytes : most;
 }

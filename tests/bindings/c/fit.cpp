@@ -14,7 +14,7 @@ using namespace test;
 decid_fit_options brief() {
   decid_fit_options options;
   decid_fit_defaults(&options, sizeof options);
-  options.most_draws = 8;
+  options.max_draws = 8;
   return options;
 }
 
@@ -44,7 +44,7 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   std::vector<Identification> read(1);
   read.front().estimate.trial = recording::bring_to_protocol(own, model.protocol);
   FitRequest request;
-  request.settings.most_draws = request.settings.least_draws = 8;
+  request.settings.max_draws = request.settings.min_draws = 8;
   request.priors.moved_before = true;
   const FittedRecordings expected = fit_recordings(&model, model.protocol, std::move(read), {}, request);
   const posterior::Posterior& found = expected.fits.front().posterior;
@@ -112,7 +112,7 @@ TEST_CASE("a fit refuses priors out of their bounds") {
   prior = {"Kp", 300.0, 2000.0, 1000.0, 0.0};
   refused(decid_fit(built_in(), recording.get(), &options, &result), {"Kp"});
   options = brief();
-  options.most_draws = 0;
+  options.max_draws = 0;
   refused(decid_fit(built_in(), recording.get(), &options, &result), {});
 }
 

@@ -190,7 +190,7 @@ class Fits(WithFolder):
                                       "delay=0.12,0.02", "--moved-before", "--draws", draws, "--json", "--quiet"))
         expected = expected["recordings"][0]
         told = []
-        found = decid.fit(path, most_draws=8, ranges={"Kp": (300, 2000)}, priors={"delay": (0.12, 0.02)},
+        found = decid.fit(path, max_draws=8, ranges={"Kp": (300, 2000)}, priors={"delay": (0.12, 0.02)},
                           moved_before=True, progress=lambda done, stage: told.append((done, stage)))
         self.check_same(found, expected)
         for name in ("sensor_noise_deg", "start_s", "gain"):
@@ -219,7 +219,7 @@ class Fits(WithFolder):
         timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
         timer.start()
         with self.assertRaises(KeyboardInterrupt):
-            decid.fit(decid.simulate(seed=7), most_draws=100000)
+            decid.fit(decid.simulate(seed=7), max_draws=100000)
 
     def test_other_threads_run_meanwhile(self):
         counted = []

@@ -46,14 +46,14 @@ TEST_CASE("fit: a noise-free trial gives its parameters back, all but the passiv
 
   const int threads = omp_get_max_threads();
   omp_set_num_threads(threads == 1 ? 2 : 1);
-  const Result again = fit(simulator, sway, starts, {least_simulations(1), 1});
+  const Result again = fit(simulator, sway, starts, {min_simulations(1), 1});
   omp_set_num_threads(threads);
-  const Result same = fit(simulator, sway, starts, {least_simulations(1), 1});
+  const Result same = fit(simulator, sway, starts, {min_simulations(1), 1});
   CHECK(again.parameters == same.parameters);
   CHECK(again.standard_error == same.standard_error);
   CHECK(again.likeliest == same.likeliest);
   CHECK(again.cost == same.cost);
-  CHECK(again.simulations == least_simulations(1));
+  CHECK(again.simulations == min_simulations(1));
   CHECK(again.cost > result.cost);  // more simulations, a better fit
 }
 
@@ -64,7 +64,7 @@ TEST_CASE("fit: what is known beforehand holds the estimate, and widens its erro
             sim::single_pendulum().parameters.from_unit(std::vector<double>{0.35, 0.6, 0.65, 0.4, 0.5, 0.3, 0.45}));
   Start start{sim::single_pendulum().parameters.from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5}),
               0.08, 0.0};
-  const Settings settings{least_simulations(1), 1};
+  const Settings settings{min_simulations(1), 1};
   const std::vector<double> known = sim::single_pendulum().parameters.to_unit(start.parameters);
   const auto farthest = [&](const Result& result) {
     const std::vector<double> found = sim::single_pendulum().parameters.to_unit(result.parameters);
@@ -123,7 +123,7 @@ TEST_CASE("fit: what it cannot be asked") {
   const std::vector<float> sway(static_cast<std::size_t>(simulator.samples()));
   const std::vector<Start> starts{middle_start(sim::single_pendulum().parameters)};
   CHECK_THROWS_AS(fit(simulator, sway, {}, {}), Error);
-  CHECK_THROWS_AS(fit(simulator, sway, starts, {least_simulations(1) - 1, 1}), Error);
+  CHECK_THROWS_AS(fit(simulator, sway, starts, {min_simulations(1) - 1, 1}), Error);
   CHECK_THROWS_AS(fit(simulator, std::span(sway).subspan(1), starts, {}), Error);
   CHECK_THROWS_WITH_AS(fit(simulator, sway, std::vector<Start>{starts.front(), Start{}}, {}),
                        doctest::Contains("a start with 0 parameters; give all 7"), Error);

@@ -24,7 +24,7 @@ Model example() {
   Model model(protocol, preset_named("small").image, preset_named("small").architecture);
   model.network.initialise(3);
   for (nn::Layer<float>& layer : model.network.layers())
-    for (nn::Statistic<float>& statistic : layer.statistics())
+    for (nn::RunningStatistics<float>& statistic : layer.statistics())
       for (std::size_t i = 0; i < statistic.value.size(); ++i) statistic.value[i] = 0.1F + static_cast<float>(i) / 3.0F;
   const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
   for (std::size_t i = 0; i < rows; ++i) {
@@ -297,7 +297,7 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
   protocol.experiment.sample_rate_hz = 1000.0;
   const dataset::ImageSettings long_cycles = fitted("best", protocol);
   CHECK(long_cycles.fold == 1);
-  CHECK(long_cycles.window == dataset::largest_window);
+  CHECK(long_cycles.window == dataset::max_window);
   sines.cycle_s = 2.0;
   sines.cycles = 1200;
   protocol.experiment.stimulus = sines;

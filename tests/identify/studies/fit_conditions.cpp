@@ -42,7 +42,7 @@ TEST_CASE("fits of recordings with an offset are as good as without" * doctest::
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.sensor = {0.02, 0.02};
   FitRequest request;
-  request.settings.most_draws = 60;
+  request.settings.max_draws = 60;
   protocol.standing_s = request.priors.standing_s;
   const std::vector<FitCondition> rows = fit_faults(protocol, request.priors);
   const auto offset =

@@ -145,7 +145,7 @@ TEST_CASE("presets: cycles that cannot be folded are one window, as many as fit"
     const dataset::ImageSettings image = image_for(best, protocol);
     CHECK(image.fold == 1);
     CHECK(image.window == window);
-    CHECK(sim::largest_prime_factor(image.window) <= sim::largest_fft_prime);
+    CHECK(sim::max_prime_factor(image.window) <= sim::max_fft_prime);
     const dataset::ImageMaker maker(image, protocol.samples());
     CHECK(maker.shape().columns == columns);
     CHECK(maker.shape().rows == image.rows);
@@ -156,7 +156,7 @@ TEST_CASE("presets: cycles that cannot be folded are one window, as many as fit"
   check(sines(0.2, 1001), 20'020);
   CHECK(image_for(best, sines(0.2, 1000)).fold == 1000);
   // Too long: 1311 s at 100 Hz are more than 131072; what is left is a second window.
-  check(sines(1311.0, 2), dataset::largest_window, 2);
+  check(sines(1311.0, 2), dataset::max_window, 2);
   CHECK(image_for(best, sines(1310.0, 2)).fold == 2);
   // A prime beyond those that are transformed, 10007; twice that is none better, but one less is, 3 x 7 x 953.
   check(sines(100.07, 2, 100.0, 0.01), 20'013);

@@ -3,7 +3,7 @@
 
 #include "posterior/density/density.hpp"
 #include "tests/helpers.hpp"
-#include "tests/posterior/density_points.hpp"
+#include "tests/posterior/density/density_points.hpp"
 #include "tests/posterior/trial.hpp"
 
 using namespace decid;

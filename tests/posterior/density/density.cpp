@@ -11,7 +11,7 @@
 
 #include "posterior/cholesky.hpp"
 #include "tests/helpers.hpp"
-#include "tests/posterior/density_points.hpp"
+#include "tests/posterior/density/density_points.hpp"
 #include "tests/posterior/trial.hpp"
 
 using namespace decid;

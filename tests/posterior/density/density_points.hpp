@@ -8,7 +8,7 @@
 
 #include "base/math/random.hpp"
 #include "posterior/density/density.hpp"
-#include "tests/posterior/dense_noise.hpp"
+#include "tests/posterior/density/dense_noise.hpp"
 
 namespace decid::test {
 

@@ -50,7 +50,7 @@ TEST_CASE("infer: the bands hold what a simulated trial had" * doctest::test_sui
   const sim::Parameters truth = some_parameters();
   const std::vector<float> sway = recorded(protocol, truth, 0.01, 3);
   const Observation observation = density.observe(sway);
-  const Posterior found = sample(density, observation, {.seed = 3, .groups = 2, .least_draws = 30, .most_draws = 30});
+  const Posterior found = sample(density, observation, {.seed = 3, .groups = 2, .min_draws = 30, .max_draws = 30});
   REQUIRE(found.points() > 80);
   const Inferred inferred = infer(density, observation, found);
   REQUIRE(inferred.sway_rad.low.size() == 200);

@@ -8,7 +8,7 @@
 
 #include "base/math/random.hpp"
 #include "tests/helpers.hpp"
-#include "tests/posterior/dense_noise.hpp"
+#include "tests/posterior/density/dense_noise.hpp"
 
 using namespace decid;
 using namespace decid::posterior;

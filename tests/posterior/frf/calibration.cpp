@@ -23,7 +23,7 @@ constexpr int short_form = 40, long_form = 200;
 // Kolmogorov's distance times sqrt(n) exceeds 1.95 with a probability of 1 in 1000; 9 quantities in 2 cases, so that a
 // right sampler fails with 1 in 55 of all seeds. The short form has the same false-alarm rate; it detects errors that
 // are sqrt(5) times as large.
-constexpr double most_distance = 1.95;
+constexpr double max_distance = 1.95;
 
 struct Calibration {
   std::array<std::vector<double>, frf::Density::quantities> ranks;
@@ -33,9 +33,9 @@ struct Calibration {
 Calibration calibrate(double deviation, int tables) {
   const sim::Protocol protocol = sim::short_protocol();
   const frf::Density made(protocol, empty_table(short_frequencies_hz, deviation), {});
-  frf::WalkerSettings settings;
+  frf::SmcSettings settings;
   settings.effective_draws = 200;  // ranks are known to 0.035 or better, an eighth of their own spread
-  settings.largest_rhat = 1.05;
+  settings.max_rhat = 1.05;
   Calibration all;
   for (auto& ranks : all.ranks) ranks.resize(static_cast<std::size_t>(tables));
   all.rhat.resize(static_cast<std::size_t>(tables));
@@ -85,7 +85,7 @@ void check(const Calibration& found) {
     CAPTURE(q);
     const double off = distance(ranks), covered = share_covered(ranks);
     MESSAGE("quantity " << q << ": distance " << off << ", in the 90 % interval " << covered);
-    CHECK(off < most_distance);
+    CHECK(off < max_distance);
     CHECK(covered > 0.9 - 3.1 * std::sqrt(0.09 / tables));
   }
   const auto disagreeing = std::ranges::count_if(found.rhat, [](double value) { return value > 1.1; });

@@ -4,7 +4,7 @@
 #include "base/files/sha256.hpp"
 #include "posterior/posterior.hpp"
 #include "tests/helpers.hpp"
-#include "tests/posterior/quick.hpp"
+#include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
 
 using namespace decid;
@@ -15,9 +15,9 @@ TEST_CASE("sample: golden draws" * doctest::test_suite("golden")) {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
   Settings settings = quick();
-  settings.most_draws = 4;
+  settings.max_draws = 4;
   settings.block = 4;
-  settings.most_leaps = 8;
+  settings.max_leapfrog_steps = 8;
   const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings);
   std::string bytes;
   for (const State& state : found.states()) {

@@ -72,7 +72,7 @@ TEST_CASE("leave_one_out: the exact density, and as many parameters as there are
   CHECK(within(found.effective_parameters, seen - left_out, 0.65));
   CHECK(seen - left_out > 30.0);  // of 40 means
   CHECK(found.unreliable == 0);
-  CHECK(found.largest_shape < 0.7);
+  CHECK(found.max_shape < 0.7);
   // Each is about -1.5 with a deviation of 0.8.
   CHECK((found.standard_error > 9.0 && found.standard_error < 14.0));
 }
@@ -89,7 +89,7 @@ TEST_CASE("leave_one_out: two hundred draws do") {
 TEST_CASE("leave_one_out: values that fix their own parameter are told apart") {
   const LeaveOneOut usual = leave_one_out(Groups(100, 2).log_likelihood(500), 200);
   const LeaveOneOut odd = leave_one_out(Groups(100, 2, 9.0).log_likelihood(500), 200);
-  CHECK(odd.largest_shape > 0.7);
+  CHECK(odd.max_shape > 0.7);
   CHECK(odd.unreliable > usual.unreliable);
 }
 

@@ -80,7 +80,7 @@ TEST_CASE_FIXTURE(Prior,
   sampler.move(3);
   for (std::size_t l = 0; l < lanes; ++l) CHECK(sampler.acceptance()[l] > 0.999);
   CHECK(!std::equal(before.begin(), before.end(), sampler.coordinates().begin()));
-  CHECK(sampler.leaps() == 8);
+  CHECK(sampler.leapfrog_steps() == 8);
 }
 
 TEST_CASE_FIXTURE(Prior, "Sampler: a metric that is not positive definite is refused and changes nothing") {

@@ -11,7 +11,7 @@
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "tests/helpers.hpp"
-#include "tests/recording/c3d_file.hpp"
+#include "tests/recording/formats/c3d_file.hpp"
 
 using namespace decid;
 using namespace decid::recording;

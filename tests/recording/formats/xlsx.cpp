@@ -12,7 +12,7 @@
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "tests/helpers.hpp"
-#include "tests/recording/xlsx_file.hpp"
+#include "tests/recording/formats/xlsx_file.hpp"
 
 using namespace decid;
 using namespace decid::recording;

@@ -5,7 +5,7 @@
 
 #include "recording/formats/csv.hpp"
 #include "recording/table/cells.hpp"
-#include "tests/recording/reading.hpp"
+#include "tests/recording/table/reading.hpp"
 
 using namespace decid;
 using namespace decid::recording;

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "tests/near.hpp"
-#include "tests/recording/reading.hpp"
+#include "tests/recording/table/reading.hpp"
 
 using namespace decid;
 using namespace decid::recording;

@@ -164,7 +164,7 @@ TEST_CASE("a trial is simulated on every kind of stimulus") {
     const Outcome outcome = simulator.run(parameters, decid::Random(1, decid::Stream::vestibular_noise, 0), sway);
     CHECK(outcome.valid);
     CHECK(outcome.end_s == simulator.protocol().duration_s());
-    CHECK(outcome.largest_sway_rad > 0.001);
+    CHECK(outcome.max_sway_rad > 0.001);
   }
 }
 

@@ -17,7 +17,7 @@ using test::shell;
 /// What controller_harness.c reads.
 std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim::Parameters& p, const Random& noise) {
   const sim::Protocol& protocol = simulator.protocol();
-  const sim::Course course = sim::course_of(protocol.experiment, simulator.stimulus());
+  const sim::StepConstants course = sim::make_step_constants(protocol.experiment, simulator.stimulus());
   const std::array<double, 3> sine = sim::sine_of(protocol.experiment.body);
   const auto samples = static_cast<std::size_t>(simulator.samples());
   const std::size_t intervals = simulator.stimulus().rate_rad_s.size() / samples;

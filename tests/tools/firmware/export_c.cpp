@@ -74,7 +74,7 @@ std::string with_distances(const Model& model, const ForBody& body, const datase
 
 /// Exports `model` and runs the harness on its trials: their parameters. subject: whose trials they are, the model's
 /// own body if empty.
-void check_bits(Model model, int trials, const std::string& options, std::size_t most_compilers,
+void check_bits(Model model, int trials, const std::string& options, std::size_t max_compilers,
                 const std::optional<sim::Subject>& subject = {}) {
   const Folder folder;
   std::optional<sim::Body> told;
@@ -117,7 +117,7 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
   if (options.find("--incremental") != std::string::npos) defines += " -DINCREMENTAL";
   if (model.gives_distribution()) defines += " -DDEVIATIONS";
   std::vector<Compiler> ways = compilers();
-  ways.resize(std::min(ways.size(), most_compilers));
+  ways.resize(std::min(ways.size(), max_compilers));
   for (const Compiler& way : ways) {
     const std::string compiler = way.program + " " + way.compile;
     CAPTURE(compiler);

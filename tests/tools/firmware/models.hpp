@@ -27,7 +27,7 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
     if (p->name == "bias" || p->name == "beta")
       for (std::size_t i = 0; i < p->value.size(); ++i) p->value[i] = vary(i);
   for (nn::Layer<float>& layer : model.network.layers())
-    for (nn::Statistic<float>& s : layer.statistics())
+    for (nn::RunningStatistics<float>& s : layer.statistics())
       for (std::size_t i = 0; i < s.value.size(); ++i)
         s.value[i] = s.never_negative ? 0.3F + vary(i + 2) + 0.5F : vary(i);
   for (int i = 0; image.standardize_rows && i < shape.channels * shape.rows; ++i) {

@@ -21,12 +21,12 @@ inline FitRequest quick_request() {
   FitRequest request;
   request.settings = {.seed = 5,
                       .groups = 1,
-                      .annealing_moves = 5,
-                      .window_moves = 9,
-                      .most_leaps = 60,
+                      .annealing_transitions = 5,
+                      .window_transitions = 9,
+                      .max_leapfrog_steps = 60,
                       .block = 20,
-                      .least_draws = 40,
-                      .most_draws = 40};
+                      .min_draws = 40,
+                      .max_draws = 40};
   return request;
 }
 

@@ -19,8 +19,8 @@
 #include "tests/tools/report/fitted.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/fit_page.hpp"
+#include "tools/report/frf.hpp"
 #include "tools/report/identify_page.hpp"
-#include "tools/report/page/frf.hpp"
 
 namespace {
 

@@ -51,13 +51,13 @@ Json settings_json(const CalibrateOptions& options, const sim::Protocol& protoco
           {"prior_start_s", options.priors.start_s},
           {"prior_gain", options.priors.gain},
           {"standing_s", options.priors.standing_s},
-          {"most_steps", options.settings.most_steps},
+          {"max_steps", options.settings.max_steps},
           {"groups", options.settings.groups},
-          {"most_leaps", options.settings.most_leaps},
+          {"max_leapfrog_steps", options.settings.max_leapfrog_steps},
           {"rounds", options.settings.rounds},
           {"trial_draws", options.settings.trial_draws},
-          {"least_draws", options.settings.least_draws},
-          {"most_draws", options.settings.most_draws}};
+          {"min_draws", options.settings.min_draws},
+          {"max_draws", options.settings.max_draws}};
 }
 
 /// Gives rank 0's to all: others need their numbers.
@@ -456,7 +456,7 @@ void add_calibrate(const Command& program) {
       "--faults", options->faults,
       "Instead, a table of what recordings of people have, one fault in all trials of a row, with start and "
       "gain unknown");
-  command.add_option("--most-draws", options->settings.most_draws, "As for fit").show_default().range(8, 1'000'000);
+  command.add_option("--most-draws", options->settings.max_draws, "As for fit").show_default().range(8, 1'000'000);
   command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
   add_output_option(command, "-o,--output", options->output, Written::json,
                     "JSON file to write, anew after every few trials");
@@ -469,7 +469,7 @@ void add_calibrate(const Command& program) {
       "          decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60\n"
       "          decid calibrate --faults --sensor-noise 0.02 --trials 60 -o faults.json --resume");
   command.callback([options] {
-    options->settings.least_draws = std::min(options->settings.least_draws, options->settings.most_draws);
+    options->settings.min_draws = std::min(options->settings.min_draws, options->settings.max_draws);
     apply(options->common);
     if (options->faults && !options->conditions.empty())
       throw Error("--faults", "beside --conditions", "give one of them");

@@ -143,7 +143,7 @@ ComparisonFigures compare(const CompareOptions& options) {
     const auto parameters = data.protocol.parameters().size();
     std::vector<sim::Parameters> means(static_cast<std::size_t>(trials), sim::Parameters(parameters)),
         deviations = means;
-    std::vector<double> leaps(means.size());
+    std::vector<double> leapfrog_steps(means.size());
     const auto sample_some = [&](std::size_t first, std::size_t last) {
       std::vector<std::string> results(last - first);
       parallel_for(static_cast<int>(last - first), [&](int place) {
@@ -152,7 +152,7 @@ ComparisonFigures compare(const CompareOptions& options) {
             posterior::sample(density, density.observe(data.trial(i)), options.posterior, {},
                               [](const posterior::Progress&) { return !interrupted(); });
         if (found.draws() == 0) return;
-        std::vector<double> numbers{static_cast<double>(found.leaps())};
+        std::vector<double> numbers{static_cast<double>(found.leapfrog_steps())};
         for (std::size_t p = 0; p < parameters; ++p) {
           numbers.push_back(found.mean(static_cast<int>(p)));
           numbers.push_back(found.deviation(static_cast<int>(p)));
@@ -165,7 +165,7 @@ ComparisonFigures compare(const CompareOptions& options) {
       bar.update(++at);
       if (bytes.empty()) return;
       const std::vector<double> numbers = unpacked(bytes);
-      leaps[i] = numbers.front();
+      leapfrog_steps[i] = numbers.front();
       for (std::size_t p = 0; p < parameters; ++p) {
         means[i][p] = numbers[2 * p + 1];
         deviations[i][p] = numbers[2 * p + 2];
@@ -176,7 +176,7 @@ ComparisonFigures compare(const CompareOptions& options) {
     for (int i = 0; i < trials; ++i) {
       const auto place = static_cast<std::size_t>(i);
       ratio2 += squared_ratio(i, means[place], deviations[place]);
-      gradients += leaps[place];
+      gradients += leapfrog_steps[place];
     }
     add("posterior", "Mean of draws from the posterior (decid fit); simulations are its gradients", means, gradients,
         time.seconds());
@@ -273,7 +273,7 @@ void add_compare(const Command& program) {
   command.add_option("--simulations", options->simulations, "Trials to simulate for each fit, at most")
       .show_default()
       .range(1LL, 1'000'000'000LL);
-  command.add_option("--most-draws", options->posterior.most_draws, "Of each chain of a posterior; fewer if enough")
+  command.add_option("--most-draws", options->posterior.max_draws, "Of each chain of a posterior; fewer if enough")
       .show_default()
       .range(8, 1'000'000);
   add_output_option(command, "-o,--output", options->output, Written::json, "JSON file to write");
@@ -283,7 +283,7 @@ void add_compare(const Command& program) {
   command.footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");
   command.callback([options] {
     options->posterior.seed = options->seed;
-    options->posterior.least_draws = std::min(options->posterior.least_draws, options->posterior.most_draws);
+    options->posterior.min_draws = std::min(options->posterior.min_draws, options->posterior.max_draws);
     apply(options->common);
     run_compare(*options);
   });

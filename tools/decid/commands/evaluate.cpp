@@ -106,7 +106,7 @@ Evaluated evaluated(const EvaluateOptions& options, Model& model, const std::str
     std::cerr << "warning: " << options.data << ": " << other << '\n';
   std::vector<sim::Parameters> truth;
   for (const int i : chosen) truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
-  const auto sways = [&](std::span<const int> indices, const TakeSway& take) {
+  const auto sways = [&](std::span<const int> indices, const SwaySink& take) {
     parallel_for(static_cast<int>(indices.size()), [&](int i) {
       struct Scratch {
         std::vector<float> sway;

@@ -167,7 +167,7 @@ void run_table(const FitOptions& options, const Command& command) {
                .protocol = protocol_of(options, named),
                .truth = {},
                .priors = {.gain = options.prior_gain.value_or(frf::Priors{}.gain), .error = options.prior_error},
-               .walkers = {.seed = options.request.settings.seed},
+               .particles = {.seed = options.request.settings.seed},
                .json = options.common.json,
                .options = command.given(beside_answers),
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
@@ -445,7 +445,7 @@ void add_fit(const Command& program) {
                   "With --frf: the table's errors beyond its confidence over the response, to a factor of 3; default: "
                   "0.01, or 0.05 without confidence")
       .range(0.0, 1.0);
-  command.add_option("--most-draws", options->request.settings.most_draws, "Of each chain; fewer if they are enough")
+  command.add_option("--most-draws", options->request.settings.max_draws, "Of each chain; fewer if they are enough")
       .show_default()
       .range(8, 1'000'000);
   add_seed_option(command, options->request.settings.seed, "Of the chains");
@@ -465,8 +465,8 @@ void add_fit(const Command& program) {
   command.callback([options, command] {
     check_kind(*options, command);
     if (options->prior_gain) options->request.priors.gain = *options->prior_gain;
-    options->request.settings.least_draws =
-        std::min(options->request.settings.least_draws, options->request.settings.most_draws);
+    options->request.settings.min_draws =
+        std::min(options->request.settings.min_draws, options->request.settings.max_draws);
     apply(options->common);
     if (options->frf.empty()) return run_fit(*options, command);
     run_table(*options, command);

@@ -12,7 +12,7 @@ namespace decid::tools {
 void run_frf_fit(const FrfFit& asked) {
   const auto begin = std::chrono::steady_clock::now();
   const frf::Density density(asked.protocol, frf::read_table(asked.table), asked.priors);
-  const frf::Fit found = frf::fit(density, asked.walkers);
+  const frf::Fit found = frf::fit(density, asked.particles);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   const FrfReport report{density, found, asked.truth, taken.count(), asked.options, asked.body_assumed};
   const std::string json = frf_fit_json(report);

@@ -15,7 +15,7 @@ struct FrfFit {
   sim::Protocol protocol;
   std::optional<sim::Parameters> truth;
   frf::Priors priors;
-  frf::WalkerSettings walkers;
+  frf::SmcSettings particles;
   bool json = false;
   Json options;               ///< as they were given
   bool body_assumed = false;  ///< the protocol's own body

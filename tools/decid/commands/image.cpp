@@ -66,7 +66,7 @@ void write_images(const ImageOptions& options, const Model& model, const dataset
   for (int first = 0; first < data.trials(); first += at_once) {
     const int count = std::min(at_once, data.trials() - first);
     images.resize(static_cast<std::size_t>(count) * values);
-    const auto hand_over = [&](const dataset::TakeSway& take) {
+    const auto produce = [&](const dataset::SwaySink& take) {
       parallel_for(count, [&](int i) {
         struct Scratch {
           std::vector<float> sway;
@@ -77,7 +77,7 @@ void write_images(const ImageOptions& options, const Model& model, const dataset
         take(static_cast<std::size_t>(i), {sway, body.height});
       });
     };
-    dataset::encode_all(model.encoding(), hand_over, images);
+    dataset::encode_all(model.encoding(), produce, images);
     writer.write(std::span<const float>(images));
     bar.update(first + count);
   }

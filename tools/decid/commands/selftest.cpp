@@ -14,9 +14,9 @@
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/training/training.hpp"
-#include "nn/loss.hpp"
-#include "nn/schedule.hpp"
-#include "nn/trainer.hpp"
+#include "nn/training/loss.hpp"
+#include "nn/training/schedule.hpp"
+#include "nn/training/trainer.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/ranks.hpp"
 

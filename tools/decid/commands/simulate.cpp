@@ -13,7 +13,7 @@
 #include "sim/double_pendulum.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
-#include "tools/decid/trial_csv.hpp"
+#include "tools/decid/commands/trial_csv.hpp"
 
 namespace decid::tools {
 namespace {
@@ -61,7 +61,7 @@ void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol
                       const std::function<bool(const sim::Protocol&, bool without_noise)>& stands,
                       const std::string& other_gains) {
   if (outcome.valid) return;
-  const bool fell = outcome.largest_sway_rad > sim::sway_limit_rad;
+  const bool fell = outcome.max_sway_rad > sim::sway_limit_rad;
   const std::string what = fell ? "the body leaves 5 degrees"
                                 : format("leg or trunk leaves %.0f degrees", sim::segment_limit_rad / sim::rad_per_deg);
   const std::string remedy =
@@ -89,8 +89,7 @@ void print_parameters(const char* title, const sim::Parameters& parameters) {
 void print_summary(const SimulateOptions& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
   const double noise_deg = sim::sensor_noise_level(protocol.noise.sensor, options.seed, 0) / sim::rad_per_deg;
   std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees%s, seed %llu, written to %s\n",
-                      protocol.samples(), protocol.experiment.sample_rate_hz,
-                      outcome.largest_sway_rad / sim::rad_per_deg,
+                      protocol.samples(), protocol.experiment.sample_rate_hz, outcome.max_sway_rad / sim::rad_per_deg,
                       noise_deg > 0.0 ? format(" and %.4g of sensor noise", noise_deg).c_str() : "",
                       static_cast<unsigned long long>(options.seed), options.output.c_str());
 }

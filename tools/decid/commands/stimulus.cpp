@@ -8,7 +8,7 @@
 #include "base/version.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
-#include "tools/decid/trial_csv.hpp"
+#include "tools/decid/commands/trial_csv.hpp"
 #include "tools/report/stimulus_page.hpp"
 
 namespace decid::tools {

@@ -15,14 +15,14 @@
 #include "base/version.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "nn/kernels/kernels.hpp"
-#include "nn/schedule.hpp"
+#include "nn/training/schedule.hpp"
 #include "sim/body_model.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/commands/train_files.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
-#include "tools/decid/train_files.hpp"
 #include "tools/report/training_page.hpp"
 
 namespace decid::tools {

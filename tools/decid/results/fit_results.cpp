@@ -23,7 +23,7 @@ Json diagnostics_json(const Posterior& found, const sim::ParameterTable& table) 
   json["divergences"] = found.divergences();
   json["energy_fraction"] = number_or_null(found.energy_fraction());
   json["restarts"] = found.restarts();
-  json["gradients"] = found.leaps();
+  json["gradients"] = found.leapfrog_steps();
   return json;
 }
 
@@ -46,7 +46,7 @@ Json left_out_json(const FitFigures& fitted) {
           {"effective_parameters", left_out.effective_parameters},
           {"blocks", fitted.inferred.sway_rad.low.size()},
           {"block_s", fitted.block_s},
-          {"largest_shape", left_out.largest_shape},
+          {"max_shape", left_out.max_shape},
           {"unreliable_blocks", left_out.unreliable}};
 }
 

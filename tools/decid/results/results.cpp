@@ -10,7 +10,7 @@
 #include "sim/protocol/protocol_json.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/results/posterior_results.hpp"
-#include "tools/report/page/frf.hpp"
+#include "tools/report/frf.hpp"
 #include "tools/report/parameters_json.hpp"
 #include "tools/report/recording_json.hpp"
 

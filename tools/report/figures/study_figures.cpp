@@ -77,9 +77,9 @@ Figure input_series(const Study& study) {
   std::vector<std::string> header{"time_s"};
   for (const dataset::Channel channel : study.image.channels) {
     const bool folded = dataset::is_of_sway(channel) && study.image.fold > 1;
-    header.push_back(recording::name(channel) + std::string(folded ? "_mean" : ""));
+    header.push_back(dataset::name(channel) + std::string(folded ? "_mean" : ""));
     for (int cycle = 2; folded && cycle <= study.image.fold; ++cycle)
-      header.push_back(recording::name(channel) + format("_difference_%d", cycle));
+      header.push_back(dataset::name(channel) + format("_difference_%d", cycle));
   }
   std::vector<std::vector<double>> columns(header.size());
   for (std::size_t row = 0; row < rows; ++row) columns[0].push_back(static_cast<double>(row) * block_s);
@@ -119,7 +119,7 @@ Figure input_image(const Study& study) {
   std::vector<Bitmap> maps;
   Bitmap both(shape.columns, shape.rows, 3, 0);
   for (std::size_t c = 0; c < channels; ++c) {
-    header.emplace_back(recording::name(study.image.channels[c]));
+    header.emplace_back(dataset::name(study.image.channels[c]));
     std::vector<double>& values = columns[2 + c];
     for (std::size_t i = 0; i < plane; ++i) values.push_back(static_cast<double>(study.sample.image[c * plane + i]));
     std::vector<double> shown = values;

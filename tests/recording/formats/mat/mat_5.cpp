@@ -144,9 +144,8 @@ TEST_CASE("version 4: a type that is none, and claims that are too large, are re
       {"trial.mat", "claims too many values"});
   // No rows, none of 4 billion columns, and one name for all of 10,001.
   std::string many;
-  for (int i = 0; i < most_mat_variables; ++i)
-    many += bytes_of<std::uint32_t>({0, 0, 4'000'000'000, 0, 1}, true) + '\0';
-  CHECK(read_mat_4(many, "x").size() == std::size_t{most_mat_variables});
+  for (int i = 0; i < max_mat_variables; ++i) many += bytes_of<std::uint32_t>({0, 0, 4'000'000'000, 0, 1}, true) + '\0';
+  CHECK(read_mat_4(many, "x").size() == std::size_t{max_mat_variables});
   check_error([&] { read_mat_4(many + many.substr(0, 21), "trial.mat"); }, {"more than 10000 variables"});
 }
 
@@ -333,8 +332,8 @@ TEST_CASE("version 5: a matrix that begins or claims otherwise is refused") {
                  "x"))
             .size() == 2);
   std::string many;
-  for (int i = 0; i < most_mat_variables; ++i) many += mat.matrix(mat.head(double_class, 0, 1));
-  CHECK(read_mat_5(mat.file(many), "x").size() == std::size_t{most_mat_variables});
+  for (int i = 0; i < max_mat_variables; ++i) many += mat.matrix(mat.head(double_class, 0, 1));
+  CHECK(read_mat_5(mat.file(many), "x").size() == std::size_t{max_mat_variables});
   check_error(reading_5(many + mat.matrix(mat.head(double_class, 0, 1))), {"more than 10000 variables"});
 }
 

@@ -1,0 +1,225 @@
+// Batch normalisation in training, with the ReLU and the pool that are fused with it (nn/layers/layer.hpp). The batch
+// statistics are sums in double around a pivot, the running mean: one pass, and no cancellation once the running mean
+// is near the mean.
+//
+// The layer keeps nothing but its input. Backward recomputes what lies in between, a band of rows at a time that
+// stays in the first-level cache: memory is what bounds this layer, and arithmetic in the cache is nearly free.
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/per_thread.hpp"
+#include "nn/forward.hpp"
+#include "nn/layers/normalisation.hpp"
+#include "nn/layers/training_layers.hpp"
+
+namespace decid::nn {
+namespace {
+
+/// Rows of one plane that are pooled into one row of output.
+template <class T>
+struct Band {
+  Plane<const T> src;
+  int src_row, dst_row;
+};
+
+/// Scratch of the calling thread, for the derivatives of a band. Grows in a constructor, or in a thread's first step.
+template <class T>
+AlignedBuffer<T>& band_scratch() {
+  struct Scratch {
+    AlignedBuffer<T> buffer;
+  };
+  return per_thread<Scratch>().buffer;
+}
+
+template <class P>
+P rows_of(P plane, int first, int rows) {
+  return {plane.data + first * plane.row, plane.row, rows, plane.columns};
+}
+
+template <class T>
+class BatchNormTraining final : public TrainingLayer<T> {
+ public:
+  BatchNormTraining(Layer<T>& layer, const BatchNorm& norm, int max_batch, TrainingLayer<T>* before)
+      : TrainingLayer<T>(layer),
+        norm_(norm),
+        channels_(static_cast<std::size_t>(norm.shape.channels)),
+        mean_(channels_),
+        normalisations_(channels_),
+        factors_(channels_),
+        sums_(layer.statistics()[0], max_batch),
+        fused_(before != nullptr && before->fuse(sums_)) {
+    const std::size_t values = band_values();
+#pragma omp parallel
+    band_scratch<T>().reserve(values);
+  }
+
+  bool diff_may_replace_src() const override {
+    return true;
+  }
+
+  void forward(const TensorView<const T>& src, const TensorView<T>& dst) override {
+    measure_batch(src);
+    each_plane(src, [&](int block, int c) {
+      kernels<T>().activation_forward(activation(c), norm_.pool ? norm_.pool->shape : PoolShape{}, src.plane(block, c),
+                                      dst.plane(block, c));
+    });
+  }
+
+  void backward(const TensorView<const T>& src, const TensorView<const T>&, const TensorView<T>& diff_dst,
+                const TensorView<T>* diff_src) override {
+    each_plane(src, [&](int block, int c) {
+      double sums[2 * lanes] = {};
+      for_each_band(src.plane(block, c), [&](const Band<T>& band) {
+        kernels<T>().batchnorm_backward_sums(band.src, band_diff(band, diff_dst.plane(block, c), c, true), pivot_of(c),
+                                             sums);
+      });
+      sums_.keep(sums, src.valid_lanes(block), block, c);
+    });
+    set_gradients(sums_.total(src.blocks(), this->all_reduce()), values_a_channel(src));
+    if (diff_src == nullptr) return;
+    each_plane(src, [&](int block, int c) {
+      const Factors& f = factors_[static_cast<std::size_t>(c)];
+      for_each_band(src.plane(block, c), [&](const Band<T>& band) {
+        kernels<T>().batchnorm_backward_apply(band.src, band_diff(band, diff_dst.plane(block, c), c, false), f.a, f.b,
+                                              f.c, rows_of(diff_src->plane(block, c), band.src_row, band.src.rows));
+      });
+    });
+  }
+
+ private:
+  /// Four, or as many as have 256 columns, 16 KB.
+  int rows_without_pool() const {
+    return std::max(4, 256 / norm_.shape.columns);
+  }
+
+  /// diff_src = a dy + b src + c.
+  struct Factors {
+    T a, b, c;
+  };
+
+  template <class Body>
+  void each_plane(const TensorView<const T>& src, const Body& body) const {
+    for_each_plane(src.blocks(), norm_.shape.channels, body);
+  }
+
+  /// With a pool, the rows of one row of windows, the last band taking what is left over; without, a few rows.
+  template <class Body>
+  void for_each_band(Plane<const T> plane, const Body& body) const {
+    const int step = norm_.pool ? norm_.pool->shape.stride_rows : rows_without_pool();
+    const int bands = norm_.pool ? norm_.pool->shape.dst_rows : (plane.rows + step - 1) / step;
+    for (int i = 0; i < bands; ++i) {
+      const int row = i * step, end = i + 1 < bands ? row + step : plane.rows;
+      body(Band<T>{rows_of(plane, row, end - row), row, norm_.pool ? i : row});
+    }
+  }
+  std::size_t band_values() const {
+    int rows = rows_without_pool();
+    if (norm_.pool) {
+      const PoolShape& s = norm_.pool->shape;
+      rows = std::max(s.stride_rows, s.src_rows - (s.dst_rows - 1) * s.stride_rows);
+    }
+    return static_cast<std::size_t>(rows) * static_cast<std::size_t>(norm_.shape.columns) * lanes;
+  }
+  Plane<T> scratch_plane(const Plane<const T>& like) const {
+    AlignedBuffer<T>& scratch = band_scratch<T>();
+    scratch.reserve(band_values());  // does nothing but in a thread that came after the constructor
+    return {scratch.data(), static_cast<std::ptrdiff_t>(like.columns) * lanes, like.rows, like.columns};
+  }
+  PoolShape pool_shape(const Band<T>& band) const {
+    PoolShape s = norm_.pool->shape;
+    s.channels = 1;
+    s.src_rows = band.src.rows;
+    s.dst_rows = 1;
+    return s;
+  }
+
+  Activation<T> activation(int channel) const {
+    const Normalisation& n = normalisations_[static_cast<std::size_t>(channel)];
+    return {static_cast<T>(n.scale), static_cast<T>(n.shift), norm_.relu, pooling_of(norm_.pool)};
+  }
+
+  /// The derivative by the normalised values of a band. Without a pool that is diff_dst itself, which ReLU masks where
+  /// it stands, once.
+  Plane<const T> band_diff(const Band<T>& band, Plane<T> diff_dst, int channel, bool first_time) const {
+    const Plane<T> dy = rows_of(diff_dst, band.dst_row, norm_.pool ? 1 : band.src.rows);
+    const Plane<T> diff = norm_.pool ? scratch_plane(band.src) : dy;
+    if (norm_.pool || (norm_.relu && first_time))
+      kernels<T>().activation_backward(activation(channel), norm_.pool ? pool_shape(band) : PoolShape{}, band.src, dy,
+                                       diff);
+    return diff;
+  }
+
+  /// What the sums of backward are taken around.
+  T pivot_of(int channel) const {
+    return static_cast<T>(mean_[static_cast<std::size_t>(channel)]);
+  }
+  double values_a_channel(const TensorView<const T>& src) const {
+    const int batch = this->all_reduce() != nullptr ? this->all_reduce()->batch() : src.batch();
+    return static_cast<double>(batch) * norm_.shape.rows * norm_.shape.columns;
+  }
+
+  /// The batch's mean and variance, by which it is normalised; the running ones move towards them.
+  void measure_batch(const TensorView<const T>& src) {
+    if (!fused_)
+      each_plane(src, [&](int block, int c) {
+        double sums[2 * lanes] = {};
+        sums_.add_rows(src.plane(block, c), c, sums);
+        sums_.keep(sums, src.valid_lanes(block), block, c);
+      });
+    const double* const total = sums_.total(src.blocks(), this->all_reduce());
+    const double count = values_a_channel(src);
+    std::vector<T>&running_mean = this->statistic(0), &running_variance = this->statistic(1);
+    const auto move = [](T& running, double measured) {
+      running =
+          static_cast<T>((1 - BatchNorm::momentum) * static_cast<double>(running) + BatchNorm::momentum * measured);
+    };
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const double shifted = total[2 * c] / count;
+      mean_[c] = static_cast<double>(running_mean[c]) + shifted;
+      const double variance = std::max(total[2 * c + 1] / count - shifted * shifted, 0.0);
+      normalisations_[c] = normalisation(static_cast<double>(this->value(0)[c]), static_cast<double>(this->value(1)[c]),
+                                         mean_[c], variance);
+      move(running_mean[c], mean_[c]);
+      move(running_variance[c], count > 1 ? variance * (count / (count - 1)) : variance);
+    }
+  }
+
+  /// diff_src = gamma/d (dy - mean(dy) - x^ mean(dy x^)), with x^ = (src - mean)/d and `total` the sums of dy and of
+  /// dy (src - mean).
+  void set_gradients(const double* total, double count) {
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const double inverse = normalisations_[c].inverse_deviation, sum = total[2 * c], dot = total[2 * c + 1] * inverse;
+      this->gradient(0)[c] = static_cast<T>(dot);
+      this->gradient(1)[c] = static_cast<T>(sum);
+      const double a = static_cast<double>(this->value(0)[c]) * inverse;
+      const double b = -a * inverse * (dot / count);
+      factors_[c] = {static_cast<T>(a), static_cast<T>(b),
+                     static_cast<T>(-a * (sum / count) - b * static_cast<double>(pivot_of(static_cast<int>(c))))};
+    }
+  }
+
+  BatchNorm norm_;
+  std::size_t channels_;
+  std::vector<double> mean_;  // of the last batch, and by what it was normalised
+  std::vector<Normalisation> normalisations_;
+  std::vector<Factors> factors_;  // of the last backward
+  BatchSums<T> sums_;
+  bool fused_;  // the convolution before takes the sums of forward
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const BatchNorm& norm, int max_batch,
+                                                TrainingLayer<T>* before) {
+  return std::make_unique<BatchNormTraining<T>>(layer, norm, max_batch, before);
+}
+
+template std::unique_ptr<TrainingLayer<float>> make_training(Layer<float>&, const BatchNorm&, int,
+                                                             TrainingLayer<float>*);
+template std::unique_ptr<TrainingLayer<double>> make_training(Layer<double>&, const BatchNorm&, int,
+                                                              TrainingLayer<double>*);
+
+}  // namespace decid::nn

@@ -1,0 +1,49 @@
+// Which blocks of 16 samples of a batch each of several processes has, and how their sums become those of the whole
+// batch with the bits of tree_sum (kernels/kernels.hpp).
+//
+// Read the blocks in the order of their reversed bits, and tree_sum is an ordinary tree over neighbours. A process has
+// a run of neighbours, so whatever subtrees are whole in it are summed where they are; only their roots travel, one
+// where numbers of blocks and processes are powers of two, at most two a level otherwise. The tree above them is the
+// same for every number of processes.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace decid::nn {
+
+/// One rank's share.
+struct BatchPartition {
+  /// to += from.
+  struct Addition {
+    int to, from;
+  };
+  std::vector<int> owner;     ///< the rank of each block of the batch
+  std::vector<int> blocks;    ///< this rank's, ascending; the batch's last, which may be partly filled, comes last
+  std::vector<Addition> own;  ///< of places in `blocks`
+  std::vector<int> roots;     ///< places whose sums travel, after these additions
+  std::vector<int> roots_of;  ///< how many of each rank
+  std::vector<Addition> all;  ///< of the roots, counted through the ranks
+  int total = 0;              ///< the root that has the sum of the batch after these
+
+  int root_count() const;
+};
+
+BatchPartition share_of(int blocks, int rank, int ranks);
+
+/// The most blocks that a rank has of batches of up to `blocks`.
+inline int max_blocks(int blocks, int ranks) {
+  return (blocks + ranks - 1) / ranks;
+}
+
+/// Additions of parts of `size` values, `stride` values apart.
+template <class T>
+void add_up(const std::vector<BatchPartition::Addition>& additions, T* parts, std::size_t stride, std::size_t size) {
+  for (const BatchPartition::Addition& addition : additions) {
+    T* const to = parts + static_cast<std::size_t>(addition.to) * stride;
+    const T* const from = parts + static_cast<std::size_t>(addition.from) * stride;
+    for (std::size_t k = 0; k < size; ++k) to[k] += from[k];
+  }
+}
+
+}  // namespace decid::nn

@@ -1,0 +1,87 @@
+// Training of a network: forward and backward over batches, and the optimiser's steps. All that training needs besides
+// the weights lies here and is gone with it: gradients, velocities, activations, scratch.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/communicator.hpp"
+#include "nn/network.hpp"
+#include "nn/tensor.hpp"
+#include "nn/training/all_reduce.hpp"
+#include "nn/training/sgd.hpp"
+
+namespace decid::nn {
+
+template <class T>
+class TrainingLayer;
+
+/// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). Nothing is
+/// allocated after construction, except by threads that join later, once each.
+template <class T>
+class Trainer {
+ public:
+  /// For steps of up to `max_batch` samples, 1 .. 65536. The network must outlive the trainer and stay in its
+  /// place; forward() moves its running statistics, step() its parameters. MomentumBuffers begin at 0.
+  /// ranks, unless null: the processes that share each batch, all of which make the same calls. A rank has the samples
+  /// of some blocks of 16 (own_samples()); weights, statistics and gradients are those of the whole batch, the same at
+  /// every rank and the same bits as those of one process alone.
+  Trainer(Network<T>& network, int max_batch, Communicator* ranks = nullptr);
+  Trainer(Trainer&&) noexcept;
+  ~Trainer();
+
+  const Network<T>& network() const { return network_; }
+  int max_batch() const { return max_batch_; }
+  /// Of activations and their derivatives.
+  std::size_t memory_bytes() const { return memory_.size() * sizeof(T); }
+  /// Samples of the next step, 1 .. max_batch(), of all ranks together. Throws Error, as the constructor does, for
+  /// a batch of 1 if a BatchNorm has a single value a channel then.
+  void set_batch(int batch);
+  /// Which of a batch's samples this rank loads, ascending, 16 of a block together: all if it is alone. It may have
+  /// none.
+  std::vector<int> own_samples(int batch) const;
+
+  /// Where to load the samples, own_samples() of them; so for outputs.
+  TensorView<T> input() { return activations_.front(); }
+  TensorView<T> output() { return activations_.back(); }
+  TensorView<const T> output() const { return activations_.back(); }
+  /// Where to put d loss / d output before backward().
+  TensorView<T> output_diff() { return differences_.back(); }
+
+  /// With the batch's statistics in BatchNorm.
+  void forward();
+  /// Gradients of all parameters from output_diff(), which it overwrites.
+  void backward();
+  /// One step of stochastic gradient descent from the gradients (nn/training/sgd.hpp).
+  void step(double learning_rate, const SgdSettings& settings);
+
+  /// d loss / d parameter, by the parameter's index in network().parameters(); shaped as its value. Throws Error if
+  /// there is no such parameter.
+  std::span<T> gradient(std::size_t parameter);
+  std::span<const T> gradient(std::size_t parameter) const;
+  const MomentumBuffers<T>& momentum_buffers() const { return velocities_; }
+  /// Those of a training that goes on. Throws Error unless there is one for each value of each parameter.
+  void set_velocities(MomentumBuffers<T> momentum_buffers);
+
+ private:
+  void plan();
+  Halo activation_halo(std::size_t index) const;
+  Halo difference_halo(std::size_t index) const;
+  bool difference_replaces_activation(std::size_t index) const;
+
+  Network<T>& network_;
+  int max_batch_;
+  Communicator* ranks_;
+  int own_batch_;                             // the largest of this rank
+  std::unique_ptr<AllReduce<T>> all_reduce_;  // with other ranks
+  std::vector<Parameter<T>*> parameters_;
+  std::vector<std::unique_ptr<TrainingLayer<T>>> layers_;
+  std::vector<std::vector<T>*> gradients_;  // the layers'
+  MomentumBuffers<T> velocities_;
+  AlignedBuffer<T> memory_;
+  std::vector<TensorView<T>> activations_;  // [0] the input, [i + 1] the output of layer i
+  std::vector<TensorView<T>> differences_;  // the loss's derivative by each of them
+};
+
+}  // namespace decid::nn

@@ -1,0 +1,312 @@
+// Walkers that jump by their place's information: see walkers.hpp.
+#include "posterior/frf/smc.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
+#include "base/parallel.hpp"
+#include "posterior/cholesky.hpp"
+#include "posterior/sampling/diagnostics.hpp"
+
+namespace decid::frf {
+namespace {
+
+using posterior::triangle;
+
+constexpr int attempts = 1000;                   // at a possible draw from the prior
+constexpr double kept_share = 0.5;               // of the population's effective number, from one power to the next
+constexpr int bisections = 50;                   // of the next power
+constexpr double shortest = 0.2, longest = 1.4;  // jumps, in standard deviations by the information
+// Jumps with drift decorrelate faster; those without it serve where the information misleads.
+constexpr double drifting = 0.75;    // share of the jumps
+constexpr double of_uniform = 12.0;  // one over the variance between 0 and 1
+constexpr std::size_t max_coordinates = 28;
+constexpr std::uint64_t numbers_a_move = 32;  // random numbers
+
+void check(std::size_t size, const SmcSettings& settings) {
+  const auto at_least = [](const char* setting, int value, int least) {
+    if (value < least)
+      throw Error(std::string("walkers, ") + setting, "is " + std::to_string(value),
+                  "give " + std::to_string(least) + " or more");
+  };
+  at_least("population", settings.population, settings.chains);
+  at_least("stage_moves", settings.stage_moves, 1);
+  at_least("settling_transitions", settings.settling_transitions, 0);
+  at_least("chains", settings.chains, 1);
+  at_least("thinning", settings.thinning, 1);
+  at_least("min_draws", settings.min_draws, 4);
+  at_least("max_draws", settings.max_draws, settings.min_draws);
+  if (size < 1 || size > max_coordinates) throw Error("walkers", std::to_string(size) + " coordinates", "give 1 to 28");
+}
+
+/// A place, and what is known there of the density at a power of the likelihood.
+struct Place {
+  std::vector<double> x;
+  Local local;
+  double potential = 0.0;        // minus the logarithm of the density
+  std::vector<double> gradient;  // of the potential
+  std::vector<double> factor;    // L of the information L L^t, prior included
+  double log_determinant = 0.0;  // of L
+};
+
+void look_around(Place& place, std::size_t uniform, double power) {
+  const std::size_t size = place.x.size();
+  place.potential = power * place.local.misfit;
+  place.gradient.resize(size);
+  place.factor.resize(triangle(size));
+  for (std::size_t i = 0; i < size; ++i) {
+    const bool is_normal = i >= uniform;
+    if (is_normal) place.potential += 0.5 * place.x[i] * place.x[i];
+    place.gradient[i] = power * place.local.gradient[i] + (is_normal ? place.x[i] : 0.0);
+    for (std::size_t j = 0; j <= i; ++j)
+      place.factor[triangle(i) + j] = power * place.local.information[triangle(i) + j] + (i != j      ? 0.0
+                                                                                          : is_normal ? 1.0
+                                                                                                      : of_uniform);
+  }
+  if (!posterior::factorize(size, place.factor)) {  // it is the information of nothing: jumps of the prior's size
+    std::fill(place.factor.begin(), place.factor.end(), 0.0);
+    for (std::size_t i = 0; i < size; ++i) place.factor[triangle(i) + i] = 1.0;
+  }
+  place.log_determinant = 0.0;
+  for (std::size_t i = 0; i < size; ++i) place.log_determinant += decid::log(place.factor[triangle(i) + i]);
+}
+
+/// y becomes L^-1 y.
+void solve_lower(std::size_t size, const std::vector<double>& factor, std::vector<double>& y) {
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t k = 0; k < i; ++k) y[i] -= factor[triangle(i) + k] * y[k];
+    y[i] /= factor[triangle(i) + i];
+  }
+}
+
+/// y becomes L^-t y.
+void solve_upper(std::size_t size, const std::vector<double>& factor, std::vector<double>& y) {
+  for (std::size_t i = size; i-- > 0;) {
+    y[i] /= factor[triangle(i) + i];
+    for (std::size_t k = 0; k < i; ++k) y[k] -= factor[triangle(i) + k] * y[i];
+  }
+}
+
+struct Jump {
+  double length;
+  double drift;  // length^2 / 2, or none
+};
+
+/// Where jumps from a place lead on average.
+std::vector<double> target_of(const Place& place, const Jump& jump) {
+  std::vector<double> x = place.x;
+  if (jump.drift == 0.0) return x;
+  std::vector<double> step = place.gradient;
+  solve_lower(x.size(), place.factor, step);
+  solve_upper(x.size(), place.factor, step);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] -= jump.drift * step[i];
+  return x;
+}
+
+/// Logarithm of the density of a jump from one place to another, up to what both directions share.
+double log_density(const Place& from, const std::vector<double>& to, const Jump& jump) {
+  const std::vector<double> target = target_of(from, jump);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < to.size(); ++i) {  // of L^t (to - target)
+    double sum = 0.0;
+    for (std::size_t k = i; k < to.size(); ++k) sum += from.factor[triangle(k) + i] * (to[k] - target[k]);
+    squares += sum * sum;
+  }
+  return from.log_determinant - 0.5 * squares / (jump.length * jump.length);
+}
+
+class Run {
+ public:
+  Run(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const SmcSettings& settings)
+      : size_(size),
+        uniform_(uniform),
+        evaluate_(evaluate),
+        settings_(settings),
+        population_(static_cast<std::size_t>(settings.population)) {}
+
+  SmcResult operator()() {
+    start();
+    for (double power = 0.0; power < 1.0; ++walks_.stages) {
+      const double next = next_power(power);
+      resample(next - power);
+      power = next;
+      move_population(settings_.stage_moves, power);
+    }
+    move_population(settings_.settling_transitions, 1.0);
+    draw();
+    return std::move(walks_);
+  }
+
+ private:
+  /// Random numbers of one walker; those of the chains that go on come behind those of the population.
+  Random random_of(std::size_t particle) const { return {settings_.seed, Stream::particles, particle}; }
+
+  void start() {
+    parallel_for(settings_.population, [&](int i) {
+      const auto particle = static_cast<std::size_t>(i);
+      const Random random = random_of(particle);
+      Place& place = population_[particle];
+      place.x.resize(size_);
+      place.local.gradient.resize(size_);
+      place.local.information.resize(triangle(size_));
+      for (int attempt = 0; attempt < attempts; ++attempt) {
+        const std::uint64_t first = static_cast<std::uint64_t>(attempt) * numbers_a_move;
+        random.fill_normal(place.x, first);
+        for (std::size_t k = 0; k < uniform_; ++k) place.x[k] = random.uniform(first + k);
+        evaluate_(place.x, place.local);
+        if (std::isfinite(place.local.misfit)) return;
+      }
+      throw Error("walkers", "what the prior allows is impossible", "widen the prior");
+    });
+    moved_ = attempts;
+    walks_.evaluations += settings_.population;
+  }
+
+  /// What a step of the power makes of the population's weights, the largest 1.
+  std::vector<double> weights(double step) const {
+    double least = population_.front().local.misfit;
+    for (const Place& place : population_) least = std::min(least, place.local.misfit);
+    std::vector<double> made;
+    for (const Place& place : population_) made.push_back(decid::exp(-step * (place.local.misfit - least)));
+    return made;
+  }
+
+  double next_power(double power) const {
+    const auto effective_share = [&](double step) {
+      double sum = 0.0, squares = 0.0;
+      for (const double weight : weights(step)) {
+        sum += weight;
+        squares += weight * weight;
+      }
+      return sum * sum / squares / static_cast<double>(population_.size());
+    };
+    if (effective_share(1.0 - power) >= kept_share) return 1.0;
+    double low = 0.0, high = 1.0 - power;
+    for (int i = 0; i < bisections; ++i) {
+      const double middle = 0.5 * (low + high);
+      (effective_share(middle) >= kept_share ? low : high) = middle;
+    }
+    return power + high;
+  }
+
+  /// Systematic: walkers stay in proportion to their weights.
+  void resample(double step) {
+    const std::vector<double> weight = weights(step);
+    double total = 0.0;
+    for (const double value : weight) total += value;
+    const Random random = random_of(population_.size() + static_cast<std::size_t>(settings_.chains));
+    const double place = random.uniform(static_cast<std::uint64_t>(walks_.stages));
+    std::vector<Place> chosen;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < population_.size(); ++i) {
+      sum += weight[i];
+      const double share = sum / total * static_cast<double>(population_.size());
+      while (chosen.size() < population_.size() && place + static_cast<double>(chosen.size()) < share)
+        chosen.push_back(population_[i]);
+    }
+    while (chosen.size() < population_.size()) chosen.push_back(population_.back());  // what rounding left
+    population_ = std::move(chosen);
+  }
+
+  void move_population(int moves, double power) {
+    parallel_for(settings_.population, [&](int i) {
+      Place& place = population_[static_cast<std::size_t>(i)];
+      look_around(place, uniform_, power);
+      for (int move = 0; move < moves; ++move)
+        this->move(place, random_of(static_cast<std::size_t>(i)), moved_ + static_cast<std::uint64_t>(move), power);
+    });
+    moved_ += static_cast<std::uint64_t>(moves);
+    walks_.evaluations += static_cast<long long>(moves) * settings_.population;
+  }
+
+  bool move(Place& place, const Random& random, std::uint64_t number, double power) const {
+    const std::uint64_t first = number * numbers_a_move;
+    const double length =
+        shortest * decid::exp(decid::log(longest / shortest) * random.uniform(first + max_coordinates));
+    const bool drifts = random.uniform(first + max_coordinates + 1) < drifting;
+    const Jump jump{length, drifts ? 0.5 * length * length : 0.0};
+    std::vector<double> step(size_);
+    random.fill_normal(step, first);
+    solve_upper(size_, place.factor, step);
+    Place other;
+    other.x = target_of(place, jump);
+    for (std::size_t i = 0; i < size_; ++i) other.x[i] += length * step[i];
+    const auto is_inside = [](double value) { return value > 0.0 && value < 1.0; };
+    if (!std::all_of(other.x.begin(), other.x.begin() + static_cast<std::ptrdiff_t>(uniform_), is_inside)) return false;
+    other.local.gradient.resize(size_);
+    other.local.information.resize(triangle(size_));
+    evaluate_(other.x, other.local);
+    if (!std::isfinite(other.local.misfit)) return false;
+    look_around(other, uniform_, power);
+    const double change =
+        other.potential - place.potential + log_density(place, other.x, jump) - log_density(other, place.x, jump);
+    if (!(random.uniform(first + max_coordinates + 2) < decid::exp(-std::max(0.0, change)))) return false;
+    place = std::move(other);
+    return true;
+  }
+
+  void draw() {
+    const auto chains = static_cast<std::size_t>(settings_.chains);
+    std::vector<Place> places;
+    for (std::size_t c = 0; c < chains; ++c) places.push_back(population_[c * population_.size() / chains]);
+    walks_.chains.resize(chains);
+    std::vector<long long> accepted(chains, 0);
+    int draws = 0;
+    while (draws < settings_.max_draws) {
+      const int more = std::min(std::max(settings_.min_draws, draws), settings_.max_draws - draws);
+      parallel_for(settings_.chains, [&](int i) {
+        const auto c = static_cast<std::size_t>(i);
+        const Random random = random_of(population_.size() + c);
+        auto number = static_cast<std::uint64_t>(draws) * static_cast<std::uint64_t>(settings_.thinning);
+        for (int kept = 0; kept < more; ++kept) {
+          for (int move = 0; move < settings_.thinning; ++move)
+            accepted[c] += this->move(places[c], random, number++, 1.0) ? 1 : 0;
+          walks_.chains[c].insert(walks_.chains[c].end(), places[c].x.begin(), places[c].x.end());
+        }
+      });
+      draws += more;
+      if (enough(draws)) break;
+    }
+    const long long moves = static_cast<long long>(draws) * settings_.thinning * settings_.chains;
+    long long sum = 0;
+    for (const long long count : accepted) sum += count;
+    walks_.acceptance = static_cast<double>(sum) / static_cast<double>(moves);
+    walks_.evaluations += moves;
+  }
+
+  bool enough(int draws) {
+    walks_.rhat.clear();
+    walks_.effective.clear();
+    for (std::size_t i = 0; i < size_; ++i) {
+      posterior::ChainDraws values;
+      for (const std::vector<double>& chain : walks_.chains) {
+        std::vector<double>& column = values.emplace_back();
+        for (std::size_t k = 0; k < static_cast<std::size_t>(draws); ++k) column.push_back(chain[k * size_ + i]);
+      }
+      walks_.rhat.push_back(posterior::rhat(values));
+      walks_.effective.push_back(posterior::effective_draws(values));
+    }
+    return std::ranges::all_of(walks_.rhat, [&](double value) { return value <= settings_.max_rhat; }) &&
+           std::ranges::all_of(walks_.effective, [&](double value) { return value >= settings_.effective_draws; });
+  }
+
+  std::size_t size_, uniform_;
+  const Evaluate& evaluate_;
+  const SmcSettings& settings_;
+  std::vector<Place> population_;
+  std::uint64_t moved_ = 0;  // moves of each of the population
+  SmcResult walks_;
+};
+
+}  // namespace
+
+SmcResult walk(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const SmcSettings& settings) {
+  check(size, settings);
+  return Run(size, uniform, evaluate, settings)();
+}
+
+}  // namespace decid::frf

@@ -1,0 +1,331 @@
+// Tests of nn/training/trainer.hpp and nn/training/sgd.hpp: errors, the optimiser's step, trainings whose bits are
+// known, and that a training leaves nothing in a network but weights and statistics.
+#include "nn/training/trainer.hpp"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <thread>
+#include <utility>
+
+#include "base/error.hpp"
+#include "nn/predictor.hpp"
+#include "nn/training/loss.hpp"
+#include "nn/training/schedule.hpp"
+#include "tests/nn/chain.hpp"
+
+using namespace decid::nn;
+using namespace decid::nn::testing;
+
+// Counts every allocation of the program; sanitizers have operators of their own. Not inlined: g++ 12 would take
+// malloc() or free() in the place of one for a mistake.
+[[maybe_unused]] static std::atomic<long> allocations{0};
+#ifndef DECID_SANITIZED
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size > 0 ? size : 1)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocations;
+  const auto align = static_cast<std::size_t>(alignment);
+  if (void* p = std::aligned_alloc(align, (size + align) / align * align)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* p) noexcept {
+  std::free(p);
+}
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+[[gnu::noinline]] void operator delete(void* p, std::align_val_t) noexcept {
+  std::free(p);
+}
+[[gnu::noinline]] void operator delete(void* p, std::size_t, std::align_val_t) noexcept {
+  std::free(p);
+}
+#endif
+
+namespace {
+
+constexpr const char* small =
+    "conv 6 3x3 pad 1; batchnorm; relu; maxpool 2; conv 8 3x3 pad 1; batchnorm; relu; avgpool 2; fc 3";
+constexpr Shape small_shape{2, 12, 12};
+constexpr int small_batch = 24;
+
+void train_step(Trainer<float>& trainer, std::span<const float> input, std::span<const float> targets,
+                std::span<double> squares, double rate) {
+  load_batch(trainer.input(), input);
+  trainer.forward();
+  mean_squared_error(trainer.output(), targets, squares, trainer.output_diff());
+  trainer.backward();
+  trainer.step(rate, {.momentum = 0.9, .weight_decay = 1e-4});
+}
+
+struct Training {
+  std::vector<double> losses;
+  std::string sha256;
+};
+
+/// Learns three of the images' own means, so that there is something to learn.
+Training train_small(int steps, std::uint64_t seed = 1) {
+  Network<float> network(small_shape, small);
+  network.initialise(seed);
+  Trainer<float> trainer(network, small_batch);
+  const auto size = static_cast<std::size_t>(small_shape.size());
+  std::vector<float> input(size * small_batch), targets(3 * small_batch);
+  for (std::size_t n = 0; n < small_batch; ++n) {
+    for (std::size_t k = 0; k < 3; ++k) targets[3 * n + k] = static_cast<float>(hashed(1, 3 * n + k));
+    for (std::size_t i = 0; i < size; ++i)
+      input[n * size + i] = 0.5f * static_cast<float>(hashed(2, n * size + i)) + targets[3 * n + i % 3];
+  }
+  const Schedule schedule("cosine", 0.05, steps, 10, 3);
+  Training training;
+  std::vector<double> squares(3);
+  for (int step = 0; step < steps; ++step) {
+    train_step(trainer, input, targets, squares, schedule.rate(step));
+    training.losses.push_back((squares[0] + squares[1] + squares[2]) / (3 * small_batch));
+  }
+  training.sha256 = weights_sha256(network);
+  return training;
+}
+
+}  // namespace
+
+TEST_CASE("Trainer: batch errors") {
+  Network<float> network(small_shape, small);
+  for (const int batch : {0, -1, 65537})
+    CHECK(error_of([&] { Trainer<float>(network, batch); }) == "batch: of " + std::to_string(batch) + " samples");
+  Trainer<float> trainer(network, 20);
+  CHECK(trainer.max_batch() == 20);
+  for (const int batch : {0, -3, 21})
+    CHECK(error_of([&] { trainer.set_batch(batch); }) ==
+          "batch: of " + std::to_string(batch) + " samples where the largest is 20");
+  trainer.set_batch(20);
+  trainer.set_batch(1);
+  CHECK(trainer.output().batch() == 1);
+  const Predictor predictor(network, 20);
+  CHECK(trainer.memory_bytes() > predictor.memory_bytes());
+}
+
+TEST_CASE("Trainer: a batch in which a BatchNorm has one value a channel is refused, by the layer's name") {
+  Network<float> lone({1, 4, 4}, "conv 3 3x3; batchnorm; relu; fc 5; batchnorm; relu; fc 2");
+  const auto problem = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const decid::Error& error) {
+      return error.where();
+    }
+    return "none";
+  };
+  CHECK(problem([&] { Trainer<float>(lone, 1); }) == "layers.4, batchnorm");
+  Trainer<float> trainer(lone, 2);
+  CHECK(problem([&] { trainer.set_batch(1); }) == "layers.4, batchnorm");
+  trainer.set_batch(2);
+  Network<float> first({3, 1, 1}, "batchnorm; fc 2");
+  CHECK(problem([&] { Trainer<float>(first, 1); }) == "layers.0, batchnorm");
+  Network<float> wide({3, 1, 2}, "batchnorm; fc 2"), without({3, 1, 1}, "fc 2");
+  CHECK(problem([&] { Trainer<float>(wide, 1); }) == "none");
+  CHECK(problem([&] { Trainer<float>(without, 1); }) == "none");
+}
+
+TEST_CASE("Trainer: velocities are those of its parameters") {
+  Network<float> network({1, 1, 1}, "fc 2");
+  Trainer<float> trainer(network, 1);
+  CHECK(trainer.momentum_buffers() == MomentumBuffers<float>{{0, 0}, {0, 0}});
+  for (const MomentumBuffers<float>& other : {MomentumBuffers<float>{}, {{1, 2}}, {{1, 2}, {3}}, {{1, 2}, {3, 4}, {5}}})
+    CHECK(error_of([&] { trainer.set_velocities(other); }) == "velocities: are not those of this network's parameters");
+  trainer.set_velocities({{1, 2}, {3, 4}});
+  CHECK(trainer.momentum_buffers() == MomentumBuffers<float>{{1, 2}, {3, 4}});
+}
+
+TEST_CASE("Trainer: gradients are those of its parameters") {
+  Network<float> network({2, 1, 1}, "fc 3");
+  Trainer<float> trainer(network, 4);
+  CHECK(trainer.gradient(0).size() == 6);
+  CHECK(trainer.gradient(1).size() == 3);
+  CHECK(error_of([&] { trainer.gradient(2); }) == "gradient: of parameter 2 of 2");
+  CHECK_THROWS_AS(std::as_const(trainer).gradient(99), decid::Error);
+}
+
+TEST_CASE("mean_squared_error: sizes that do not match") {
+  Network<float> network({2, 1, 1}, "fc 3");
+  Trainer<float> trainer(network, 4);
+  const auto loss = [&](std::size_t targets, std::size_t sums) {
+    return [&trainer, targets, sums] {
+      std::vector<double> squares(sums);
+      mean_squared_error(trainer.output(), std::vector<float>(targets), squares, trainer.output_diff());
+    };
+  };
+  CHECK_NOTHROW(loss(12, 3)());
+  CHECK_NOTHROW(loss(16, 3)());  // of a larger batch
+  for (const auto& [targets, sums] : {std::pair<std::size_t, std::size_t>{11, 3}, {0, 3}, {12, 2}})
+    CHECK_THROWS_WITH_AS(loss(targets, sums)(), doctest::Contains("a batch of 4 with 3 outputs"), decid::Error);
+  const std::vector<float> targets(12);
+  std::vector<double> squares(3);
+  CHECK_THROWS_WITH_AS(mean_squared_error(trainer.output(), targets, squares, trainer.input()),
+                       doctest::Contains("not both (outputs, 1, 1)"), decid::Error);
+}
+
+TEST_CASE("training: a new trainer has no momentum, and initialise() forgets the running statistics") {
+  Network<float> network(small_shape, small);
+  network.initialise(7);
+  const std::string fresh = weights_sha256(network);
+  const auto input = hashed_values<float>(1, 4 * 288), targets = hashed_values<float>(2, 12);
+  std::vector<double> squares(3);
+  Trainer<float> trainer(network, 4);
+  train_step(trainer, input, targets, squares, 0.1);
+  const std::string once = weights_sha256(network);
+  CHECK(once != fresh);
+  train_step(trainer, input, targets, squares, 0.1);
+  network.initialise(7);
+  CHECK(weights_sha256(network) == fresh);
+  Trainer<float> other(network, 4);
+  train_step(other, input, targets, squares, 0.1);
+  CHECK(weights_sha256(network) == once);
+}
+
+TEST_CASE("training: goes on with another trainer, its velocities given, to the bit") {
+  const auto input = hashed_values<float>(1, 4 * 288), targets = hashed_values<float>(2, 12);
+  std::vector<double> squares(3);
+  Network<float> network(small_shape, small);
+  network.initialise(7);
+  Trainer<float> trainer(network, 4);
+  train_step(trainer, input, targets, squares, 0.1);
+  Network<float> resumed = network, forgetful = network;
+  Trainer<float> resumed_trainer(resumed, 4), forgetful_trainer(forgetful, 4);
+  resumed_trainer.set_velocities(trainer.momentum_buffers());
+  for (Trainer<float>* t : {&trainer, &resumed_trainer, &forgetful_trainer})
+    train_step(*t, input, targets, squares, 0.1);
+  CHECK(weights_sha256(resumed) == weights_sha256(network));
+  CHECK(weights_sha256(forgetful) != weights_sha256(network));
+}
+
+TEST_CASE("training: leaves nothing in the network but weights and statistics") {
+  Network<float> trained(small_shape, small);
+  trained.initialise(7);
+  const auto input = hashed_values<float>(1, 4 * 288), targets = hashed_values<float>(2, 12);
+  std::vector<double> squares(3);
+  {
+    Trainer<float> trainer(trained, 4);
+    for (int step = 0; step < 3; ++step) train_step(trainer, input, targets, squares, 0.1);
+  }
+  // A network that never was in training, with the same weights and statistics, does all that follows alike.
+  Network<float> written(small_shape, small);
+  for (std::size_t k = 0; k < written.parameters().size(); ++k)
+    written.parameters()[k]->value = trained.parameters()[k]->value;
+  for (std::size_t i = 0; i < written.layers().size(); ++i)
+    for (std::size_t k = 0; k < written.layers()[i].statistics().size(); ++k)
+      written.layers()[i].statistics()[k].value = trained.layers()[i].statistics()[k].value;
+  std::vector<std::vector<float>> outputs;
+  for (Network<float>* network : {&trained, &written}) {
+    outputs.emplace_back(12);
+    Predictor(*network, 4).run(input, outputs.back());
+    Trainer<float> trainer(*network, 4);
+    train_step(trainer, input, targets, squares, 0.1);
+  }
+  CHECK(outputs[0] == outputs[1]);
+  CHECK(weights_sha256(trained) == weights_sha256(written));
+  // All that the type holds is its shape and its layers, and all that these hold is what they are.
+  static_assert(sizeof(Network<float>) <= sizeof(Shape) + sizeof(std::vector<Layer<float>>) + sizeof(void*));
+  static_assert(sizeof(Layer<float>) <= sizeof(LayerKind) + 2 * sizeof(std::vector<float>) + sizeof(void*));
+}
+
+TEST_CASE("sgd_step: by hand") {
+  Network<float> network({1, 1, 1}, "fc 1");
+  Parameter<float>&weight = *network.parameters()[0], &bias = *network.parameters()[1];
+  weight.value = {2};
+  bias.value = {2};
+  Trainer<float> trainer(network, 1);
+  trainer.gradient(0)[0] = trainer.gradient(1)[0] = 1;
+  trainer.set_velocities({{4}, {4}});
+  trainer.step(0.5, {.momentum = 0.25, .weight_decay = 0.125});
+  CHECK(trainer.momentum_buffers()[0][0] == 2.25f);  // 0.25 * 4 + (1 + 0.125 * 2)
+  CHECK(weight.value[0] == 0.875f);
+  CHECK(trainer.momentum_buffers()[1][0] == 2.0f);  // no decay
+  CHECK(bias.value[0] == 1.0f);
+  CHECK(trainer.gradient(0)[0] == 1.0f);
+}
+
+TEST_CASE("training: the loss falls, and threads have no say in the bits") {
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const Training one = train_small(20);
+  CHECK(one.losses.back() < 0.5 * one.losses.front());
+  CHECK(one.losses.back() < one.losses[10]);
+  CHECK(train_small(20, 2).sha256 != one.sha256);
+  for (const int count : {2, 3, 8}) {
+    CAPTURE(count);
+    omp_set_num_threads(count);
+    const Training training = train_small(20);
+    CHECK(training.sha256 == one.sha256);
+    CHECK(training.losses == one.losses);
+  }
+  omp_set_num_threads(threads);
+}
+
+#if !defined(__wasm__)  // a page has one thread
+TEST_CASE("training: threads that came after the trainer have their memory too") {
+  kernels<float>();  // an instruction set that cannot run throws here, not in the thread below
+  const int threads = omp_get_max_threads();
+  const auto input = hashed_values<float>(1, small_batch * 288), targets = hashed_values<float>(2, small_batch * 3);
+  std::vector<double> squares(3);
+  std::string expected;
+  for (const int count : {1, 2, 8}) {
+    CAPTURE(count);
+    omp_set_num_threads(1);
+    Network<float> network(small_shape, small);
+    network.initialise(1);
+    Trainer<float> trainer(network, small_batch);
+    omp_set_num_threads(count);
+    // A thread of its own, with a team of its own.
+    std::thread([&] {
+      omp_set_num_threads(count);
+      train_step(trainer, input, targets, squares, 0.1);
+    }).join();
+    train_step(trainer, input, targets, squares, 0.1);
+    if (count == 1) expected = weights_sha256(network);
+    CHECK(weights_sha256(network) == expected);
+  }
+  omp_set_num_threads(threads);
+}
+#endif
+
+// The same on every instruction set, compiler and number of threads (kernels.hpp). A change of this figure changes what
+// every model trains to, and is a new version of the program.
+TEST_CASE("training: pinned bits of 50 steps from seed 1") {
+  CHECK(train_small(50).sha256 == "531d03fff66e4df54207e485c5495f27f511e7e607a2f00674e6cf666af1f30c");
+}
+
+TEST_CASE("training: a step allocates nothing") {
+#ifdef DECID_SANITIZED
+  MESSAGE("a sanitizer owns operator new: not counted");
+#else
+  Network<float> network(small_shape, small);
+  network.initialise(1);
+  Trainer<float> trainer(network, small_batch);
+  const auto input = hashed_values<float>(1, small_batch * 288), targets = hashed_values<float>(2, small_batch * 3);
+  std::vector<double> squares(3);
+  train_step(trainer, input, targets, squares, 0.1);  // threads start, kernels are chosen
+  const long before = allocations;
+  for (const int batch : {small_batch, 17, 1}) {
+    trainer.set_batch(batch);
+    train_step(trainer, input, targets, squares, 0.1);
+  }
+  const long in_training = allocations - before;
+  CHECK(in_training == 0);
+  Predictor predictor(network, small_batch);
+  std::vector<float> outputs(small_batch * 3),
+      features(small_batch * static_cast<std::size_t>(predictor.feature_count()));
+  predictor.run(input, outputs, features);
+  const long before_inference = allocations;
+  predictor.run(input, outputs, features);
+  predictor.run(std::span(input).first(5 * 288), std::span(outputs).first(5 * 3));
+  const long in_inference = allocations - before_inference;
+  CHECK(in_inference == 0);
+  CHECK(before > 0);  // the counter counts
+#endif
+}
