@@ -65,6 +65,7 @@ void run_study(const StudyOptions& options) {
   study.fresh_seed = options.seed;
   study.origin = model.origin;
   study.protocol = model.protocol;
+  study.target_deviation = model.targets.deviation;
   study.image = model.image();
   study.network_parameters = model.network.parameter_count();
   study.architecture = model.network.architecture();
