@@ -191,7 +191,7 @@ constexpr const char* convention =
     "as MATLAB's, its 0.2851 is an MSE of 0.0815, and as an MSE a loss of 0.9979. SE: sum of the 7 squared errors of "
     "one trial. By the paper's sd: the MSE with each error over the standard deviation that the paper's table 1 "
     "prints, "
-    "which is larger than a uniform range can have; the paper z-scores its targets, so this column compares with its "
+    "most of them larger than a uniform range has; the paper z-scores its targets, so this column compares with its "
     "losses.";
 
 Json page_data(const Study& study, const std::vector<Figure>& figures) {
