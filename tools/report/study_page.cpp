@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/files/json_object.hpp"
+#include "base/math/statistics.hpp"
 #include "base/text.hpp"
 #include "embedded/method_table_js.hpp"
 #include "embedded/study_js.hpp"
@@ -52,10 +52,6 @@ Json data_json(const sim::ParameterTable& table, const StudyData& data) {
           {"base_trials", data.base},
           {"before_enrichment", distribution_json(table, data.before)},
           {"after_enrichment", distribution_json(table, data.all)}};
-}
-
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 Json paper_json() {
