@@ -6,7 +6,7 @@
 namespace decid {
 
 /// Tables has a static function reference(), and one for each instruction set of this processor's family, each defined
-/// in a translation unit of its own (kernels_<name>.cpp): baseline(), avx2() and avx512(), or neon(), or wasm() and
+/// by the folder's kernels/target.cpp, compiled for it: baseline(), avx2() and avx512(), or neon(), or wasm() and
 /// relaxed().
 template <class Tables>
 const auto& table_of(Isa isa) {
