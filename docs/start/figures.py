@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws the two figures of concepts.md as SVG: a body on the tilting platform with a trial's tilt and sway, and three densities.
 
-    decid simulate (as in concepts.md) -o trial.csv; decid fit trial.csv --seed 1 --draws draws.npz
+    The commands of concepts.md, then:
     docs/start/figures.py trial.csv draws.npz docs/start"""
 import ast
 import csv
