@@ -1,5 +1,6 @@
-// A shared library that is loaded where it is needed: linked, it and all that it brings would be mapped and relocated
-// at each start of a program.
+// A shared library that is loaded where it is needed. Linked, the loader would map and relocate it and its own
+// libraries at each start of a program: matio with HDF5 7 ms, libzip 1.6 ms (EPYC Zen 3; an empty program linked with
+// each).
 #pragma once
 
 #ifndef __wasm__
