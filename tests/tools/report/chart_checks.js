@@ -12,6 +12,13 @@ addEventListener("load", () => setTimeout(() => {
     if (outside) return `${outside.tagName} "${outside.textContent || outside.getAttribute("class")}" is cut off`;
     if (!drawn.some(one => one.getBBox().width > 0 || one.getBBox().height > 0)) return "nothing is drawn";
     const unseen = drawn.find(one => { const { fill, stroke } = getComputedStyle(one); return one.tagName !== "image" && fill === "none" && stroke === "none"; });
+    if (svg.parentNode.matches(".plot") && !svg.querySelector("image")) {
+      const { left, top, width: wide, height: high } = svg.getBoundingClientRect(), tip = svg.parentNode.querySelector(".tip");
+      svg.dispatchEvent(new PointerEvent("pointermove", { clientX: left + wide / 2, clientY: top + high / 2 }));
+      if (tip.hidden || !/\d/.test(tip.textContent)) return "no value can be read";
+      svg.dispatchEvent(new PointerEvent("pointerleave"));
+      if (!tip.hidden) return "a value stays";
+    }
     return unseen ? `${unseen.getAttribute("class")} has no colour` : "";
   };
   // A picture has ten colours, if it is one of pixels, or those of its lines.

@@ -10,8 +10,7 @@ function chart(title, caption, { label, x, y, points, stepped = false }) {
 
 const { name, kind, duration_s, sample_rate_hz, cycles, cycle_s, lead_in_s, peak_to_peak_deg, fastest_deg_s } = stimulus;
 document.title = `${name} \u2013 stimulus`;
-document.querySelector("h1").textContent = `Stimulus of protocol \u201c${name}\u201d`;
-document.getElementById("main").append(element("dl", { class: "figures" },
+document.getElementById("main").append(element("h2", {}, `Protocol \u201c${name}\u201d`), element("dl", { class: "figures" },
   figure("Stimulus", kind, `sampled at ${compact(sample_rate_hz)} Hz`),
   figure("Trial", `${compact(duration_s)} s`, `${cycles} cycle${cycles === 1 ? "" : "s"} of ${compact(cycle_s)} s` +
     (lead_in_s > 0 ? ` after ${compact(lead_in_s)} s at rest` : "")),

@@ -15,7 +15,7 @@ function chart(title, caption, label, y, lines) {
 const last = log[log.length - 1], kept = log[(report.keeps_best ? best : log.length) - 1];
 document.title = `${report.model} \u2013 training`;
 document.getElementById("main").append(
-  element("p", {}, `${report.model}, preset ${report.preset}. ` + describeProtocol(report.protocol)),
+  element("h2", {}, report.model), element("p", { class: "about" }, `Preset ${report.preset}. ` + describeProtocol(report.protocol)),
   element("dl", { class: "figures" },
     figure("Epochs", `${log.length} of ${epochs}`, report.finished ? "finished" : "this page is rewritten after each; load it anew"),
     figure("Validation MSE", fixed(kept.validation, 4), `of epoch ${kept.epoch}; guessing the mean gives 1`),
