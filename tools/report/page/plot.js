@@ -105,23 +105,27 @@ function markShapes(mark, points, x, y, { left, right, top, bottom }) {
   if (mark.band) return runs.map(run => path([...run.map(([at, low]) => [x(at), y(low)]), ...run.map(([at, , high]) => [x(at), y(high)]).reverse()], kind));
   const drawn = runs.map(run => run.map(([at, value]) => [x(at), y(value)]));
   const lines = drawn.filter(run => run.length > 1).map(run => path(mark.stepped ? stepsOf(run) : thinned(run, right - left), kind));
-  return mark.dots || lines.length === 0 ? [...lines, shape("path", { d: drawn.map(dotsOf).join(""), class: `${kind} points` })] : lines;
+  return mark.dots || (lines.length === 0 && drawn.length > 0) ? [...lines, shape("path", { d: drawn.map(dotsOf).join(""), class: `${kind} points` })] : lines;
 }
 
 const legendMark = mark => shape("svg", { viewBox: "0 0 24 12", "aria-hidden": "true" },
   mark.band || mark.bars ? shape("rect", { x: 0, y: 1, width: 24, height: 10, class: mark.bars ? `bar-${mark.class}` : mark.class })
     : path([[0, 6], [24, 6]], mark.class));
 
-// What is at a place of the x axis: a line of text for each mark that has a name and a value there.
-function readings(marks, at, { x, y }) {
-  const near = marks.filter(({ line, bars }) => line || bars).map(mark => [mark, markPoints(mark).reduce((best, point) =>
-    Number.isFinite(point[1]) && (!best || Math.abs(point[0] - at) < Math.abs(best[0] - at)) ? point : best, null)]).filter(([, point]) => point);
+const rounded = value => minus(String(Number(value.toPrecision(4))));
+// Returns "Angle" and "deg" of "Angle (deg)".
+const nameAndUnit = (text = "") => /^(.*?)(?: \((.*)\))?$/.exec(text).slice(1);
+
+// Returns the points of lines and bars that are nearest to a place of the x axis, as { at, lines of text }.
+function readings(marks, place, { x, y }) {
+  const wanted = x.names ? Math.round(place) : place, distance = ([at]) => Math.abs(at - wanted), nearer = (best, point) => best && distance(best) <= distance(point) ? best : point;
+  const near = marks.filter(({ line, bars }) => line || bars).map(mark =>
+    [mark, markPoints(mark).filter(([, value]) => Number.isFinite(value)).reduce(nearer, null)]).filter(([, point]) => point);
   if (near.length === 0) return null;
-  const closest = near.map(([, point]) => point).reduce((best, point) => Math.abs(point[0] - at) < Math.abs(best[0] - at) ? point : best);
-  const place = x.names ? x.names[Math.round(closest[0])] : closest.length > 2 ? `${compact(closest[2])} to ${compact(closest[3])}` : minus(String(Number(closest[0].toPrecision(4))));
-  const unit = /\((.*)\)$/.exec(y.text)?.[1] ?? "";
-  return { at: closest[0], lines: [`${x.text ? x.text + ": " : ""}${place}`, ...near.filter(([, point]) => x.names ? Math.round(point[0]) === Math.round(closest[0])
-    : point[0] === closest[0]).map(([mark, point]) => `${mark.name ?? y.text}: ${minus(String(Number(point[1].toPrecision(4))))} ${unit}`)] };
+  const [at, , from, to] = near.map(([, point]) => point).reduce(nearer), [axis, axisUnit] = nameAndUnit(x.text), [value, unit] = nameAndUnit(y.text);
+  const text = x.names ? x.names[Math.round(at)] : from === undefined ? rounded(at) : `${compact(from)} to ${compact(to)}`;
+  const here = near.filter(([, point]) => x.names ? Math.round(point[0]) === Math.round(at) : point[0] === at);
+  return { at, lines: [`${axis ? axis + ": " : ""}${text} ${axisUnit ?? ""}`, ...here.map(([mark, point]) => `${mark.name ?? value}: ${rounded(point[1])} ${unit ?? ""}`)] };
 }
 
 // Shows the readings beside the pointer, and a line where they are.
@@ -191,7 +195,7 @@ function plot({ title, x: xAxis, y: yAxis, marks, height = 320, sheet = 688, leg
   };
 }
 
-// A chart with its heading and caption. More of them may share one.
+// Returns a figure: its heading, charts, and the caption that they share.
 const chartFigure = (title, caption, ...charts) => element("figure", {}, element("h3", {}, title), ...charts.map(({ made }) => made),
   element("figcaption", {}, caption));
 
