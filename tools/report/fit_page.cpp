@@ -248,7 +248,6 @@ std::string fit_report_html(const std::string& version, const FitRequest& reques
        .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
                  std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
-       .chart_js = false,
        .details = std::move(recordings)},
       data);
 }

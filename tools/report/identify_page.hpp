@@ -1,5 +1,4 @@
 // The report of `decid identify --report`: one self-contained HTML page that opens offline.
-// Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in the page.
 #pragma once
 
 #include <string>

@@ -202,8 +202,7 @@ Json page_data(const Study& study, const std::vector<Figure>& figures) {
   for (const FaultFigures& row : study.faults) data["fault_rows"].push_back({row.fault.what, fault_cells(row)});
   data["figures"] = Json::array();
   for (const Figure& f : figures)
-    data["figures"].push_back(
-        {{"id", f.id}, {"title", f.title}, {"caption", f.caption}, {"svg", f.svg}, {"colours", f.colours}});
+    data["figures"].push_back({{"id", f.id}, {"title", f.title}, {"caption", f.caption}, {"svg", f.svg}});
   return data;
 }
 
