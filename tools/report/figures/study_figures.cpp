@@ -333,8 +333,8 @@ std::vector<Figure> study_figures(const Study& study) {
                study.dip->squared_errors.size(), sum / static_cast<double>(study.dip->squared_errors.size()))));
   }
   if (study.recording) {
-    const Identification& id = *study.recording;
-    const auto recorded = in_degrees(id.estimate.trial.sway_rad()), fitted = in_degrees(id.explanation.fitted_rad);
+    const RecordingResult& id = *study.recording;
+    const auto recorded = in_degrees(id.trial.sway_rad()), fitted = in_degrees(id.explanation.fitted_rad);
     figures.push_back(
         {"recording",
          "A recording",
