@@ -128,8 +128,8 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
     }
   }
   const bool from_network = figures.answer == FitFigures::Answer::network;
-  // The noise that was inferred explains what a trial without noise does not, and the predictive check asks whether
-  // such noise is usual: how little the trial without noise explains is no fault of the recording.
+  // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
+  // noise-free trial that explains little is not a fault of the recording.
   result.explanation =
       plan_->explainer.explain({result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info});
   result.explanation.unfamiliarity = network_unfamiliarity;
@@ -137,8 +137,8 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   Warnings unlike_simulated, unfamiliar;
   const std::string odd = figures.check.warning();
   if (!odd.empty()) add_caution(unlike_simulated, "unlike_simulated", odd);
-  // What the network finds unlike anything it was trained on is not to be used if the draws are odd as well; by itself
-  // that is so for four of a hundred sound trials.
+  // A recording unlike the network's training is not usable if the draws are odd too. The network alone flags four of a
+  // hundred sound trials.
   if (!unlike_training.empty())
     unfamiliar.push_back({!odd.empty() || found.apart() ? Severity::invalid : Severity::caution, "unfamiliar",
                           "by the network, " + unlike_training});

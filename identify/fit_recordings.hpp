@@ -24,10 +24,10 @@ using FitProgress = std::function<bool(std::size_t recording, const posterior::P
 /// recording's result. Others are still being written.
 using OnFitted = std::function<void(std::size_t recording)>;
 
-/// What the fits of one protocol share. One serves all threads, if the model outlives it.
+/// Fits recordings of one protocol: has the plans that the fits share. The model must outlive it.
 class Fitter {
  public:
-  /// model: whose network answers where it knows the experiment; may be null. body: the subject's, in place of the
+  /// model: whose network answers where it knows the experiment; may be null. body: the subject's; empty: the
   /// protocol's. Throws Error if the protocol cannot be fitted.
   Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request);
   Fitter(const Fitter&) = delete;

@@ -21,7 +21,7 @@ struct FitRequest {
   posterior::Settings settings;
 };
 
-/// A posterior, and what it says besides the parameters.
+/// A fit: the posterior, and the signals and checks that come from it.
 struct FitFigures {
   /// Whose values the estimate has: the posterior's means or, if its chains do not agree, the network's.
   enum class Answer { posterior, network };

@@ -200,7 +200,7 @@ Json signals_of(const RecordingResult& recording, const FitFigures& fitted, cons
   return {{"sway", sway.json()}, {"noise", noise.json()}, {"tilt", tilt.json()}};
 }
 
-/// What the page shows of one recording; ranges: those of the density.
+/// Returns the page's data of one recording; ranges: those of the density.
 Json recording_to_json(const RecordingResult& recording, const Report& of, const sim::ParameterTable& ranges) {
   const FitFigures& fitted = *recording.fit;
   const Posterior& found = fitted.posterior;

@@ -165,7 +165,7 @@ void add_distribution(Json& recording, const ParameterDistribution& found, const
   recording["correlations"] = page_correlations(found, table.size());
 }
 
-/// What the page shows of one recording.
+/// Returns the page's data of one recording.
 Json recording_to_json(const RecordingResult& recording, const Report& of) {
   const Explanation& explanation = recording.explanation;
   Json json{{"file", recording.file},

@@ -238,7 +238,7 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
     CAPTURE(ending);
     CHECK(read_text(folder / "again" + ending) == read_text(folder / "whole" + ending));
   }
-  // What the journal has is not done again: each fit says the seconds that it took then.
+  // Recordings in the journal are not fitted again: each fit prints the seconds that it took then.
   write_text(folder / "marked.json.journal", journal);
   std::filesystem::remove(folder / "in/s0.csv");
   const Result mended = run_decid(command + " --resume" + outputs("marked"));

@@ -40,7 +40,7 @@ struct CompareOptions {
   posterior::Settings posterior;
 };
 
-/// What a posterior says of a trial.
+/// A trial's posterior.
 struct Sampled {
   sim::Parameters mean, deviation;
   double leapfrog_steps = 0.0;
@@ -49,7 +49,7 @@ struct Sampled {
     a(mean, deviation, leapfrog_steps);
   }
 };
-/// What an iterative fit says of a trial; ratio: of its squared errors over its standard errors'.
+/// A trial's iterative fit; ratio: the sum of its squared errors over the squared standard errors.
 struct Fitted {
   sim::Parameters mean, likeliest;
   double simulations = 0.0, ratio = 0.0;

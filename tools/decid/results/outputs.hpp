@@ -11,7 +11,7 @@ namespace decid::tools {
 
 struct Outputs {
   std::string json, page, table, draws;  ///< files; empty: not asked for
-  /// Of the report's recordings, their places in a call of `count`.
+  /// The places of the report's recordings in a call of `count`.
   std::vector<std::size_t> places = {};
   std::size_t count = 0;
 

@@ -56,7 +56,7 @@ std::string check_text(const PredictiveCheck& check) {
   return "  simulated anew, two-sided p: " + text + "\n";
 }
 
-/// What a fit found besides the parameters.
+/// Returns the lines of a fit below its parameters.
 std::string fit_text(const FitFigures& fitted) {
   const posterior::Posterior& found = fitted.posterior;
   std::string text;
