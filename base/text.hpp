@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace decid {
@@ -20,6 +21,9 @@ std::string errno_text(int error);
 
 /// Control characters become question marks: one line, whatever a file's name holds.
 std::string one_line(std::string text);
+/// Returns the text with U+FFFD for each run of bytes that begins like a character of UTF-8 and is none, as JSON has
+/// it.
+std::string valid_utf8(std::string_view text);
 
 /// Text as a cell of a CSV file, quoted where its form needs it (RFC 4180); behind an apostrophe where a spreadsheet
 /// would take it for a formula.

@@ -60,6 +60,8 @@ class Posterior {
   int points() const noexcept { return static_cast<int>(points_.size()); }
   /// The coordinates of point i, a value a coordinate of the density; chain by chain.
   std::span<const double> point(int i) const { return points_.at(static_cast<std::size_t>(i)).coordinates; }
+  /// Frees these.
+  void drop_points() { points_ = {}; }
   /// Which of states() it is.
   int draw_of_point(int i) const { return points_.at(static_cast<std::size_t>(i)).draw; }
 
@@ -85,6 +87,12 @@ class Posterior {
   /// Returns true if an R-hat is above 1.2.
   bool apart() const;
 
+  template <class Archive>
+  void archive(Archive& a) {
+    a(chains_, divergences_, restarts_, leapfrog_steps_, energy_fraction_, acceptance_, states_, points_, rhat_,
+      effective_);
+  }
+
  private:
   friend class Run;
   int chains_ = 0, divergences_ = 0, restarts_ = 0;
@@ -93,6 +101,10 @@ class Posterior {
   struct Point {
     int draw;
     std::vector<double> coordinates;
+    template <class Archive>
+    void archive(Archive& a) {
+      a(draw, coordinates);
+    }
   };
   std::vector<State> states_;
   std::vector<Point> points_;

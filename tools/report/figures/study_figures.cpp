@@ -313,8 +313,8 @@ std::vector<Figure> study_figures(const Study& study) {
                study.dip->squared_errors.size(), sum / static_cast<double>(study.dip->squared_errors.size()))));
   }
   if (study.recording) {
-    const Identification& id = *study.recording;
-    const auto recorded = in_degrees(id.estimate.trial.sway_rad()), fitted = in_degrees(id.explanation.fitted_rad);
+    const RecordingResult& id = *study.recording;
+    const auto recorded = in_degrees(id.trial.sway_rad()), fitted = in_degrees(id.explanation.fitted_rad);
     figures.push_back(
         {"recording", "A recording",
          format("%s: identified parameters (z-scores of the training set), and its sway, %.4f degrees peak "
