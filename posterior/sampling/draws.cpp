@@ -1,4 +1,4 @@
-// Draws in numbers: see draws.hpp.
+// Statistics of draws: see draws.hpp.
 #include "posterior/sampling/draws.hpp"
 
 #include <algorithm>
@@ -19,13 +19,13 @@ double deviation(std::span<const double> draws) {
   return std::sqrt(sum / static_cast<double>(draws.size()));
 }
 
-double quantile(std::vector<double> draws, double share) {
+double quantile(std::vector<double> draws, double probability) {
   std::sort(draws.begin(), draws.end());
-  return quantile_of_sorted(draws, share);
+  return quantile_of_sorted(draws, probability);
 }
 
-double quantile_of_sorted(std::span<const double> draws, double share) {
-  const double place = share * static_cast<double>(draws.size() - 1);
+double quantile_of_sorted(std::span<const double> draws, double probability) {
+  const double place = probability * static_cast<double>(draws.size() - 1);
   const auto below = static_cast<std::size_t>(place);
   const std::size_t above = std::min(below + 1, draws.size() - 1);
   return draws[below] + (place - static_cast<double>(below)) * (draws[above] - draws[below]);

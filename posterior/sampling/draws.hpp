@@ -1,4 +1,4 @@
-// Draws of one quantity in numbers.
+// Statistics of one quantity's draws.
 #pragma once
 
 #include <span>
@@ -7,13 +7,13 @@
 namespace decid::posterior {
 
 double mean(std::span<const double> draws);
-/// Standard deviation.
+/// Returns the standard deviation.
 double deviation(std::span<const double> draws);
-/// The value that this share of the draws is below, straight between them.
-double quantile(std::vector<double> draws, double share);
-/// The same, of draws in ascending order.
-double quantile_of_sorted(std::span<const double> draws, double share);
-/// Of two quantities; 0 if one of them is the same in all draws.
+/// Returns the quantile at `probability`, linear between draws.
+double quantile(std::vector<double> draws, double probability);
+/// Returns the same for draws in ascending order.
+double quantile_of_sorted(std::span<const double> draws, double probability);
+/// Returns the correlation of two quantities; 0 if one of them is constant.
 double correlation(std::span<const double> a, std::span<const double> b);
 
 }  // namespace decid::posterior
