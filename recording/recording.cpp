@@ -162,7 +162,7 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
 void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, Recording& recording) {
   const bool in_memory = recording.file.empty();
   const std::string where = in_memory ? "recording" : recording.file;
-  const char* const other = in_memory ? "give radians"
+  const std::string other = in_memory ? "give radians"
                                       : "if the unit is wrong, give " + setting("unit") +
                                             "; if these are positions, give " + setting("com_height");
   const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
@@ -179,7 +179,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
     if (!in_memory && peak_to_peak_deg < 2.0 * max_plausible_deg)
       throw Error(where,
                   sway.column + " is about " + three_digits(mean / sim::rad_per_deg) + " degrees, beyond lying flat",
-                  "if that is upright, give " + setting("detrend") + " offset; " + std::string(other));
+                  "if that is upright, give " + setting("detrend") + " offset; " + other);
     throw Error(where,
                 sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
                     std::to_string(at + 1),

@@ -114,7 +114,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   if (named >= 0) return named;
   std::vector<int> candidates = sway_candidates(table, time);
   const std::string unread = table.unread().empty() ? std::string() : "; not read: " + table.unread();
-  const char* const add = unread.empty()
+  const std::string add = unread.empty()
                               ? "add the sway, or name it with " + setting("column")
                               : "save the sway as a vector of real numbers, or name it with " + setting("column");
   if (candidates.empty()) throw Error(recording.file, "has a time column but no sway column" + unread, add);
@@ -219,7 +219,7 @@ std::vector<double> read_angles(const Table& table, int column, const RecordingO
   if (!options.unit && !unit_in(name) && !table.unit() && is_position_name(name))
     add_caution(recording.warnings, "perhaps_a_length",
                 name + " is a position by its name; decid reads it in degrees: if it is a length, give " +
-                    setting("com_height") + " and " setting("unit") + " mm, cm or m; if not, " + setting("unit") +
+                    setting("com_height") + " and " + setting("unit") + " mm, cm or m; if not, " + setting("unit") +
                     " deg");
   std::vector<double> values = read(column);
   for (double& value : values) value *= unit_rad;
@@ -299,8 +299,8 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     throw Error(setting("com_height"), "is " + three_digits(*options.com_height_m) + " m",
                 "give metres above the ankles");
   SwaySource source;
-  const auto add = [&](const std::string& column, const char* setting) {
-    source.columns.push_back(named_column(table, column, where, setting));
+  const auto add = [&](const std::string& column, const std::string& setting_name) {
+    source.columns.push_back(named_column(table, column, where, setting_name));
   };
   if (segments) {
     source.kind = Kind::segments;

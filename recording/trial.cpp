@@ -66,7 +66,7 @@ std::string where(const Recording& recording) {
 }
 
 /// Returns the remedy for samples in memory, or for samples of files, which options read.
-std::string either(const Recording& recording, const char* for_samples, const char* for_files) {
+std::string either(const Recording& recording, const std::string& for_samples, const std::string& for_files) {
   return in_memory(recording) ? for_samples : for_files;
 }
 
@@ -106,7 +106,7 @@ std::string to_write(const sim::Protocol& protocol) {
              setting("protocol") + " to a fit, or to a training with " + setting("stream") + " for a model";
   } else {
     remedy = "fit it with its own " + setting("protocol") + ", or train a model for that protocol (" +
-             setting("stream") + ") and give it as " setting("model") + "; or give " + setting("rate") +
+             setting("stream") + ") and give it as " + setting("model") + "; or give " + setting("rate") +
              " if the time column is wrong";
   }
   throw Error(where(recording), problem, remedy);

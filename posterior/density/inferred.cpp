@@ -23,7 +23,8 @@ void append(std::span<const double> side_by_side, int chains, std::vector<double
 Band band_of(std::span<const double> values, int times) {
   const auto count = static_cast<std::size_t>(std::max(times, 0));
   if (count == 0 || values.empty() || values.size() % count != 0)
-    throw Error("band of draws", format("%zu values at %d times", values.size(), times), "give the same number of values per time");
+    throw Error("band of draws", format("%zu values at %d times", values.size(), times),
+                "give the same number of values per time");
   Band band;
   std::vector<double> here(values.size() / count);
   for (std::size_t time = 0; time < count; ++time) {

@@ -64,7 +64,8 @@ void Density::add_noise_information(const Chains& c, const Workspace& work, std:
   for (std::size_t l = 0; l < lanes; ++l) {
     std::array<std::array<double, 3>, 3> sums{};
     for (std::size_t k = 0; k < rows; ++k) {
-      const double precision = work.noise.precision[k * lanes + l], slow_fraction = work.noise.slow_fraction[k * lanes + l];
+      const double precision = work.noise.precision[k * lanes + l],
+                   slow_fraction = work.noise.slow_fraction[k * lanes + l];
       const double slow = precision * c.levels.slow[l] * slow_fraction;
       const std::array<double, 3> change{
           precision * spectrum_.white(k) * c.levels.white[l] * c.d_white[l] + slow * c.d_slow_white[l],

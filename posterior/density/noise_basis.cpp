@@ -123,8 +123,9 @@ void NoiseBasis::gradient(const double* by_velocity, double* by_coefficient, dou
     std::ranges::fill(signal.subspan(m * apart), 0.0);
     fft_.forward_lanes(signal, spectrum, rest, isa);
     // The sum of g exp(-i w t): its real part belongs to b, its imaginary part, -sum g sin, to a.
-    kernels(isa).add_conjugate_product(static_cast<int>(harmonics), spectrum.data() + 2 * static_cast<std::size_t>(first_) * apart,
-                           turns_.data() + 2 * r * harmonics, sums.data());
+    kernels(isa).add_conjugate_product(static_cast<int>(harmonics),
+                                       spectrum.data() + 2 * static_cast<std::size_t>(first_) * apart,
+                                       turns_.data() + 2 * r * harmonics, sums.data());
   }
   for (std::size_t i = 0; i < harmonics; ++i) {
     for (std::size_t l = 0; l < apart; ++l) {

@@ -47,7 +47,7 @@ class NoiseBasis {
   int edges_, points_, first_;  // of the period's `points_` bins; first_: number of the first harmonic
   double period_s_;
   std::vector<double> stddevs_;  // of each harmonic, rad/s
-  sim::RealFft fft_;                // of points that are `phases_` apart
+  sim::RealFft fft_;             // of points that are `phases_` apart
   int phases_;
   std::vector<double> turns_;  // complex, of phase r and harmonic i at r * harmonics + i
   std::vector<SinCos> turn_;   // in `points_` parts

@@ -128,10 +128,11 @@ bool Fit::explained() const {
 
 void Fit::warn(const Density& density) {
   if (left(density) > max_left && !(misfit_.p_value >= impossible))
-    add_invalid(warnings_, "no_controller",
-                format("no controller of this model explains the table: the best ones leave %.0f%% of the response unexplained "
-                       "(root mean square of the relative error), so do not use their parameters",
-                       100.0 * left(density)));
+    add_invalid(
+        warnings_, "no_controller",
+        format("no controller of this model explains the table: the best ones leave %.0f%% of the response unexplained "
+               "(root mean square of the relative error), so do not use their parameters",
+               100.0 * left(density)));
   if (!agreed()) {
     const auto worst = std::ranges::max_element(rhat_);
     add_caution(warnings_, "chains_disagree",

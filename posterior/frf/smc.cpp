@@ -18,7 +18,7 @@ namespace {
 using posterior::triangle;
 
 constexpr int attempts = 1000;                   // to draw a possible point from the prior
-constexpr double kept_fraction = 0.5;               // of the population's effective number, between powers
+constexpr double kept_fraction = 0.5;            // of the population's effective number, between powers
 constexpr int bisections = 50;                   // of the next power
 constexpr double shortest = 0.2, longest = 1.4;  // jump lengths, in standard deviations by the information
 // Jumps with drift decorrelate faster; jumps without drift help where the information misleads.
@@ -40,7 +40,8 @@ void check(std::size_t size, const SmcSettings& settings) {
   at_least("thinning", settings.thinning, 1);
   at_least("min_draws", settings.min_draws, 4);
   at_least("max_draws", settings.max_draws, settings.min_draws);
-  if (size < 1 || size > max_coordinates) throw Error("particles", "got " + std::to_string(size) + " coordinates", "give 1 to 28");
+  if (size < 1 || size > max_coordinates)
+    throw Error("particles", "got " + std::to_string(size) + " coordinates", "give 1 to 28");
 }
 
 /// A point, and the density's values there at a power of the likelihood.
@@ -217,7 +218,8 @@ class Run {
       Place& place = population_[static_cast<std::size_t>(i)];
       look_around(place, uniform_, power);
       for (int move = 0; move < moves; ++move)
-        this->move(place, random_numbers(static_cast<std::size_t>(i)), moved_ + static_cast<std::uint64_t>(move), power);
+        this->move(place, random_numbers(static_cast<std::size_t>(i)), moved_ + static_cast<std::uint64_t>(move),
+                   power);
     });
     moved_ += static_cast<std::uint64_t>(moves);
     walks_.evaluations += static_cast<long long>(moves) * settings_.population;

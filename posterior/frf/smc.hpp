@@ -16,7 +16,7 @@ namespace decid::frf {
 struct SmcSettings {
   std::uint64_t seed = 1;
   int population = 256;
-  int stage_moves = 8;  ///< of each particle at every power; a power keeps half of the population effective
+  int stage_moves = 8;            ///< of each particle at every power; a power keeps half of the population effective
   int settling_transitions = 40;  ///< at the last power
   int chains = 16;                ///< number of chains
   int thinning = 20;              ///< moves per draw

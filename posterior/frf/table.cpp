@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t max_harmonics = 1000, max_table_rows = 1000;
 constexpr double per_interval = 1.959963984540054;  // of a normal distribution: half its 95 % interval over its sd
-constexpr double per_circle = 2.447746830680816;    // sqrt(-2 log 0.05), in two dimensions: the radius that contains 95 %
+constexpr double per_circle = 2.447746830680816;  // sqrt(-2 log 0.05), in two dimensions: the radius that contains 95 %
 
 /// A column and its numbers.
 struct Column {
@@ -71,9 +71,10 @@ class Reader {
     Column made{name_of(column), table_.numbers(column)};
     if (!rows_) rows_ = made.values.size();
     if (made.values.size() != *rows_)
-      throw Error(file_,
-                  format("%s has %zu values, and there are %zu frequencies", made.name.c_str(), made.values.size(), *rows_),
-                  "give equal numbers");
+      throw Error(
+          file_,
+          format("%s has %zu values, and there are %zu frequencies", made.name.c_str(), made.values.size(), *rows_),
+          "give equal numbers");
     return made;
   }
 

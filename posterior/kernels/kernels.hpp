@@ -60,7 +60,8 @@ struct LoopConstants {
 struct LoopParameters {
   const double *kp, *kd, *kp_pass, *kd_pass;
   const double* gain;
-  const double *delay_first, *delay_turn;  ///< complex, exp(-s delay) at the first frequency, and its factor from one to the next
+  const double *delay_first,
+      *delay_turn;  ///< complex, exp(-s delay) at the first frequency, and its factor from one to the next
   const double *start_first, *start_turn;  ///< the same for exp(s start)
 };
 /// The state that the forward pass leaves for the backward pass; complex, count values per chain each.

@@ -9,7 +9,8 @@ namespace decid::posterior {
 
 struct Density::Chains {
   using Lanes = std::array<double, lanes>;
-  std::array<Lanes, globals> value, d_coordinate;  // of each quantity, and its derivative by its coordinate; for noises only the value
+  std::array<Lanes, globals> value,
+      d_coordinate;  // of each quantity, and its derivative by its coordinate; for noises only the value
   NoiseLevels levels;
   // Derivatives of the logarithms of white, slow and memory by their coordinates; slow also has a derivative by the
   // white noise's coordinate.

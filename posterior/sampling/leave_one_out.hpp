@@ -14,7 +14,7 @@ struct LeaveOneOut {
   /// determine.
   double effective_parameters = 0.0;
   double max_shape = 0.0;  ///< of the weights' tails (k)
-  int unreliable = 0;      ///< observations whose shape is above min(1 - 1 / log10(draws), 0.7): few draws dominate them
+  int unreliable = 0;  ///< observations whose shape is above min(1 - 1 / log10(draws), 0.7): few draws dominate them
 };
 
 /// Computes the cross-validation. log_likelihood: one draw after the other, each with log p(observation | draw) of all

@@ -79,9 +79,9 @@ class ReparameterisationFit {
   };
   struct LeastSquares;
   std::vector<const Point*> points() const;
-  void scale(Reparameterisation& chart) const;
-  LeastSquares shifts(const Reparameterisation& chart) const;
-  LeastSquares log_widths(const Reparameterisation& chart) const;
+  void scale(Reparameterisation& fit) const;
+  LeastSquares shifts(const Reparameterisation& fit) const;
+  LeastSquares log_widths(const Reparameterisation& fit) const;
 
   const Density& density_;
   std::vector<std::size_t> variable_;

@@ -194,7 +194,8 @@ Reparameterisation ReparameterisationFit::fit() const {
   const std::vector<double> width_damping(1 + count, shrinkage * static_cast<double>(with_slopes));
   std::vector<double> width = log_widths(fit).solve(width_damping, density_.isa());
   if (shift.empty() || width.empty()) return {};
-  width.erase(width.begin(), width.begin() + static_cast<std::ptrdiff_t>(noises));  // the constant belongs to the metric
+  width.erase(width.begin(),
+              width.begin() + static_cast<std::ptrdiff_t>(noises));  // the constant belongs to the metric
   const auto transposed = [noises](const std::vector<double>& rows) {
     std::vector<double> columns(rows.size());
     for (std::size_t i = 0; i < rows.size(); ++i) columns[i % noises * (rows.size() / noises) + i / noises] = rows[i];

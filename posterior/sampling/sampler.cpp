@@ -130,9 +130,9 @@ void Sampler::clear_held(std::span<double> values) const {
 // Evaluates at y_, coordinates of the reparameterisation; sets x_.
 void Sampler::evaluate() {
   Lanes log_volume;
-  chart_.to_density(y_, x_, log_volume, chart_work_, density_.isa());
+  reparameterisation_.to_density(y_, x_, log_volume, reparameterisation_work_, density_.isa());
   density_.evaluate(observation_, x_, gradient_, potential_, work_, fixed_noise_deg_);
-  chart_.pull_back(y_, gradient_, chart_work_, density_.isa());
+  reparameterisation_.pull_back(y_, gradient_, reparameterisation_work_, density_.isa());
   for (std::size_t l = 0; l < lanes; ++l) potential_[l] -= log_volume[l];
   clear_held(gradient_);
   kernels(density_.isa()).lower_times(static_cast<int>(size_), metric_.data(), gradient_.data(), force_.data());
@@ -153,7 +153,7 @@ void Sampler::move(int leapfrog_steps) {
   }
   drawn_ += 2 * lanes;
   start_ = x_;
-  chart_.from_density(x_, y_, chart_work_, density_.isa());
+  reparameterisation_.from_density(x_, y_, reparameterisation_work_, density_.isa());
   evaluate();
   const Lanes before = potential_;
   Lanes squares;

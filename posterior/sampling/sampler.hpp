@@ -35,7 +35,9 @@ class Sampler {
   /// See Density::information.
   void information(std::span<const double> x, std::span<double> matrices);
   /// Sets the coordinates of later transitions and of the metric.
-  void set_reparameterisation(Reparameterisation reparameterisation) { reparameterisation_ = std::move(reparameterisation); }
+  void set_reparameterisation(Reparameterisation reparameterisation) {
+    reparameterisation_ = std::move(reparameterisation);
+  }
   /// Fixes or releases the last globals (Density::held); the next set_metric() accounts for it.
   void hold_last(bool holds) noexcept { holds_ = holds; }
   /// Sets the metric: the inverse of a covariance. Returns false without a change if it is not positive definite.
@@ -76,7 +78,7 @@ class Sampler {
   std::optional<double> fixed_noise_deg_;
   AlignedVector<double> x_, start_, y_, momentum_, gradient_, force_, direction_;
   Reparameterisation reparameterisation_;
-  Reparameterisation::Workspace chart_work_;
+  Reparameterisation::Workspace reparameterisation_work_;
   std::vector<double> metric_;  // the inverse of its Cholesky factor
   Lanes potential_{}, energy_{}, acceptance_{}, step_{}, mean_log_step_{}, missing_{};
   std::array<bool, lanes> diverged_{};

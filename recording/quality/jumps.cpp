@@ -109,8 +109,8 @@ void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double ste
                   three_digits(largest / sim::rad_per_deg) + " degrees, the first after " +
                   three_digits(begin_s + static_cast<double>(first * block) / rate_hz) +
                   " s, which a body cannot do: leave wrong stretches empty (occluded markers are often written as 0) "
-                  "and give " setting("fill_gaps") +
-                  ", or cut the recording");
+                  "and give " +
+                  setting("fill_gaps") + ", or cut the recording");
 }
 
 }  // namespace decid::recording

@@ -315,7 +315,7 @@ TEST_CASE("folded cycles: the mean, and how the cycles differ from it") {
         if (fold > 1)
           CHECK(near(value(2, row, column), 0.5 * std::log(squares), rounding));
         else
-          CHECK(value(2, row, column) == static_cast<double>(static_cast<float>(std::log(modulus_floor_rad))));
+          CHECK(value(2, row, column) == static_cast<double>(static_cast<float>(std::log(min_modulus_rad))));
         const auto check_asinh = [](double shown, double part) {
           // Near 0, what the sum's own roundings leave, in knees.
           const double exact = std::asinh(part / asinh_knee_rad);

@@ -126,13 +126,13 @@ TEST_CASE("C3D: a negative residual is a gap") {
     file.first_frame = 101;
     file.point("COM", signal(900, 40), still(), still(), residual);
     RecordingOptions options{.column = "COM_x", .com_height_m = 0.9};
-    check_error(reading(file.bytes(), options), {"r.c3d", "frame 108", "COM_x (mm)", "--fill-gaps"});
+    check_error(reading(file.bytes(), options), {"r.c3d", "frame 108", "COM_x (mm)", "fill_gaps"});
     options.fill_gaps_s = 0.02;
     const Recording filled = read(file.bytes(), options);
     CHECK(has(filled, "gaps_filled"));
     CHECK(filled.signals.samples() == frames);
     options.fill_gaps_s = 0.01;
-    check_error(reading(file.bytes(), options), {"lacks 2 samples", "--fill-gaps 0.02"});
+    check_error(reading(file.bytes(), options), {"lacks 2 samples", "fill_gaps 0.02"});
   }
   C3dFile file;
   std::vector<double> x = signal(900, 40);
@@ -145,18 +145,18 @@ TEST_CASE("C3D: a negative residual is a gap") {
 TEST_CASE("C3D: positions are lengths: as an angle they are refused, with a height they are sway") {
   C3dFile file;
   file.point("COM", signal(900, 40), still(), still());
-  check_error(reading(file.bytes(), {}), {"COM_x (mm) is a length", "--com-height"});
+  check_error(reading(file.bytes(), {}), {"COM_x (mm) is a length", "com_height"});
   CHECK(read(file.bytes(), {.com_height_m = 0.9}).signals.at(com_sway).column == "COM_x (mm)");
   file.texts("POINT:UNITS", {"m"});
   CHECK(table_of(file).names()[0] == "COM_x (m)");
   file.parameters.erase("POINT:UNITS");
   CHECK(table_of(file).names()[0] == "COM_x");
-  check_error(reading(file.bytes(), {.com_height_m = 0.9}), {"unit of COM_x", "--unit mm, cm or m"});
+  check_error(reading(file.bytes(), {.com_height_m = 0.9}), {"unit of COM_x", "unit mm, cm or m"});
   check_error(reading(trial(intel, true).bytes(), {}), {"none of sway"});
   file.point("C7", still(), still(), still());
   file.texts("POINT:LABELS", {"HIP", "C7"});
   file.texts("POINT:UNITS", {"mm"});
-  check_error(reading(file.bytes(), {}), {"several columns", "'HIP_x (mm)', 'HIP_y (mm)'", "--hip"});
+  check_error(reading(file.bytes(), {}), {"several columns", "'HIP_x (mm)', 'HIP_y (mm)'", "hip"});
 }
 
 TEST_CASE("C3D: names of points and channels, and their units") {
@@ -200,10 +200,10 @@ TEST_CASE("C3D: a file is one recording, whatever its channels are called") {
   CHECK(read(file.bytes()).signals.at(com_sway).column == "sway (deg)");
   for (const char* column : {"trial", "none such", "1"}) {
     check_error(reading(file.bytes(), {.trial_column = column, .trial = "1"}),
-                {"r.c3d", "is a C3D file, which holds one recording", "leave out --trial"});
+                {"r.c3d", "is a C3D file, which holds one recording", "leave out trial_column"});
     const TemporaryFolder folder;
     const std::filesystem::path path = write_text(folder / "r.c3d", file.bytes());
-    check_error([&] { trials_of(path, {.trial_column = column}); }, {"r.c3d", "C3D file", "leave out --trial"});
+    check_error([&] { trials_of(path, {.trial_column = column}); }, {"r.c3d", "C3D file", "leave out trial_column"});
   }
 }
 
@@ -267,10 +267,10 @@ TEST_CASE("C3D: channels faster than the points are brought to their rate, witho
 TEST_CASE("C3D: lines above a table and sections are refused") {
   RecordingOptions options = markers;
   options.skip_lines = 1;
-  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out --skip-lines"});
+  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out skip_lines"});
   options.skip_lines = {};
   options.section = "1";
-  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out --section"});
+  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out section"});
 }
 
 TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and none are refused") {
@@ -281,7 +281,7 @@ TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and 
   };
   C3dFile file = trial(intel, true);
   file.reals("POINT:RATE", {50.0});
-  check_error([&] { rate(file); }, {"several rates", "'POINT:RATE' 50 Hz", "'ANALOG:RATE' 100 Hz", "--rate"});
+  check_error([&] { rate(file); }, {"several rates", "'POINT:RATE' 50 Hz", "'ANALOG:RATE' 100 Hz", "rate"});
   const Recording given = rate(file, 100.0);
   CHECK(given.rate_hz == 100.0);
   CHECK(has(given, "rate_differs"));
@@ -293,7 +293,7 @@ TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and 
     C3dFile other(mips, true, none);
     other.point("COM", signal(900, 40), still(), still());
     const RecordingOptions options{.column = "COM_x", .com_height_m = 0.9};
-    check_error(reading(other.bytes(), options), {"r.c3d", "its own rate", "--rate"});
+    check_error(reading(other.bytes(), options), {"r.c3d", "its own rate", "rate"});
   }
 }
 

@@ -146,7 +146,7 @@ TEST_CASE("csv: missing cells are refused, or kept as gaps; what is wrong is ref
     CHECK(kept[0] == 2);
     CHECK(std::isnan(kept[1]));
     CHECK(kept[2] == 6);
-    check_error(taking(text, 1, Missing::fillable), {"line 3, b", "--fill-gaps"});
+    check_error(taking(text, 1, Missing::fillable), {"line 3, b", "fill_gaps"});
     try {
       CsvTable(text, "t.csv").numbers(1);
       FAIL_CHECK("no Error");

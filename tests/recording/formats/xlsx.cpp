@@ -46,7 +46,7 @@ TEST_CASE("a workbook of openpyxl is the recording of its CSV") {
   for (std::size_t k = 0; k < 20; ++k) CHECK(near(sway[k], static_cast<double>(k + 1) / 8.0 * sim::rad_per_deg, 1e-14));
   CHECK(has(recording, "sheet_assumed"));
   CHECK(has(recording, "gaps_filled"));
-  check_error([&] { read_recording(path, {.column = "sway"}); }, {"openpyxl.xlsx", "line 8", "--fill-gaps"});
+  check_error([&] { read_recording(path, {.column = "sway"}); }, {"openpyxl.xlsx", "line 8", "fill_gaps"});
 }
 
 TEST_CASE("XLSX: cells of every kind, where they say that they are") {
@@ -90,7 +90,7 @@ TEST_CASE("XLSX: --section names tables of the first sheet, and no sheet") {
       R"(<workbook><sheets><sheet name="one" r:id="r1"/><sheet name="Sheet2" r:id="r9"/></sheets></workbook>)";
   for (const char* name : {"Sheet2", "one"})
     check_error([&] { read(zip(parts), {.section = name}); },
-                {"r.xlsx", "only the first sheet", "'one'", "leave out --section", name, "as CSV"});
+                {"r.xlsx", "only the first sheet", "'one'", "leave out section", name, "as CSV"});
 }
 
 TEST_CASE("XLSX: true and false are words; a first sheet without a table names those that have one") {
