@@ -33,7 +33,7 @@ void add_slow_noise(std::span<double> sway, double stddev, const Random& random,
                                                          decid::log(longest_memory_s / shortest_memory_s));
   const auto apart = static_cast<std::size_t>(std::max(1.0, std::floor(knots_s * rate_hz + 0.5)));
   const double kept = decid::exp(-static_cast<double>(apart) / rate_hz / memory_s);
-  const double fresh = std::sqrt(1.0 - kept * kept) * deviation;
+  const double fresh = std::sqrt(1.0 - kept * kept) * stddev;
   std::vector<double> normals(sway.size() / apart + 2);
   random.fill_normal(normals, of_noise);
   double knot = deviation * normals[0];
@@ -202,7 +202,7 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
   if (const double drift = size(Condition::drift) * rad_per_deg; drift != 0.0)
     for (std::size_t i = 0; i < sway_rad.size(); ++i)
       sway_rad[i] += drift * static_cast<double>(i) / static_cast<double>(sway_rad.size() - 1);
-  if (const double stddev = size(Condition::slow_noise) * rad_per_deg; deviation != 0.0)
+  if (const double stddev = size(Condition::slow_noise) * rad_per_deg; stddev != 0.0)
     add_slow_noise(sway_rad, deviation, random, rate_hz);
   add_sensor_noise(protocol.noise.sensor, seed, item, sway_rad);
   for (const Gap& gap : gaps(Condition::frozen))
