@@ -15,7 +15,7 @@ const char* name(Severity severity);
 
 struct Warning {
   Severity severity;
-  std::string code;  ///< for scripts, stable: docs/recordings.md lists them
+  std::string code;  ///< for scripts, stable: docs/guide/warnings.md lists them
   std::string text;  ///< for users, one sentence
   bool operator==(const Warning&) const = default;
 };

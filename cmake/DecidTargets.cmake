@@ -131,11 +131,10 @@ function(decid_computes target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3;-U_GLIBCXX_ASSERTIONS>)
 endfunction()
 
-# decid_kernels(library): adds kernels/kernels_<instruction set>.cpp of the current folder to decid_<library>, one
-# translation unit an instruction set; only these are compiled for more than the baseline. -O3 in every build type: they
-# define nothing but internal functions and one table, so no build of them can leak into other code, and what a kernel
-# keeps in registers stays there in debug builds too. Only with sanitizers, whose checks are most of what there is to
-# optimise, it takes too long.
+# decid_kernels(library): adds kernels/target.cpp of the current folder to decid_<library>, once for each instruction set
+# with DECID_TARGET as its name; only these translation units are compiled for more than the baseline. They use -O3 in every
+# build type: they define only internal functions and one table, so no copy can reach other code, and values of a kernel stay
+# in registers in debug builds too. With sanitizers, whose checks dominate, -O3 takes too long.
 function(decid_kernels library)
   set(level -O3)
   if(DECID_SANITIZE)
@@ -167,7 +166,9 @@ function(decid_kernels library)
     message(FATAL_ERROR "No kernels for ${CMAKE_SYSTEM_PROCESSOR}: decid runs on x86-64, AArch64 and WebAssembly")
   endif()
   foreach(isa ${isas})
-    target_sources(decid_${library} PRIVATE kernels/kernels_${isa}.cpp)
-    set_source_files_properties(kernels/kernels_${isa}.cpp PROPERTIES COMPILE_OPTIONS "${level};${flags_${isa}}")
+    set(source ${CMAKE_CURRENT_BINARY_DIR}/kernels_${isa}.cpp)
+    file(CONFIGURE OUTPUT ${source} @ONLY CONTENT "#define DECID_TARGET @isa@\n#include \"@CMAKE_CURRENT_SOURCE_DIR@/kernels/target.cpp\"\n")
+    target_sources(decid_${library} PRIVATE ${source})
+    set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS "${level};${flags_${isa}}")
   endforeach()
 endfunction()

@@ -3,7 +3,7 @@
     decid image data.npz --model model.safetensors -o images.npz
     python3 examples/forward.py model.safetensors images.npz      prints a line a trial: the parameters in SI units
 
-The estimates are for the model's own body; those of another one are times its m g h (docs/models.md).
+The estimates are for the model's own body; those of another one are times its m g h (docs/reference/posture-model.md).
 """
 import json
 import math

@@ -2,7 +2,7 @@
 
     python3 examples/model_file.py MODEL...      writes the hash of its content into each file
 
-docs/models.md says which tensors and metadata a model has, and how one that was trained elsewhere becomes such a file.
+docs/reference/model-files.md says which tensors and metadata a model has, and how one that was trained elsewhere becomes such a file.
 """
 import hashlib
 import json

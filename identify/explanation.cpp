@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 
@@ -23,12 +24,6 @@ constexpr int fewest_cycles_to_skip_one = 3;
 struct Residual {
   double rms_deg, variance_accounted_for;
 };
-
-double mean(std::span<const float> values) {
-  double sum = 0;
-  for (const float v : values) sum += static_cast<double>(v);
-  return sum / static_cast<double>(values.size());
-}
 
 /// How much of `sway` the trial `fitted` explains, means removed. NaN if it fell over before its end.
 Residual residual_of(std::span<const float> sway, std::span<const float> fitted) {

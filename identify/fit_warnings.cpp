@@ -17,7 +17,7 @@ using posterior::Posterior;
 
 // at_edge: the prior's probability that counts as an end, and the number of quantities there that is refused; the
 // probability that counts as the last of an end, and the number of quantities there that is cautioned. Three of sixteen
-// sound trials have three quantities in the outer twentieth (docs/fit.md).
+// sound trials have three quantities in the outer twentieth (docs/guide/warnings.md).
 constexpr double outer = 0.05, outermost = 0.011;  // coordinates end at the outer hundredth
 constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
 constexpr double divergent_fraction = 0.05;

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/math/statistics.hpp"
 #include "base/text.hpp"
 #include "identify/explanation.hpp"
 
@@ -18,14 +18,10 @@ constexpr int fewest_standing = 100;
 constexpr double band_edges_hz[] = {0.05, 0.2, 0.5, 1.0, 2.5};
 constexpr std::uint64_t of_sensor = std::uint64_t{1} << 63;
 
-double mean_of(std::span<const float> values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 /// Less the straight line of least squares: a sensor's zero and drift say nothing about a controller.
 std::vector<float> without_line(std::span<const float> values) {
   const auto count = static_cast<double>(values.size());
-  const double middle = 0.5 * (count - 1.0), mean = mean_of(values);
+  const double middle = 0.5 * (count - 1.0), mean = decid::mean(values);
   double along = 0.0;
   for (std::size_t k = 0; k < values.size(); ++k)
     along = std::fma(static_cast<double>(k) - middle, double{values[k]} - mean, along);
@@ -126,7 +122,7 @@ double PredictiveChecker::between_cycles_deg(std::span<const float> sway_rad) co
   for (std::size_t i = 0; i < count; ++i)
     length = std::min(length, std::min(cycles_[i + 1], sway_rad.size()) - cycles_[i]);
   std::vector<double> means;
-  for (std::size_t i = 0; i < count; ++i) means.push_back(mean_of(sway_rad.subspan(cycles_[i], length)));
+  for (std::size_t i = 0; i < count; ++i) means.push_back(decid::mean(sway_rad.subspan(cycles_[i], length)));
   double squares = 0.0;
   for (std::size_t k = 0; k < length; ++k) {
     const auto value = [&](std::size_t i) { return static_cast<double>(sway_rad[cycles_[i] + k]) - means[i]; };
@@ -141,7 +137,7 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recor
                                                  std::span<const float> tilt_rad) const {
   Shown shown;
   const std::vector<float> sway_rad = without_line(as_recorded);
-  const double mean = mean_of(sway_rad);
+  const double mean = decid::mean(sway_rad);
   std::vector<double> windowed(static_cast<std::size_t>(fft_.length()), 0.0);
   double squares = 0.0, window_squares = 0.0;
   for (std::size_t k = 0; k < sway_rad.size(); ++k) {
@@ -164,7 +160,7 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recor
     for (const sim::FrfPoint& point : frf_->measure(sway_rad, tilt_rad)) shown.responses.push_back(point.response);
   shown.between_cycles_deg = between_cycles_deg(sway_rad);
   for (std::size_t k = 0; k + block_samples_ <= sway_rad.size(); k += block_samples_)
-    shown.blocks_rad.push_back(mean_of(std::span(sway_rad).subspan(k, block_samples_)) - mean);
+    shown.blocks_rad.push_back(decid::mean(std::span(sway_rad).subspan(k, block_samples_)) - mean);
   return shown;
 }
 

@@ -8,10 +8,10 @@
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "posterior/sampling/chain_group.hpp"
 #include "posterior/sampling/diagnostics.hpp"
-#include "posterior/sampling/draws.hpp"
 
 namespace decid::posterior {
 namespace {
@@ -62,19 +62,19 @@ std::vector<double> Posterior::draws_of(int quantity) const {
 }
 
 double Posterior::mean(int quantity) const {
-  return posterior::mean(draws_of(quantity));
+  return decid::mean(draws_of(quantity));
 }
 
 double Posterior::deviation(int quantity) const {
-  return posterior::deviation(draws_of(quantity));
+  return decid::stddev(draws_of(quantity));
 }
 
 double Posterior::quantile(int quantity, double probability) const {
-  return posterior::quantile(draws_of(quantity), probability);
+  return decid::quantile(draws_of(quantity), probability);
 }
 
 double Posterior::correlation(int a, int b) const {
-  const double found = posterior::correlation(draws_of(a), draws_of(b));
+  const double found = decid::correlation(draws_of(a), draws_of(b));
   return a == b && found == 0.0 ? 1.0 : found;
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/recording.hpp"
 #include "recording/table/columns.hpp"
@@ -17,14 +18,8 @@ namespace {
 
 /// In median steps. No clock makes a step that differs by more than `gross` from every whole number of median steps.
 constexpr double even = 0.01, gross = 0.3;
-/// Steps longer than this make interpolated sway a guess; docs/recordings.md has the measurement.
+/// Steps longer than this make interpolated sway a guess; docs/reference/accuracy.md has the measurement.
 constexpr double long_step_s = 0.1;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// An even grid fitted to times by least squares.
 struct Grid {

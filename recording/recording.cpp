@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <tuple>
 
 #include "base/error.hpp"
+#include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/clock.hpp"
 #include "recording/sway_source.hpp"
@@ -166,8 +166,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
                                       : "if the unit is wrong, give " + setting("unit") +
                                             "; if these are positions, give " + setting("com_height");
   const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
-  const double mean = std::accumulate(sway.rad.begin(), sway.rad.end(), 0.0) / static_cast<double>(sway.rad.size());
-  const double upright = mean_is_upright ? mean : 0.0;
+  const double middle = mean(sway.rad), upright = mean_is_upright ? middle : 0.0;
   const double peak_deg = std::max(upright - *least, *most - upright) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
   if (*least == *most) {
@@ -178,7 +177,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
     const auto at = (upright - *least > *most - upright ? least : most) - sway.rad.begin();
     if (!in_memory && peak_to_peak_deg < 2.0 * max_plausible_deg)
       throw Error(where,
-                  sway.column + " is about " + three_digits(mean / sim::rad_per_deg) + " degrees, beyond lying flat",
+                  sway.column + " is about " + three_digits(middle / sim::rad_per_deg) + " degrees, beyond lying flat",
                   "if that is upright, give " + setting("detrend") + " offset; " + other);
     throw Error(where,
                 sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +

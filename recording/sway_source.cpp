@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/error.hpp"
+#include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/table/candidates.hpp"
 #include "recording/table/columns.hpp"
@@ -163,8 +163,8 @@ std::vector<double> read_metres(const Table& table, int column, const RecordingO
 }
 
 void subtract_mean(std::vector<double>& values) {
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-  for (double& value : values) value -= mean;
+  const double middle = mean(values);
+  for (double& value : values) value -= middle;
 }
 
 /// Returns the angles of displacements at the top of a rod of this length.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "base/math/statistics.hpp"
+
 namespace decid::recording {
 namespace {
 
@@ -12,12 +14,6 @@ constexpr double min_before_s = 1.0, max_before_s = 10.0;
 constexpr double rest_fraction = 0.01;     // of the protocol's tilt, variances
 constexpr double noise_fraction = 0.5;     // of the measurement noise: its variance over one second is known to 14%
 constexpr double alike_correlation = 0.9;  // correlation
-
-double mean(std::span<const double> values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
 
 double covariance(std::span<const double> a, std::span<const double> b) {
   const double mean_a = mean(a), mean_b = mean(b);

@@ -20,7 +20,7 @@ namespace {
 /// The fraction of a trial that may be missing at either end.
 constexpr double missing_limit = 0.01;
 constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
-/// Networks err more on slower recordings: docs/recordings.md has the measurement.
+/// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 /// The number of samples by which rounding alone may change lengths.
 constexpr double rounding = 1e-6;

@@ -1,5 +1,6 @@
-// A shared library that is loaded on demand. If it were linked, every start of a program would map and relocate it and
-// its dependencies.
+// A shared library that is loaded on demand. If it were linked, the loader would map and relocate it and its
+// dependencies at every start of a program: matio with HDF5 7 ms, libzip 1.6 ms (EPYC Zen 3; an empty program linked
+// with each).
 #pragma once
 
 #ifndef __wasm__

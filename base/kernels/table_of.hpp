@@ -6,8 +6,8 @@
 namespace decid {
 
 /// Returns a table. Tables has a static function reference(), and one for each instruction set of this processor's
-/// family, each defined in its own translation unit (kernels_<name>.cpp): baseline(), avx2() and avx512(), or neon(),
-/// or wasm() and relaxed().
+/// family, each defined by the folder's kernels/target.cpp, compiled for it: baseline(), avx2() and avx512(), or
+/// neon(), or wasm() and relaxed().
 template <class Tables>
 const auto& table_of(Isa isa) {
   switch (isa) {

@@ -81,7 +81,7 @@ typedef enum decid_severity {
 
 typedef struct decid_warning {
   decid_severity severity;
-  const char* code; /* for programs, stable: docs/recordings.md lists them */
+  const char* code; /* for programs, stable: docs/guide/warnings.md lists them */
   const char* text; /* for people */
 } decid_warning;
 
@@ -97,7 +97,7 @@ typedef struct decid_parameter_info {
   int over_mgh;            /* value / (m g h) has a meaning */
 } decid_parameter_info;
 
-/* "default", "short", or the path of a JSON file (docs/protocols.md). */
+/* "default", "short", or the path of a JSON file (docs/reference/protocols.md). */
 DECID_API decid_status decid_protocol_load(const char* name_or_path, decid_protocol** protocol);
 DECID_API void decid_protocol_free(decid_protocol* protocol);
 DECID_API size_t decid_protocol_samples(const decid_protocol* protocol); /* of a trial */
@@ -168,7 +168,7 @@ typedef struct decid_read_options {
   int tilt_unit;
   int invert_sway, invert_tilt; /* positive against the protocol's direction */
   int skip_lines;               /* of a text file, above its table; -1: found */
-  /* What the sway is made of where there is no column of it (docs/recordings.md#signals); 0 and NULL: nothing. */
+  /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL: none. */
   double com_height_m;                      /* `column` is a position so high above the ankles */
   double body_height_m;                     /* of the subject, for hip and shoulder */
   const char *leg_column, *trunk_column;    /* angles in space */
@@ -177,7 +177,7 @@ typedef struct decid_read_options {
   /* Of a text file that holds several tables, the one to read, by its name or its number from 1; not with skip_lines.
    */
   const char* section;
-  /* Where a file holds several recordings (docs/recordings.md#several-recordings-in-one-file): the column that tells
+  /* Where a file holds several recordings (docs/guide/recordings.md#several-recordings-in-one-file): the column that tells
      them apart, several with commas between them, or an array of a MAT-file; "none": all rows are one recording; NULL:
      files of several are refused. */
   const char* trial_column;
@@ -194,7 +194,7 @@ DECID_API void decid_trials_free(decid_trials* trials);
 DECID_API size_t decid_trials_count(const decid_trials* trials);
 DECID_API const char* decid_trials_name(const decid_trials* trials, size_t index);
 
-/* A CSV, MAT, C3D or .xlsx file (docs/recordings.md). */
+/* A CSV, MAT, C3D or .xlsx file (docs/guide/recordings.md). */
 DECID_API decid_status decid_recording_read(const char* path, const decid_read_options* options,
                                             decid_recording** recording);
 /* Samples in memory, which are copied: sway of the body's centre of mass, 0 upright, positive in the platform's
@@ -375,7 +375,7 @@ typedef int (*decid_training_progress)(void* user, const decid_training* trainin
 /* NULL, 0 and -1 mean the preset's, unless another meaning stands there. */
 typedef struct decid_train_options {
   size_t size;
-  const char* preset;            /* "best"; docs/models.md lists them */
+  const char* preset;            /* "best"; docs/guide/models.md lists them */
   const char* architecture;      /* layers, one a line */
   const char* head;              /* "point", "mixture 2" */
   const char* image;             /* JSON of image settings */

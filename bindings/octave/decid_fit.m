@@ -10,7 +10,7 @@
 %   "ranges"                where parameters may lie: struct ("delay", [0.05 0.2])
 %   "priors"                normal distributions, mean and standard deviation: struct ("delay", [0.12 0.02])
 %   "moved_before"          true: the platform played the cycle's end before the recording
-%   "most_draws"            of each chain, 8 or more
+%   "max_draws"            of each chain, 8 or more
 %   "seed"                  of the chains
 %
 % result also has quantities (as parameters: sensor_noise_deg, start_s, gain), draws (a column for each of both, chain by

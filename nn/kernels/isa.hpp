@@ -17,9 +17,4 @@ struct FloatTables {
   static const Kernels<float>& relaxed();
 };
 
-/// The baseline's exact fused multiply-add of 4 lanes, for its test: result = fma(a, b, c) rounded once.
-#if defined(__x86_64__) || defined(__wasm__)
-void baseline_fma(const float a[4], const float b[4], const float c[4], float result[4]);
-#endif
-
 }  // namespace decid::nn

@@ -15,7 +15,7 @@ struct Avx2 {
   static constexpr int tile_channels = 4, tile_columns = 3;
   // 2 x 6 for weight gradients: two channels of diff_dst, so that more positions fit the cache.
   static constexpr int gradient_channels = 2, gradient_columns = 6;
-  // Of the first-level cache, 32 KB in most processors without AVX-512; tried on a Zen 3 (docs/performance.md).
+  // Of the first-level cache, 32 KB in most processors without AVX-512; tried on a Zen 3 (docs/research/benchmarks.md).
   static constexpr int block_bytes() { return 8 * 1024; }
   static constexpr int gradient_bytes(bool strided) { return (strided ? 24 : 18) * 1024; }
   static constexpr int block_taps = 256;

@@ -17,7 +17,7 @@ struct Avx512 {
   static constexpr int tile_channels = 4, tile_columns = 6;
   static constexpr int gradient_channels = 4, gradient_columns = 6;
   // Of a 48 KB first-level cache. Where registers are computed by halves, a tile's loads are some 25 bytes a cycle at
-  // most, which a second-level cache of 1 MB delivers too (docs/performance.md, On a Zen 4).
+  // most, which a second-level cache of 1 MB delivers too (docs/research/benchmarks.md, On a Zen 4).
   static int block_bytes() { return halves_512_bits() ? 160 * 1024 : 24 * 1024; }
   static int gradient_bytes(bool strided) { return (!halves_512_bits() ? 36 : strided ? 72 : 144) * 1024; }
   static constexpr int block_taps = 1152;

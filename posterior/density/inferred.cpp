@@ -6,8 +6,8 @@
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/math/statistics.hpp"
 #include "base/text.hpp"
-#include "posterior/sampling/draws.hpp"
 
 namespace decid::posterior {
 namespace {

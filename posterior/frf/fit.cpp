@@ -7,8 +7,8 @@
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "base/math/statistics.hpp"
 #include "base/text.hpp"
-#include "posterior/sampling/draws.hpp"
 
 namespace decid::frf {
 namespace {
@@ -38,7 +38,7 @@ std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
       values[static_cast<std::size_t>(q)].push_back(Density::value(state, q));
   }
   std::vector<double> deviations;
-  for (const std::vector<double>& of_quantity : values) deviations.push_back(posterior::deviation(of_quantity));
+  for (const std::vector<double>& of_quantity : values) deviations.push_back(decid::stddev(of_quantity));
   return deviations;
 }
 
@@ -54,19 +54,19 @@ double chi_square_beyond(double chi_square, int degrees_of_freedom) {
 }
 
 double Fit::mean(int quantity) const {
-  return posterior::mean(draws_of(quantity));
+  return decid::mean(draws_of(quantity));
 }
 
 double Fit::deviation(int quantity) const {
-  return posterior::deviation(draws_of(quantity));
+  return decid::stddev(draws_of(quantity));
 }
 
 double Fit::quantile(int quantity, double probability) const {
-  return posterior::quantile(draws_of(quantity), probability);
+  return decid::quantile(draws_of(quantity), probability);
 }
 
 double Fit::correlation(int a, int b) const {
-  return posterior::correlation(draws_of(a), draws_of(b));
+  return decid::correlation(draws_of(a), draws_of(b));
 }
 
 double Fit::contraction(int quantity) const {
@@ -107,8 +107,8 @@ void Fit::predict(const Density& density, const std::vector<State>& states) {
       phases.push_back(middle_deg + phase_deg(response * std::conj(middle)));
     }
     const double variance = density.variance(i, middle, confident ? 0.0 : mean(Density::error));
-    predicted_.push_back({middle, posterior::quantile(gains, 0.05), posterior::quantile(gains, 0.95), middle_deg,
-                          posterior::quantile(phases, 0.05), posterior::quantile(phases, 0.95),
+    predicted_.push_back({middle, decid::quantile(gains, 0.05), decid::quantile(gains, 0.95), middle_deg,
+                          decid::quantile(phases, 0.05), decid::quantile(phases, 0.95),
                           std::sqrt(std::norm(density.table().rows[i].response - middle) / variance)});
   }
 }

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "base/math/statistics.hpp"
 
 namespace decid::posterior {
 namespace {
@@ -38,17 +38,6 @@ ChainDraws normal_scores(const ChainDraws& chains) {
   return scores;
 }
 
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double variance_of(const std::vector<double>& values) {
-  const double mean = mean_of(values);
-  double sum = 0.0;
-  for (const double value : values) sum += (value - mean) * (value - mean);
-  return sum / static_cast<double>(values.size() - 1);
-}
-
 struct Variances {
   double within, pooled;
 };
@@ -56,11 +45,11 @@ Variances variances(const ChainDraws& chains) {
   std::vector<double> means;
   double within = 0.0;
   for (const std::vector<double>& chain : chains) {
-    means.push_back(mean_of(chain));
-    within += variance_of(chain) / static_cast<double>(chains.size());
+    means.push_back(decid::mean(chain));
+    within += sample_variance(chain) / static_cast<double>(chains.size());
   }
   const auto length = static_cast<double>(chains.front().size());
-  return {within, within * (length - 1.0) / length + variance_of(means)};
+  return {within, within * (length - 1.0) / length + sample_variance(means)};
 }
 
 double plain_rhat(const ChainDraws& chains) {
@@ -76,11 +65,10 @@ double rhat(const ChainDraws& chains) {
   const ChainDraws halves = split(chains);
   std::vector<double> all;
   for (const std::vector<double>& half : halves) all.insert(all.end(), half.begin(), half.end());
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
+  const double middle = median(std::move(all));
   ChainDraws folded = halves;
   for (std::vector<double>& half : folded)
-    for (double& value : half) value = std::abs(value - *middle);
+    for (double& value : half) value = std::abs(value - middle);
   return std::max(plain_rhat(normal_scores(halves)), plain_rhat(normal_scores(folded)));
 }
 
@@ -93,7 +81,7 @@ double effective_draws(const ChainDraws& chains) {
   const auto correlation = [&](std::size_t lag) {
     double covariance = 0.0;
     for (const std::vector<double>& half : halves) {
-      const double mean = mean_of(half);
+      const double mean = decid::mean(half);
       double sum = 0.0;
       for (std::size_t i = lag; i < length; ++i) sum += (half[i] - mean) * (half[i - lag] - mean);
       covariance += sum / static_cast<double>(length - 1) / static_cast<double>(halves.size());
@@ -115,7 +103,7 @@ double energy_fraction(const ChainDraws& energy) {
   for (const std::vector<double>& chain : energy) {
     double sum = 0.0;
     for (std::size_t i = 1; i < chain.size(); ++i) sum += (chain[i] - chain[i - 1]) * (chain[i] - chain[i - 1]);
-    smallest = std::min(smallest, sum / static_cast<double>(chain.size() - 1) / variance_of(chain));
+    smallest = std::min(smallest, sum / static_cast<double>(chain.size() - 1) / sample_variance(chain));
   }
   return smallest;
 }

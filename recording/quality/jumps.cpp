@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"
@@ -87,9 +88,8 @@ void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double ste
   if (jumps.size() < 4 * side_samples) return;
   std::vector<double> sizes(jumps.size());
   std::ranges::transform(jumps, sizes.begin(), [](double jump) { return std::abs(jump); });
-  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
-  std::ranges::nth_element(sizes, middle);
-  const double min_jump = std::max({min_deg * sim::rad_per_deg, min_medians * *middle, min_steps * step_rad});
+  const double min_jump =
+      std::max({min_deg * sim::rad_per_deg, min_medians * median(std::move(sizes)), min_steps * step_rad});
   take_out_frozen(sway_rad, rate_hz, block, min_jump, jumps);
   std::size_t count = 0, first = 0;
   double largest = 0.0;

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "base/math/math.hpp"
+#include "base/math/statistics.hpp"
 #include "recording/quality/block_means.hpp"
 #include "sim/fft.hpp"
 
@@ -33,7 +33,7 @@ class LogSpectrum {
  public:
   LogSpectrum(std::vector<double> sway, double rate_hz)
       : fft_(sim::smooth_length(static_cast<int>(sway.size()))), step_hz_(rate_hz / fft_.length()) {
-    const double mean = std::accumulate(sway.begin(), sway.end(), 0.0) / static_cast<double>(sway.size());
+    const double mean = decid::mean(sway);
     for (std::size_t k = 0; k < sway.size(); ++k) {
       const double sine = sincos_of_turn(static_cast<long long>(k), 2 * std::ssize(sway)).sin;
       sway[k] = (sway[k] - mean) * sine * sine;  // Hann's window

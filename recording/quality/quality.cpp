@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/quality/block_means.hpp"
 #include "recording/quality/jumps.hpp"
@@ -107,9 +108,8 @@ void look_for_spikes(std::span<const double> sway, double rate_hz, double step, 
   for (std::size_t k = 0; k < off.size(); ++k) off[k] = sway[k + 1] - 0.5 * (sway[k] + sway[k + 2]);
   std::vector<double> sizes(off.size());
   std::ranges::transform(off, sizes.begin(), [](double value) { return std::abs(value); });
-  const auto middle = sizes.begin() + std::ssize(sizes) / 2;
-  std::ranges::nth_element(sizes, middle);
-  const double min_distance = std::max({spike_deg * sim::rad_per_deg, spike_medians * *middle, spike_steps * step});
+  const double min_distance =
+      std::max({spike_deg * sim::rad_per_deg, spike_medians * median(std::move(sizes)), spike_steps * step});
   std::size_t spikes = 0, first = 0;
   double largest = 0.0;
   const auto found = [&](std::size_t sample, double size) {
@@ -145,9 +145,7 @@ double measurement_noise_deg(std::span<const double> sway, double rate_hz) {
   fourth.reserve(mean.size());
   for (std::size_t i = 4; i < mean.size(); ++i)
     fourth.push_back(std::abs(mean[i] - 4.0 * mean[i - 1] + 6.0 * mean[i - 2] - 4.0 * mean[i - 3] + mean[i - 4]));
-  const auto middle = fourth.begin() + std::ssize(fourth) / 2;
-  std::ranges::nth_element(fourth, middle);
-  return *middle / medians_per_stddev / std::sqrt(70.0) / sim::rad_per_deg;
+  return median(std::move(fourth)) / medians_per_stddev / std::sqrt(70.0) / sim::rad_per_deg;
 }
 
 void look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s, Warnings& warnings) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "base/math/statistics.hpp"
 #include "recording/quality/block_means.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"
@@ -211,9 +212,8 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) cons
   const auto largest = std::ranges::max_element(innovations);
   found.innovation_rad = *largest;
   found.innovation_at_s = static_cast<double>(largest - innovations.begin() + std::ssize(fit.a)) * step_s_;
-  std::ranges::nth_element(innovations, innovations.begin() + std::ssize(innovations) / 2);
-  const double median = innovations[innovations.size() / 2];
-  found.medians = median > 0.0 ? found.innovation_rad / median : 0.0;
+  const double typical = median(std::move(innovations));
+  found.medians = typical > 0.0 ? found.innovation_rad / typical : 0.0;
 
   const Slips slips(whitened(sway, fit.a), whitened(tilt_, fit.a), constant_of(fit.a));
   const double plain = slips.without();

@@ -36,7 +36,7 @@ void add_slow_noise(std::span<double> sway, double stddev, const Random& random,
   const double fresh = std::sqrt(1.0 - kept * kept) * stddev;
   std::vector<double> normals(sway.size() / apart + 2);
   random.fill_normal(normals, of_noise);
-  double knot = deviation * normals[0];
+  double knot = stddev * normals[0];
   for (std::size_t first = 0, k = 1; first < sway.size(); first += apart, ++k) {
     const double next = kept * knot + fresh * normals[k], slope = (next - knot) / static_cast<double>(apart);
     const std::size_t end = std::min(sway.size(), first + apart);
@@ -203,7 +203,7 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
     for (std::size_t i = 0; i < sway_rad.size(); ++i)
       sway_rad[i] += drift * static_cast<double>(i) / static_cast<double>(sway_rad.size() - 1);
   if (const double stddev = size(Condition::slow_noise) * rad_per_deg; stddev != 0.0)
-    add_slow_noise(sway_rad, deviation, random, rate_hz);
+    add_slow_noise(sway_rad, stddev, random, rate_hz);
   add_sensor_noise(protocol.noise.sensor, seed, item, sway_rad);
   for (const Gap& gap : gaps(Condition::frozen))
     for (std::size_t i = gap.first; i < gap.end; ++i) sway_rad[i] = sway_rad[gap.first - 1];

@@ -9,7 +9,8 @@
 //   "raised_cosines": {"moves": [{"shape": "pulse" | "step", "start_s", "duration_s", "amplitude_deg"}, ..], "cycle_s"}
 // The body may be {"subject": {"mass_kg", "height_m"}} instead: Winter's segments (sim/segments.hpp). "period_s" may be
 // "trial", the trial's length. Missing settings take the default protocol's value, except offset_s, which is 0 if
-// feedback or start is given. An unknown or repeated key is an error. docs/protocols.md describes every setting.
+// feedback or start is given. An unknown or repeated key is an error. docs/reference/protocols.md describes every
+// setting.
 #pragma once
 
 #include <functional>

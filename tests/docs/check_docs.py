@@ -1,13 +1,22 @@
-"""Holds README.md and docs/ to what readers rely on: relative links lead somewhere, headings that are linked to exist,
-the README is short, it leads to every page of docs/, and the codes of
-warnings that sources give are those that docs/recordings.md lists, each with its severity. Usage: check_docs.py ROOT"""
+"""Checks README.md, CONTRIBUTING.md and docs/: relative links and headings exist, sources that pages name exist, pages keep
+their shelf's limit of lines, the README leads to every page, no page has the words of words.py, and docs/guide/warnings.md
+lists the codes of the sources' warnings, each with its severity. Usage: check_docs.py ROOT"""
 
 import pathlib
 import re
 import sys
 import urllib.parse
 
+import words
+
 README_LIMIT_BYTES = 9216
+# Lines of a page, or of a shelf's pages; docs/research keeps dated records of any length.
+LIMITS = {"README.md": 120, "docs/start/quickstart.md": 80, "docs/start/concepts.md": 120, "docs/develop/performance.md": 100,
+          "docs/tutorials": 150, "docs/guide": 220, "docs/reference": 200, "docs/develop": 120}
+WRITTEN = {"tests/long-check.txt"}  # by tools/check --long
+GENERATED = "docs/reference/command-line.md"  # from help texts, which have a check of their own
+SOURCE = re.compile(r"(?<![\w/.])(?:base|nn|sim|dataset|recording|posterior|identify|tools|bindings|tests|bench|cmake|examples|models)"
+                    r"/[\w/.-]*\w\.(?:hpp|cpp|h|c|py|js|json|csv|cmake|txt|safetensors|ipynb)\b")
 LINK = re.compile(r"\[[^\]\[]*\]\(<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\)")
 FENCE = re.compile(r"^(```|~~~).*?^\1", re.MULTILINE | re.DOTALL)
 
@@ -36,20 +45,48 @@ def links_of(page):
 
 
 WARNING = re.compile(r'add_(info|caution|invalid)\(\s*[\w.]+,\s*"(\w+)"|\{Severity::(\w+), "(\w+)"')
+VARIABLE = re.compile(r'\{severity, "(\w+)"')  # the severity is computed
 LISTED = re.compile(r"^\| `(\w+)` \| (info|caution|invalid)(?:, (info|caution|invalid))? \|", re.MULTILINE)
 
 
+def limit_of(name):
+    return LIMITS.get(name) or (LIMITS.get(name.rpartition("/")[0]) if name != GENERATED else None)
+
+
+def prose_of(text):
+    """A page's sentences: without code, tables' rules, links' targets and headings."""
+    text = re.sub(r"\]\([^)]*\)", "]", without_code(text)).replace("[", "").replace("]", "")
+    return "\n".join(re.sub(r"^\s*(\||[-*] |\d+\. |#+ )", "", line) for line in text.splitlines())
+
+
+def problems_of_text(name, page, root):
+    text = page.read_text(encoding="utf-8")
+    limit, lines = limit_of(name), text.count("\n")
+    if limit and lines > limit:
+        yield f"{name}: {lines} lines, at most {limit}; move text to another page"
+    if name == GENERATED or not (name.startswith("docs/") or name in ("README.md", "CONTRIBUTING.md")):
+        return
+    prose = prose_of(text)
+    yield from (f"{name}: {complaint}" for complaint in words.complaints(prose) + words.figures(prose))
+    # A folder may be an installed one (decid/sim/fft.hpp), an old one or made; only the project's own count.
+    yield from (f"{name}: there is no {source}" for source in sorted(set(SOURCE.findall(FENCE.sub("", text))))
+                if (root / source.partition("/")[0]).is_dir() and source not in WRITTEN and not (root / source).exists())
+
+
 def warnings_of(root):
-    """(code, severity) of each warning in sources, and of each that docs/recordings.md lists."""
-    given = set()
-    for folder in ("dataset", "identify"):
+    """(code, severity) of each warning in sources, and of each that docs/guide/warnings.md lists."""
+    given, computed = set(), set()
+    for folder in ("dataset", "recording", "posterior", "identify"):
         for source in (root / folder).rglob("*.cpp"):
-            for severity, code, other_severity, other in WARNING.findall(source.read_text(encoding="utf-8")):
+            text = source.read_text(encoding="utf-8")
+            for severity, code, other_severity, other in WARNING.findall(text):
                 given.add((code or other, severity or other_severity))
-    page = root / "docs/recordings.md"
+            for code in VARIABLE.findall(text):
+                computed.add(code)
+    page = root / "docs/guide/warnings.md"
     listed = set()
     for code, *severities in LISTED.findall(page.read_text(encoding="utf-8")) if page.exists() else ():
-        listed |= {(code, severity) for severity in severities if severity}
+        listed |= {(code, severity) for severity in severities if severity and (code not in computed or (code, severity) in given)}
     return given, listed
 
 
@@ -72,10 +109,12 @@ def check(root):
             waiting += [path for _, path, _ in links_of(page) if path.suffix == ".md" and path.is_file()]
     problems += [f"{page.relative_to(root)}: README.md does not lead to it" for page in docs if page not in reached]
     given, listed = warnings_of(root)
-    problems += [f"docs/recordings.md: the warning {code} ({severity}) is not listed"
+    problems += [f"docs/guide/warnings.md: the warning {code} ({severity}) is not listed"
                  for code, severity in sorted(given - listed)]
-    problems += [f"docs/recordings.md: no source gives the warning {code} ({severity})"
+    problems += [f"docs/guide/warnings.md: no source gives the warning {code} ({severity})"
                  for code, severity in sorted(listed - given)]
+    for page in pages:
+        problems += problems_of_text(page.relative_to(root).as_posix(), page, root)
     size = readme.stat().st_size
     if size > README_LIMIT_BYTES:
         problems.append(f"README.md: {size} bytes, at most {README_LIMIT_BYTES}; move text to docs/")
@@ -90,7 +129,7 @@ def main():
         print(problem, file=sys.stderr)
     if problems:
         sys.exit(1)
-    print(f"{pages} pages: links, reach and length are right")
+    print(f"{pages} pages: links, reach, lengths, words and warnings are right")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,12 @@
-"""The check of the pages is red where it has to be. Usage: test_check_docs.py"""
+"""The checks of the pages are red where they have to be. Usage: test_check_docs.py"""
 
 import pathlib
 import tempfile
 import unittest
 
 import check_docs
+import tutorials
+import words
 
 
 class CheckDocs(unittest.TestCase):
@@ -19,7 +21,7 @@ class CheckDocs(unittest.TestCase):
 
     def write(self, name, text):
         path = self.root / name
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
 
     def problems(self):
@@ -60,13 +62,70 @@ class CheckDocs(unittest.TestCase):
         self.write("README.md", longest + "x")
         self.assertEqual(self.problems(), ["README.md: 9217 bytes, at most 9216; move text to docs/"])
 
+    def test_the_limits_of_shelves(self):
+        self.write("docs/page.md", "[quick](start/quickstart.md) [guide](guide/any.md)")
+        self.write("docs/start/quickstart.md", "line\n" * 81)
+        self.write("docs/guide/any.md", "line\n" * 81)
+        self.assertEqual(self.problems(), ["docs/start/quickstart.md: 81 lines, at most 80; move text to another page"])
+
+    def test_sources_that_pages_name_exist(self):
+        self.write("sim/fft.hpp", "")
+        self.write("docs/page.md", "`sim/fft.hpp` `sim/gone.hpp` `other/gone.hpp` `<decid/sim/gone.hpp>`")
+        self.assertEqual(self.problems(), ["docs/page.md: there is no sim/gone.hpp"])
+
+    def test_words_and_figures_of_pages(self):
+        self.write("docs/page.md", "# What is it?\n\nIt runs anew in 5 % of cases. `anew` is code.\n")
+        self.assertEqual(self.problems(), ["docs/page.md: 'anew': write again",
+                                           "docs/page.md: 'anew in 5 %': no blank before %"])
+
     def test_warnings_are_listed(self):
         self.write("dataset/a.cpp", 'add_caution(\n    recording.warnings, "small", "is small");\n'
-                                    'warnings.insert(at, {Severity::info, "noted", text});')
-        self.write("docs/recordings.md", "| `small` | info, caution | |\n")
-        self.write("docs/page.md", "[recordings](recordings.md)")
-        self.assertEqual(self.problems(), ["docs/recordings.md: the warning noted (info) is not listed",
-                                           "docs/recordings.md: no source gives the warning small (info)"])
+                                    'warnings.insert(at, {Severity::info, "noted", text});\n'
+                                    'warnings.push_back({severity, "computed", text});')
+        self.write("docs/guide/warnings.md", "| `small` | info, caution | |\n| `computed` | invalid | |\n")
+        self.write("docs/page.md", "[warnings](guide/warnings.md)")
+        self.assertEqual(self.problems(), ["docs/guide/warnings.md: the warning noted (info) is not listed",
+                                           "docs/guide/warnings.md: no source gives the warning small (info)"])
+
+
+class Words(unittest.TestCase):
+    def test_plain_sentences_pass(self):
+        self.assertEqual(words.complaints("decid reads the file. What is this? The offset is what the sensor adds."), [])
+
+    def test_banned_words(self):
+        self.assertEqual(words.complaints("It is so\nmany times dearer, in place of the old one."),
+                         ["'so many': write this many, the number of", "'dearer': write more expensive",
+                          "'in place of': write instead of"])
+        self.assertEqual(words.complaints("A renewed, endearing newspaper"), [])
+
+    def test_openings(self):
+        self.assertEqual(words.complaints("Of each trial the mean. It is. Those two are left."),
+                         ["sentence opens with 'Of': put the subject first ('Of each trial the mean.')",
+                          "sentence opens with 'Those': repeat the noun ('Those two are left.')"])
+
+
+class Tutorials(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.page = pathlib.Path(self.folder.name, "page.md")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def run_page(self, text, update=False):
+        self.page.write_text(text, encoding="utf-8")
+        return tutorials.run(self.page, "/bin/echo", update)
+
+    def test_a_page_whose_output_is_right(self):
+        self.assertIsNone(self.run_page("```sh\ndecid one; echo two\n```\n\n```text\n...\ntwo\n```\n```sh\ntest ! -e x\n```\n"))
+
+    def test_a_line_that_is_not_printed_and_a_command_that_fails(self):
+        self.assertIn("no line 'two'", self.run_page("```sh\ndecid one\n```\n```text\ntwo\n```\n"))
+        self.assertIn("exit code 3", self.run_page("```sh\nexit 3\n```\n"))
+
+    def test_update_writes_the_output(self):
+        self.assertIsNone(self.run_page("a\n```sh\ndecid one\n```\n```text\ntwo\n```\nb\n", update=True))
+        self.assertEqual(self.page.read_text(encoding="utf-8"), "a\n```sh\ndecid one\n```\n```text\none\n```\nb\n")
 
 
 if __name__ == "__main__":

@@ -28,8 +28,8 @@ COMMANDS = {
     "dataset": (["dataset", "--count", "20000", "--protocol", "tiny.json", "-o", "out.npz"], []),
     "train": (["train", "--data", "data.npz", "--architecture", "net.txt", "--head", "point", "--image", "image.json", "--epochs",
                "8", "-o", "out.safetensors"], ["--resume"]),
-    "fit": (["fit", *[f"trial_{i}.csv" for i in range(4)], *MODEL, "--most-draws", "8", "-o", "out.json"], ["--resume"]),
-    "calibrate": (["calibrate", "--trials", "6", "--protocol", "tiny.json", *MODEL, "--most-draws", "8", "--groups", "1", "-o",
+    "fit": (["fit", *[f"trial_{i}.csv" for i in range(4)], *MODEL, "--max-draws", "8", "-o", "out.json"], ["--resume"]),
+    "calibrate": (["calibrate", "--trials", "6", "--protocol", "tiny.json", *MODEL, "--max-draws", "8", "--groups", "1", "-o",
                    "out.json"], ["--resume"]),
 }
 

@@ -396,7 +396,7 @@ def cases():
     model = ["--model", str(SEEDS / "model/point.safetensors")]
     trial = str(SEEDS / "recording/trial.csv")
     protocol = ["--protocol", str(SEEDS / "protocol/tiny.json")]
-    calibrate = ["calibrate", "--trials", "2", *protocol, *model, "--most-draws", "8", "--groups", "1"]
+    calibrate = ["calibrate", "--trials", "2", *protocol, *model, "--max-draws", "8", "--groups", "1"]
 
     def group(kind, files, end, *commands):
         for name, make in files.items():
@@ -409,7 +409,7 @@ def cases():
     yield from group("response", {
         "rows": lambda: b"frequency_hz,gain,phase_deg\n" + numbered("%d,1,-10", "\n", SIZE - 100),
         "columns": lambda: wide("1", 1000, ",".join(["frequency_hz"] * 1000) + "\n"),
-    }, ".csv", ["fit", "--frf", "FILE", "--most-draws", "8"])
+    }, ".csv", ["fit", "--frf", "FILE", "--max-draws", "8"])
     yield from group("MAT", mats(), ".mat", ["identify", "FILE", *model])
     yield from group("C3D", c3ds(), ".c3d", ["identify", "FILE", *model, "--column", "1", "--com-height", "0.9", "--unit", "mm"])
     yield from group("workbook", xlsxs(), ".xlsx", ["identify", "FILE", *model])
@@ -446,7 +446,7 @@ def cases():
         "quotes": lambda: b'file,group\n"' + b'""' * (SIZE // 2 - 20),
     }, ".csv", ["identify", trial, trial, *model, "--group", "FILE"])
     yield from group("journal of a fit", journals(), ".journal",
-                     ["fit", trial, *model, "--most-draws", "8", "-o", "STEM", "--resume"])
+                     ["fit", trial, *model, "--max-draws", "8", "-o", "STEM", "--resume"])
     yield from group("learning curve", {
         "rows": lambda: b"trials,mse\n" + numbered("%d,1", "\n", SIZE - 100),
         "rows that shrink": lambda: lines("1,1\n", "trials,mse\n"),

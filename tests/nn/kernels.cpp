@@ -11,6 +11,7 @@
 
 #include "base/error.hpp"
 #include "nn/kernels/isa.hpp"
+#include "nn/kernels/vec.hpp"
 #include "tests/nn/kernel_checks.hpp"
 
 using namespace decid;
@@ -264,7 +265,7 @@ TEST_CASE("emulated fused multiply-add of the baseline") {
           break;
       }
     }
-    baseline_fma(a, b, c, result);
+    Vec::store(result, Vec::fma(Vec::load(a), Vec::load(b), Vec::load(c)));
     for (int l = 0; l < 4; ++l) {
       const float expected = std::fma(a[l], b[l], c[l]);
       const bool same = std::isnan(expected)

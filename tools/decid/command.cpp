@@ -74,10 +74,14 @@ std::string what_is_wrong(const std::string& name, Written written) {
 }  // namespace
 
 void add_common_options(const Command& command, CommonOptions& options, bool prints_figures) {
-  command.add_option("--threads", options.threads, "Threads to use; default: all cores. The result is the same")
-      .range(1, 1024);
-  command.add_flag("--quiet", options.quiet, "No progress and no messages, only results and errors");
-  if (prints_figures) command.add_flag("--json", options.json, "Print one JSON object on standard output");
+  command
+      .add_option("--threads", options.threads,
+                  "Use this many threads; default: all cores; results do not depend on it")
+      .range(1, 1024)
+      .section("Advanced");
+  command.add_flag("--quiet", options.quiet, "Print results and errors only").section("Output");
+  if (prints_figures)
+    command.add_flag("--json", options.json, "Print one JSON object on standard output").section("Output");
 }
 
 void apply(CommonOptions& options) {
@@ -87,11 +91,12 @@ void apply(CommonOptions& options) {
 }
 
 void add_protocol_options(const Command& command, ProtocolOptions& options) {
-  command.add_option("--protocol", options.name, "default, short, or a JSON file").show_default();
+  command.add_option("--protocol", options.name, "Simulate this protocol: default, short, or a JSON file")
+      .show_default();
   command
       .add_option("--sensor-noise", options.sensor_noise_deg,
-                  "Standard deviation of the sway sensor's noise in degrees, or LOW HIGH to draw one for each trial; "
-                  "default: the protocol's, which is none for default and short")
+                  "Add measurement noise with this standard deviation in degrees, or one drawn from LOW HIGH for each "
+                  "trial; default: the protocol's")
       .values(1, 2);
 }
 
@@ -105,13 +110,13 @@ void add_seed_option(const Command& command, std::uint64_t& seed, const std::str
     text = std::to_string(value);
     return {};
   };
-  command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT");
+  command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT").section("Advanced");
 }
 
 Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
                          const std::string& description) {
   const auto check = [written](std::string& text) { return what_is_wrong(text, written); };
-  return command.add_option(names, output, description).rewritten(check, "");
+  return command.add_option(names, output, description).rewritten(check, "").section("Output");
 }
 
 void make_output_folder(const std::filesystem::path& folder) {

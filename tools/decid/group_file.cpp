@@ -238,10 +238,10 @@ GroupTable groups_of(const std::string& table, const RecordingFlags& recordings,
 }
 
 void add_group_option(const Command& command, std::string& table) {
+  command.section("Input");
   command.add_option(
       "--group", table,
-      "Compare groups of people: a CSV table with the columns file, group and, where people have several "
-      "recordings, subject");
+      "Compare the groups of people in this CSV table: columns file, group and, for repeated recordings, subject");
 }
 
 }  // namespace decid::tools

@@ -80,11 +80,14 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
   if (!session.takes_part()) return {0, {}};
   refuse_empty(argc, argv);
   const decid::tools::Program program(
-      "decid", "decid identifies the posture controller behind a recording of body sway on a tilting platform",
+      "decid", "Estimate balance-control parameters from recordings of sway on a tilting platform",
       std::string("decid ") + decid::version);
   const decid::tools::Command top = program.top();
   top.require_subcommand();
-  top.footer("Example: decid identify recording.csv --report report.html");
+  top.footer(
+      "Examples:\n  decid identify recording.csv --report report.html\n"
+      "  decid fit recording.csv --mass 70 --height 1.75 -o result.json\n"
+      "  decid simulate --kp 900 --seed 7 -o trial.csv");
   decid::tools::add_identify(top);
   decid::tools::add_fit(top);
   decid::tools::add_simulate(top);

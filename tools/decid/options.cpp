@@ -73,6 +73,11 @@ Option& Option::excludes(const Option& other) {
   return *this;
 }
 
+Option& Option::section(const std::string& heading) {
+  option_->group(heading);
+  return *this;
+}
+
 Command Command::add_subcommand(const std::string& name, const std::string& description) const {
   return Command(app_->add_subcommand(name, description));
 }
@@ -98,6 +103,10 @@ template Option Command::add_option(const std::string&, std::vector<double>&, co
 
 Option Command::add_flag(const std::string& names, bool& value, const std::string& description) const {
   return Option(app_->add_flag(names, value, description));
+}
+
+void Command::section(const std::string& heading) const {
+  app_->option_defaults()->group(heading);
 }
 
 void Command::footer(const std::string& text) const {

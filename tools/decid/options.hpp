@@ -36,6 +36,8 @@ class Option {
   /// Changes the text before it is read; what it returns, unless empty, is what is wrong with it.
   Option& rewritten(const std::function<std::string(std::string& text)>& rewrite, const std::string& type);
   Option& excludes(const Option& other);
+  /// The heading of the help under which it stands, instead of its command's section.
+  Option& section(const std::string& heading);
 
  private:
   CLI::Option* option_;
@@ -56,6 +58,8 @@ class Command {
   Option add_option(const std::string& names, T& value, const std::string& description) const;
   Option add_flag(const std::string& names, bool& value, const std::string& description) const;
 
+  /// The heading of the help under which the options that follow stand.
+  void section(const std::string& heading) const;
   /// Below the options in the help.
   void footer(const std::string& text) const;
   /// Called once everything has been read.

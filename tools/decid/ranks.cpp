@@ -157,7 +157,7 @@ void Session::require_alike() const {
     if (launched_processes() > 1 && !has_mpi())
       throw Error("decid",
                   format("was started %d times by mpirun or srun, and is built without MPI", launched_processes()),
-                  "build it with -DDECID_MPI=ON (docs/cluster.md), or start it once");
+                  "build it with -DDECID_MPI=ON (docs/guide/cluster.md), or start it once");
     return;
   }
   const std::vector<std::string> arguments(argv_ + 1, argv_ + argc_);

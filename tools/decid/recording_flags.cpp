@@ -16,8 +16,10 @@ namespace {
 constexpr const char* no_column = "none";
 
 std::optional<recording::Unit> unit_of(const std::string& name) {
-  if (name != "deg" && name != "rad") return {};
-  return name == "rad" ? recording::Unit::radian : recording::Unit::degree;
+  if (name == "deg") return recording::Unit::degree;
+  if (name == "rad") return recording::Unit::radian;
+  if (name == "mrad") return recording::Unit::milliradian;
+  return {};
 }
 
 std::optional<double> metres_of(const std::string& unit) {
@@ -101,76 +103,88 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
 }
 
 Option add_recording_flags(const Command& command, RecordingFlags& flags) {
-  const Option recordings =
-      command.add_option("recordings", flags.files,
-                         "CSV, MAT, C3D or .xlsx files (a column of sway, usually one of time), folders of "
-                         "them, or quoted patterns; - is standard input");
-  command.add_flag("--recursive", flags.recursive, "Read the folders within folders too");
+  command.section("Input");
+  const Option recordings = command.add_option(
+      "recordings", flags.files,
+      "Recordings to read: CSV, MAT, C3D or .xlsx files, folders of them, or quoted patterns; - reads standard input");
+  command.add_flag("--recursive", flags.recursive, "Read the folders inside folders too");
   add_reading_options(command, flags);
   return recordings;
 }
 
 void add_reading_options(const Command& command, RecordingFlags& flags) {
-  command.add_option("--column", flags.column, "Sway column, by name or number from 1; default: found by name");
+  command.section("Input");
+  command.add_option("--column", flags.column,
+                     "Read sway from this column, by name or number from 1; default: found by name");
   command
       .add_option("--unit", flags.unit,
-                  "deg or rad, or of positions mm, cm or m; default: from the column's name, else degrees")
-      .one_of({"deg", "rad", "mm", "cm", "m"});
+                  "Read sway in this unit: deg, rad, mrad, or mm, cm, m for positions; default: from the column's "
+                  "name, else deg")
+      .one_of({"deg", "rad", "mrad", "mm", "cm", "m"});
   command
       .add_option("--com-height", flags.com_height,
-                  "The sway column is a position, of the centre of mass or a marker, this many m above the ankles")
+                  "Treat the sway column as the forward position of a marker this many m above the ankle")
       .range(0.01, 3.0, "m");
-  command.add_option("--leg", flags.leg,
-                     "Angle of the legs in space, by name or number; with --trunk, in place of a sway");
-  command.add_option("--trunk", flags.trunk, "Angle of the trunk in space");
-  command.add_option("--hip", flags.hip,
-                     "Position of a hip marker forwards; with --shoulder, --mass and --height, in place of a sway");
-  command.add_option("--shoulder", flags.shoulder, "Position of a shoulder marker");
-  command.add_option("--ankle", flags.ankle,
-                     "Position of the ankle, which others count from; default: their means are upright");
-  command.add_option("--skip-lines", flags.skip_lines, "Lines of a text file above its table; default: found")
-      .range(0, 1000000);
-  command.add_option("--section", flags.section,
-                     "Table to read of a text file that holds several, by name or number from 1: Trajectories");
   command.add_option(
-      "--trial", flags.trial,
-      "Read each value of this column, or of several (subject,trial), or each element of this array of a "
-      "MAT-file, as a recording; none: a file is one; default: refuse files of several");
-  command.add_option("--rate", flags.rate, "Sample rate in Hz, if there is no time column or it is wrong")
+      "--leg", flags.leg,
+      "Read the leg's angle in space from this column, by name or number; give --trunk too, instead of sway");
+  command.add_option("--trunk", flags.trunk, "Read the trunk's angle in space from this column; give --leg too");
+  command.add_option(
+      "--hip", flags.hip,
+      "Read the hip's forward position from this column; give --shoulder, --mass and --height too, instead of sway");
+  command.add_option("--shoulder", flags.shoulder,
+                     "Read the shoulder's forward position from this column; give --hip too");
+  command.add_option("--ankle", flags.ankle,
+                     "Subtract the ankle's position in this column; default: the mean positions are upright");
+  command
+      .add_option("--skip-lines", flags.skip_lines,
+                  "Skip this many lines above the table of a text file; default: found")
+      .range(0, 1000000);
+  command.add_option(
+      "--section", flags.section,
+      "Read this table of a text file that holds several, by name or number from 1, for example Trajectories");
+  command.add_option("--trial", flags.trial,
+                     "Read each value of this column, of several (subject,trial), or each element of this MAT array as "
+                     "one recording; none: one recording per file; default: refuse files with several trials");
+  command.add_option("--rate", flags.rate, "Use this sample rate in Hz; default: from the time column")
       .range(1.0, 100000.0);
   command
-      .add_option(
-          "--fill-gaps", flags.fill_gaps,
-          "Interpolate missing values and lost samples in gaps of up to this many seconds; default: refuse them")
+      .add_option("--fill-gaps", flags.fill_gaps, "Interpolate gaps of up to this many seconds; default: refuse gaps")
       .range(0.0, recording::longest_gap_s);
   command.add_option("--missing", flags.missing,
-                     "Number that stands for a missing value; default: 9999, -9.99e33 and others where they are plain");
-  command.add_option("--begin,--start", flags.begin, "Where the protocol starts, in seconds after the first sample")
+                     "Read this number as a missing value; default: 9999, -9.99e33 and similar where they stand out");
+  command
+      .add_option("--begin,--start", flags.begin,
+                  "Start the protocol this many seconds after the first sample; default: found in the tilt, else 0")
       .range(0.0, 1e6);
-  command.add_option(
-      "--tilt-column", flags.tilt_column,
-      "The platform's measured tilt, by name or number: finds where the protocol starts; default: one called "
-      "tilt, platform or the like; none: not read");
-  command.add_option("--tilt-unit", flags.tilt_unit, "deg or rad; default: from the column's name, else degrees")
-      .one_of({"deg", "rad"});
-  command.add_option("--invert", flags.invert, "sway, tilt or both: positive against the protocol's direction")
+  command.add_option("--tilt-column", flags.tilt_column,
+                     "Read the measured tilt from this column, by name or number, to find the protocol's start; none: "
+                     "read no tilt; default: a column named tilt, platform or similar");
+  command
+      .add_option("--tilt-unit", flags.tilt_unit,
+                  "Read tilt in this unit: deg, rad or mrad; default: from the column's name, else deg")
+      .one_of({"deg", "rad", "mrad"});
+  command.add_option("--invert", flags.invert, "Reverse the sign of sway, tilt or both")
       .one_of({"sway", "tilt", "both"});
   command
       .add_option("--detrend", flags.detrend,
-                  "offset: subtract the mean of the whole cycles; linear: a drift too (which costs the built-in model "
-                  "nothing, spectra.safetensors much); default: none")
+                  "Subtract the mean of whole cycles (offset) or a straight line (linear) from sway; default: none")
       .one_of({"none", "offset", "linear"});
 }
 
 void add_body_options(const Command& command, BodyFlags& flags) {
-  command.add_option("--mass", flags.mass_kg, "The subject's mass in kg, with --height; default: the protocol's body")
+  command.section("Person");
+  command
+      .add_option("--mass", flags.mass_kg, "Set the person's mass in kg, with --height; default: the protocol's body")
       .range(1.0, 500.0);
-  command.add_option("--height", flags.height_m, "The subject's height in m").range(0.3, 3.0, "m");
+  command.add_option("--height", flags.height_m, "Set the person's height in m, with --mass").range(0.3, 3.0, "m");
 }
 
 void add_truth_option(const Command& command, RecordingFlags& flags) {
-  command.add_option("--truth", flags.truth,
-                     "Known parameters, shown beside: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
+  command.section("Output");
+  command.add_option(
+      "--truth", flags.truth,
+      "Show these known parameters beside the estimates: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
 }
 
 void refuse_alone(const std::vector<Identification>& all) {

@@ -57,7 +57,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
       "/* " + origin +
       format(
           "\n   For a body of %.6g kg whose centre of mass is %.6g m above the ankles: m g h %.6g N m/rad."
-          "\n   How to use it: docs/firmware.md of decid. */\n",
+          "\n   How to use it: docs/guide/firmware.md of decid. */\n",
           body.mass_kg, body.com_height_m, body.mgh());
   header += embedded::firmware_controller_header();
   const int delay_steps = static_cast<int>(sim::longest_delay_s * sim::steps_per_second) + 2;

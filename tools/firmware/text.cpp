@@ -392,7 +392,7 @@ long long familiarity_bytes(const Model& model, const FirmwarePlan& plan) {
 
 FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,
                              const std::string& name, const std::string& origin) {
-  std::string header = "/* " + origin + "\n   How to use it: docs/firmware.md of decid. */\n";
+  std::string header = "/* " + origin + "\n   How to use it: docs/guide/firmware.md of decid. */\n";
   header += embedded::firmware_header();
   header = replaced(header, "@CONSTANTS@", constants(model, plan));
   header = replaced(header, "@DEVIATIONS@",

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/files/json_object.hpp"
+#include "base/math/statistics.hpp"
 #include "embedded/density_css.hpp"
 #include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
@@ -133,7 +134,7 @@ struct Thinned {
 };
 
 double mean_of(std::span<const double> values) {
-  return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  return values.empty() ? 0.0 : mean(values);
 }
 
 /// Bands and lines as whole numbers with one scale.

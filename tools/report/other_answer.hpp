@@ -1,4 +1,4 @@
-// The command that gives another answer to the same recording, and what that answer adds. Figures: docs/fit.md,
+// The command that gives another answer to the same recording, and what that answer adds. Figures: docs/guide/fit.md,
 // "Identify or fit?".
 #pragma once
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/files/json_object.hpp"
+#include "base/math/statistics.hpp"
 #include "base/text.hpp"
 #include "embedded/method_table_js.hpp"
 #include "embedded/study_js.hpp"
@@ -54,10 +54,6 @@ Json data_json(const sim::ParameterTable& table, const StudyData& data) {
           {"after_enrichment", distribution_json(table, data.all)}};
 }
 
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
 Json paper_json() {
   const sim::ParameterTable& table = sim::single_pendulum().parameters;
   return {{"trials", paper::trials},
@@ -71,13 +67,27 @@ Json paper_json() {
           {"deviation", by_parameter(table, paper::deviation)}};
 }
 
-/// Rows of the table: what, ours by MSE and by MATLAB's loss (or one figure), the paper's.
+/// Returns the squared error of a parameter as the paper counts it: over the standard deviation that its table 1
+/// prints.
+double by_paper(const Study& study, const Scores& mse_per_parameter, std::size_t p) {
+  const double ratio = study.target_deviation[p] / paper::deviation[p];
+  return mse_per_parameter[p] * ratio * ratio;
+}
+
+double mean_by_paper(const Study& study, const Scores& mse_per_parameter) {
+  std::vector<double> errors(mse_per_parameter.size());
+  for (std::size_t p = 0; p < errors.size(); ++p) errors[p] = by_paper(study, mse_per_parameter, p);
+  return mean(errors);
+}
+
+/// Rows of the table: what, ours by MSE, by MATLAB's loss and by the paper's deviations (or one figure), the paper's.
 struct Row {
-  std::string what, ours, ours_matlab, paper;
+  std::string what, ours, ours_matlab, ours_by_paper, paper;
 };
 
-Row error_row(const std::string& what, const Evaluation& error, const std::string& paper) {
-  return {what, format("%.4f", error.mse()), format("%.4f", error.matlab_loss()), paper};
+Row error_row(const Study& study, const std::string& what, const Evaluation& error, const std::string& paper) {
+  return {what, format("%.4f", error.mse()), format("%.4f", error.matlab_loss()),
+          format("%.4f", mean_by_paper(study, error.mse_per_parameter)), paper};
 }
 
 std::vector<Row> rows_of(const Study& study) {
@@ -86,39 +96,42 @@ std::vector<Row> rows_of(const Study& study) {
   if (study.data) {
     const StudyData& data = *study.data;
     rows.push_back(
-        {"trials", format("%d", data.training.trials + data.validation.trials), "", format("%d", paper::trials)});
-    rows.push_back({"  training, validation", format("%d, %d", data.training.trials, data.validation.trials), "",
+        {"trials", format("%d", data.training.trials + data.validation.trials), "", "", format("%d", paper::trials)});
+    rows.push_back({"  training, validation", format("%d, %d", data.training.trials, data.validation.trials), "", "",
                     format("%d, %d", paper::half, paper::half)});
   }
   if (!study.log.empty()) {
-    rows.push_back({"epochs", format("%zu", study.log.size()), "", format("at most %d", paper::max_epochs)});
-    rows.push_back({"  kept", format("%d", kept_epoch(study.log, study.origin.patience).epoch), "", ""});
+    rows.push_back({"epochs", format("%zu", study.log.size()), "", "", format("at most %d", paper::max_epochs)});
+    rows.push_back({"  kept", format("%d", kept_epoch(study.log, study.origin.patience).epoch), "", "", ""});
   }
   if (study.data) {
-    rows.push_back(error_row("validation half", study.data->validation, format("%.4f", paper::validation_loss)));
-    rows.push_back(error_row("training half", study.data->training, format("%.4f", paper::training_loss)));
+    rows.push_back(error_row(study, "validation half", study.data->validation, format("%.4f", paper::validation_loss)));
+    rows.push_back(error_row(study, "training half", study.data->training, format("%.4f", paper::training_loss)));
   }
   for (const NoiseLevel& level : study.levels)
-    rows.push_back(error_row(format("fresh, %g deg sensor noise", level.sensor_noise_deg), level.all, ""));
+    rows.push_back(error_row(study, format("fresh, %g deg sensor noise", level.sensor_noise_deg), level.all, ""));
   const Evaluation& of = study.data ? study.data->validation : fresh;
   const sim::ParameterTable& table = study.protocol.parameters();
   for (std::size_t p = 0; p < table.size(); ++p)
     rows.push_back({format("%s %s", study.data ? "validation," : "fresh,", table[p].name.c_str()),
-                    format("%.4f", of.mse_per_parameter[p]), format("%.4f", 0.5 * of.mse_per_parameter[p]), ""});
+                    format("%.4f", of.mse_per_parameter[p]), format("%.4f", 0.5 * of.mse_per_parameter[p]),
+                    format("%.4f", by_paper(study, of.mse_per_parameter, p)), ""});
+  rows.push_back({"guessing the mean", "1", format("%g", 0.5 * static_cast<double>(table.size())),
+                  format("%.4f", mean_by_paper(study, Scores(table.size(), 1))), ""});
   if (study.dip) {
     const KnownTrial& trial = study.dip->trial;
     const std::string paper = format("%.4f", paper::double_pendulum_squared_error);
-    rows.push_back({"double pendulum, SE", format("%.4f", trial.squared_error()), "", paper});
+    rows.push_back({"double pendulum, SE", format("%.4f", trial.squared_error()), "", "", paper});
     rows.push_back({format("  mean of the %zu", table.size()),
-                    format("%.4f", trial.squared_error() / static_cast<double>(table.size())), "", ""});
+                    format("%.4f", trial.squared_error() / static_cast<double>(table.size())), "", "", ""});
     rows.push_back({format("  SE, mean of %zu trials", study.dip->squared_errors.size()),
-                    format("%.4f", mean(study.dip->squared_errors)), "", ""});
+                    format("%.4f", mean(study.dip->squared_errors)), "", "", ""});
   }
   if (study.recording)
-    rows.push_back({"recording, peak to peak (deg)", format("%.4f", study.recording->peak_to_peak_deg()), "",
+    rows.push_back({"recording, peak to peak (deg)", format("%.4f", study.recording->peak_to_peak_deg()), "", "",
                     format("%.4f", paper::human_peak_to_peak_deg)});
   for (const auto& [name, seconds] : study.seconds)
-    rows.push_back({"time, " + name, duration_text(seconds), "", "not given"});
+    rows.push_back({"time, " + name, duration_text(seconds), "", "", "not given"});
   return rows;
 }
 
@@ -172,14 +185,18 @@ constexpr const char* convention =
     "the 7, guessing gives 3.5; a parameter's share of it is half its MSE. The paper does not say which its losses "
     "are: "
     "as MATLAB's, its 0.2851 is an MSE of 0.0815, and as an MSE a loss of 0.9979. SE: sum of the 7 squared errors of "
-    "one trial.";
+    "one trial. By the paper's sd: the MSE with each error over the standard deviation that the paper's table 1 "
+    "prints, "
+    "most of them larger than a uniform range has; the paper z-scores its targets, so this column compares with its "
+    "losses.";
 
 Json page_data(const Study& study, const std::vector<Figure>& figures) {
   Json data = study_json(study);
   data["protocol"] = protocol_figures(study.protocol);
   data["convention"] = convention;
   data["rows"] = Json::array();
-  for (const Row& row : rows_of(study)) data["rows"].push_back({row.what, row.ours, row.ours_matlab, row.paper});
+  for (const Row& row : rows_of(study))
+    data["rows"].push_back({row.what, row.ours, row.ours_matlab, row.ours_by_paper, row.paper});
   data["faults_convention"] = study.faults.empty() ? "" : faults_convention(study);
   data["fault_rows"] = Json::array();
   for (const FaultFigures& row : study.faults) data["fault_rows"].push_back({row.fault.what, fault_cells(row)});
@@ -242,6 +259,11 @@ Json study_json(const Study& study) {
     json["learning_curve"].push_back({{"trials", p.trials}, {"mse", p.mse}});
   json["comparisons"] = Json::array();
   for (const std::string& comparison : study.comparisons) json["comparisons"].push_back(Json::parse(comparison));
+  json["mse_by_paper_deviation"] = {
+      {"training", study.data ? Json(mean_by_paper(study, study.data->training.mse_per_parameter)) : Json(nullptr)},
+      {"validation", study.data ? Json(mean_by_paper(study, study.data->validation.mse_per_parameter)) : Json(nullptr)},
+      {"fresh", mean_by_paper(study, study.levels.front().all.mse_per_parameter)},
+      {"mean_guess", mean_by_paper(study, Scores(table.size(), 1))}};
   json["seconds"] = Json::object();
   for (const auto& [name, seconds] : study.seconds) json["seconds"][name] = seconds;
   json["notes"] = study.notes;
@@ -250,11 +272,11 @@ Json study_json(const Study& study) {
 }
 
 std::string study_text(const Study& study) {
-  std::string text =
-      format("%s\n\n%-30s %20s %14s %14s\n", study.model.c_str(), "", "MSE or figure", "MATLAB's loss", "the paper");
+  std::string text = format("%s\n\n%-30s %20s %14s %14s %14s\n", study.model.c_str(), "", "MSE or figure",
+                            "MATLAB's loss", "by paper's sd", "the paper");
   for (const Row& row : rows_of(study))
-    text += format("%-30s %20s %14s %14s\n", row.what.c_str(), row.ours.c_str(), row.ours_matlab.c_str(),
-                   row.paper.c_str());
+    text += format("%-30s %20s %14s %14s %14s\n", row.what.c_str(), row.ours.c_str(), row.ours_matlab.c_str(),
+                   row.ours_by_paper.c_str(), row.paper.c_str());
   if (study.data) {
     text +=
         format("\n%-30s %20s %14s %14s %14s\n", "after enrichment", "mean", "deviation", "paper's mean", "deviation");

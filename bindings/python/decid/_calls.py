@@ -330,7 +330,7 @@ def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architec
     """Trains a model, with the weights of `decid train`, which also leaves checkpoints: long trainings are its work.
 
     data: a Dataset, or a protocol of which fresh trials are simulated in every epoch: stream_trials of them, and
-    validation_trials for validation. None is the preset's (docs/models.md). architecture: layers, one a line; image:
+    validation_trials for validation. None is the preset's (docs/guide/models.md). architecture: layers, one a line; image:
     settings as `decid info --json` shows them. patience: stop after so many epochs without a better one, and keep the best.
     on_batch(epoch, done, trials), on_epoch(Epoch): called on the way; what they raise ends the training."""
     def progress(epoch: int, all_epochs: int, done: int, trials: int, is_over: bool, training_mse: float,

@@ -56,7 +56,7 @@ class Protocol:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All of it, as docs/protocols.md describes the JSON."""
+        """All of it, as docs/reference/protocols.md describes the JSON."""
         return json.loads(self._handle.json)
 
     def __repr__(self) -> str:

@@ -36,7 +36,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Notice:
-    """What was assumed, what looks odd, what makes a result void. Codes: docs/recordings.md."""
+    """What was assumed, what looks odd, what makes a result void. Codes: docs/guide/warnings.md."""
     severity: str  #: "info", "caution" or "invalid"
     code: str
     text: str

@@ -1,6 +1,6 @@
 // Files and folders that are dropped or chosen: finds the recordings among them, and reads them.
 
-let largestCount = 1000, largestBytes = 500e6;  // docs/web.md states them
+let largestCount = 1000, largestBytes = 500e6;  // docs/guide/web.md states them
 
 // Names that the program cannot take for options, each one once.
 function namesOf(files) {

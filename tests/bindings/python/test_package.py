@@ -190,7 +190,7 @@ class Fits(WithFolder):
     def test_a_fit_has_the_bits_of_the_program(self):
         path = self.trial()
         draws = self.folder / "draws.npz"
-        expected = json.loads(program("fit", path, "--most-draws", 8, "--range", "Kp=300,2000", "--prior",
+        expected = json.loads(program("fit", path, "--max-draws", 8, "--range", "Kp=300,2000", "--prior",
                                       "delay=0.12,0.02", "--moved-before", "--draws", draws, "--json", "--quiet"))
         expected = expected["recordings"][0]
         told = []

@@ -57,11 +57,11 @@ with tempfile.TemporaryDirectory() as folder:
         run("train", "--data", "more.npz", "--architecture", name + ".txt", "--head", head, "--image", "image.json",
             "--epochs", "1", "-o", name + ".safetensors")
         put("model", name + ".safetensors", read(name + ".safetensors"))
-    run("calibrate", "--trials", "2", "--protocol", "tiny.json", "--model", "point.safetensors", "--most-draws", "8",
+    run("calibrate", "--trials", "2", "--protocol", "tiny.json", "--model", "point.safetensors", "--max-draws", "8",
         "--groups", "1", "-o", "calibration.json")
     put("calibration", "calibration.json", read("calibration.json"))
     run("compare", "--trials", "2", "--simulations", "6400", "--starts", "1",
-        "--most-draws", "8",
+        "--max-draws", "8",
         "-o", "comparison.json")
     put("comparison", "comparison.json", read("comparison.json"))
     run("simulate", "--protocol", "tiny.json", "-o", "trial.csv")

@@ -243,7 +243,7 @@ TEST_CASE("what errors advise works when it is done") {
     std::string text, line;
     for (int k = 0; k <= 100 * seconds && std::getline(trial, line); ++k) text += line + "\n";
     write_text(cut, text);
-    const std::string fit = "fit --quiet --most-draws 8 " + cut;
+    const std::string fit = "fit --quiet --max-draws 8 " + cut;
     const std::string says =
         std::string("write its protocol (decid stimulus") + protocol + " --write-protocol mine.json)";
     check_refused(fit + protocol, {says, "set its cycles to ", "decid fit --protocol"});

@@ -1,4 +1,4 @@
-// The model inside the program: the weights that docs/models.md names, and their error on fixed trials.
+// The model inside the program: the weights that docs/guide/models.md names, and their error on fixed trials.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -14,16 +14,16 @@
 
 namespace decid::tools {
 
-TEST_CASE("the built-in model is the one that docs/models.md describes") {
+TEST_CASE("the built-in model is the one that docs/guide/models.md describes") {
   const std::string hash = nn::weights_sha256(built_in_model().network);
-  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/models.md");
+  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/guide/models.md");
   CAPTURE(hash);
   CHECK(page.find(hash) != std::string::npos);
   CHECK(std::filesystem::file_size(DECID_SOURCE_DIR "/models/built_in.safetensors") < 4'000'000);
 }
 
-TEST_CASE("the models beside it are those that docs/models.md describes") {
-  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/models.md");
+TEST_CASE("the models beside it are those that docs/guide/models.md describes") {
+  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/guide/models.md");
   for (const std::string name : {"ideal", "spectra"}) {
     CAPTURE(name);
     const Model model = load_model(DECID_SOURCE_DIR "/models/" + name + ".safetensors");
@@ -98,7 +98,8 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
   CHECK(changed([](std::vector<float>& sway) {
           for (float& value : sway) value = -value;  // the sign
         }) >= 0.95);
-  // docs/recordings.md has the rates over 500 trials: 0.74, 0.90, 0.83 and 0.87, here with three standard errors off.
+  // docs/reference/accuracy.md has the rates over 500 trials: 0.74, 0.90, 0.83 and 0.87, here with three standard
+  // errors off.
   struct Late {
     int samples;
     double least;

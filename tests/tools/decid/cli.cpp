@@ -17,15 +17,21 @@ using decid::test::read_text;
 using decid::test::run_decid;
 using Json = nlohmann::json;
 
-TEST_CASE("every command explains itself with an example") {
-  for (const std::string command : {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit",
-                                    "compare", "info", "image", "study", "selftest"}) {
-    const auto result = run_decid(command + " --help");
+TEST_CASE("every command's help has options under headings and three examples or more") {
+  for (const std::string command :
+       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "calibrate", "compare", "info",
+        "image", "study", "selftest", "export c", "export controller", "export sway", "export onnx"}) {
+    const std::string help = run_decid(command + " --help").out;
     CAPTURE(command);
-    CHECK(result.code == 0);
-    CHECK(result.out.find("Example") != std::string::npos);
-    CHECK(result.out.find("--threads") != std::string::npos);
-    CHECK(result.out.find("--quiet") != std::string::npos);
+    const auto has = [&](const std::string& text) { return help.find(text) != std::string::npos; };
+    CHECK(has("\nOutput:\n"));
+    CHECK(has("\nAdvanced:\n"));
+    CHECK(has("--threads"));
+    CHECK(has("--quiet"));
+    REQUIRE(has("\nExamples:\n"));
+    int examples = 0;
+    for (std::size_t at = help.find("\nExamples:"); (at = help.find("\n  ", at + 1)) != std::string::npos;) ++examples;
+    CHECK(examples >= 3);
   }
   CHECK(run_decid("--version").out == std::string("decid ") + DECID_VERSION + "\n");
 }

@@ -20,14 +20,14 @@ using Json = nlohmann::json;
 
 namespace {
 
-constexpr const char* small = " --starts 1 --simulations 6500 --most-draws 8 --seed 3";
+constexpr const char* small = " --starts 1 --simulations 6500 --max-draws 8 --seed 3";
 
 }  // namespace
 
 TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suite("slow")) {
   const Folder folder;
   REQUIRE(run_decid("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
-  const std::string command = "fit " + folder / "t.csv" + " --protocol short --most-draws 20 --json";
+  const std::string command = "fit " + folder / "t.csv" + " --protocol short --max-draws 20 --json";
   const auto result = run_decid(command + " -o " + folder / "o.json" + " --draws " + folder / "d.npz" + " --report " +
                                 folder / "r.html");
   CAPTURE(result.err);
@@ -89,7 +89,7 @@ TEST_CASE("fit: ranges and priors of parameters" * doctest::test_suite("slow")) 
   REQUIRE(run_decid("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
   const std::string known =
       " --range delay=0.05,0.2 --prior delay=0.12,0.01 --prior Kp=850,20 --range Kp_pass=100,250 --moved-before";
-  const auto result = run_decid("fit --quiet --json --protocol short --most-draws 8" + known + " " + folder / "t.csv" +
+  const auto result = run_decid("fit --quiet --json --protocol short --max-draws 8" + known + " " + folder / "t.csv" +
                                 " --draws " + folder / "d.npz");
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
@@ -150,7 +150,7 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
   const Folder folder;
   REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);
   write_text(folder / "short.csv", "time,com_sway_deg\n0,0\n0.01,0.1\n0.02,0.2\n");
-  check_refused("fit " + folder / "t.csv" + " --most-draws 0", {"--most-draws"});
+  check_refused("fit " + folder / "t.csv" + " --max-draws 0", {"--max-draws"});
   check_refused("fit " + folder / "t.csv" + " --prior-start -1", {"--prior-start"});
   check_refused("fit " + folder / "t.csv" + " --mass 70", {"--mass, --height", "give both"});
   check_refused("fit " + folder / "t.csv" + " --height 170 --mass 70", {"--height"});
@@ -182,7 +182,7 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   std::string still = "time,sway\n";
   for (int k = 0; k < 7000; ++k) still += std::to_string(0.01 * k) + (k < 6500 ? ",0\n" : ",1\n");
   write_text(folder / "still.csv", still);
-  const auto result = run_decid("fit --quiet --protocol short --most-draws 8 " + folder / "bad.csv" + " " +
+  const auto result = run_decid("fit --quiet --protocol short --max-draws 8 " + folder / "bad.csv" + " " +
                                 folder / "still.csv" + " " + folder / "t.csv" + " -o " + folder / "o.json");
   CAPTURE(result.err);
   CHECK(result.code == 2);
@@ -207,7 +207,7 @@ TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
   std::string files;
   for (int i = 0; i < 100; ++i) files += " " + folder / "t.csv";
   // A line of progress comes every 10 s; Ctrl-C after one that was written in the middle of drawing.
-  const std::string command = std::string(DECID_PROGRAM) + " fit --protocol short --most-draws 50" + files + " -o " +
+  const std::string command = std::string(DECID_PROGRAM) + " fit --protocol short --max-draws 50" + files + " -o " +
                               folder / "o.json" + " --report " + folder / "r.html" + " >" + folder / "out" + " 2>" +
                               folder / "err" + " & child=$!; while kill -0 $child && ! grep -q 'R-hat' " +
                               folder / "err" + "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
@@ -237,7 +237,7 @@ TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_s
   const std::string truth = "Kp=850,Kd=250,Kp_pass=200,Kd_pass=100,Nv=0.3,theta=0.001,delay=0.1";
   REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
   const auto result = run_decid("fit " + folder / "t.csv" + " --json --protocol short --mass 88.86 --height 1.8 " +
-                                "--most-draws 8 --truth " + truth);
+                                "--max-draws 8 --truth " + truth);
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
   const Json recording = Json::parse(result.out)["recordings"][0];
@@ -258,7 +258,7 @@ TEST_CASE("fit: where chains disagree, the network's values have its intervals; 
     REQUIRE(result.code == 0);
     return Json::parse(result.out)["recordings"].at(0);
   };
-  const std::string few = "fit --quiet --most-draws 8 " + folder / "t.csv";  // too few to agree
+  const std::string few = "fit --quiet --max-draws 8 " + folder / "t.csv";  // too few to agree
   const Json fitted = first(few), identified = first("identify " + folder / "t.csv"),
              turned = first(few + " --invert sway");
   CHECK(fitted["fit"]["answer"] == "network");
@@ -277,7 +277,7 @@ TEST_CASE("fit: where chains disagree, the network's values have its intervals; 
 TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest::test_suite("slow")) {
   const Folder folder;
   const std::string command =
-      "calibrate --quiet --protocol short --sensor-noise 0.02 --most-draws 8 --groups 1 --json -o " + folder / "c.json";
+      "calibrate --quiet --protocol short --sensor-noise 0.02 --max-draws 8 --groups 1 --json -o " + folder / "c.json";
   REQUIRE(run_decid(command + " --trials 1").code == 0);
   const auto result = run_decid(command + " --trials 2 --resume");
   CAPTURE(result.err);
@@ -340,7 +340,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
              R"({"sensor_noise_deg": 0.02, "recording": {"offset_deg": {"share": 0.3, "size": [0, 1]}},
       "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.05, "amplitude_deg": 8,
       "offset_s": 0, "cycles": 1}})");
-  const std::string options = " --trials 1 --most-draws 8 --json -o " + folder / "f.json";
+  const std::string options = " --trials 1 --max-draws 8 --json -o " + folder / "f.json";
   const std::string faults = "calibrate --faults --quiet --protocol " + folder / "p.json" + options;
   const auto first = run_decid(faults);
   CAPTURE(first.err);
@@ -387,7 +387,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   check_refused("calibrate --faults --resume", {"--resume", "--output"});
   check_refused("calibrate --faults -o " + folder / "no/f.json", {"no/f.json: its folder does not exist"});
   check_refused("calibrate --faults --conditions " + folder / "p.json", {"--faults", "--conditions"});
-  const auto table = run_decid("calibrate --conditions " + folder / "p.json" + " --trials 1 --most-draws 8 --quiet");
+  const auto table = run_decid("calibrate --conditions " + folder / "p.json" + " --trials 1 --max-draws 8 --quiet");
   CHECK(table.code == 0);
   CHECK(std::count(table.out.begin(), table.out.end(), '\n') == 4);  // two lines of the header, none, offset_deg
   CHECK(table.out.find("| offset_deg |") != std::string::npos);
@@ -396,7 +396,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
 TEST_CASE("calibrate: another network's answers take the place of the first one's" * doctest::test_suite("slow")) {
   const Folder folder;
   const std::string command =
-      "calibrate --quiet --sensor-noise 0.02 --most-draws 8 --trials 1 --json -o " + folder / "c.json";
+      "calibrate --quiet --sensor-noise 0.02 --max-draws 8 --trials 1 --json -o " + folder / "c.json";
   const std::string model = " --model " DECID_SOURCE_DIR "/models/spectra.safetensors";
   const auto first = run_decid(command);
   CAPTURE(first.err);

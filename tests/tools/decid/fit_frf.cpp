@@ -135,7 +135,7 @@ TEST_CASE("fit --frf refuses what it cannot use, in one line") {
   check_table_refused(good, {"no confidence", "--prior-error above 0"}, "--prior-error 0");
   check_table_refused(good, {"--unit", "not for --frf"}, "--unit deg");
   check_table_refused(good, {"--model", "not for --frf"}, "--model m.safetensors");
-  check_table_refused(good, {"--most-draws", "not for --frf"}, "--most-draws 100");
+  check_table_refused(good, {"--max-draws", "not for --frf"}, "--max-draws 100");
   check_table_refused(good, {"--frf", "recordings"}, "r.csv");
   check_table_refused(good, {"--mass, --height"}, "--mass 70");
   check_table_refused(good, {"--amplitude", "plays no ternary sequence", "leave it out"},

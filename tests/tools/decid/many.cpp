@@ -220,7 +220,7 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
     return " -o " + folder / name + ".json" + " --table " + folder / name + ".csv" + " --draws " + folder / name +
            ".npz" + " --report " + folder / name + ".html";
   };
-  const std::string command = "fit --protocol short --most-draws 8 --quiet " + folder / "in";
+  const std::string command = "fit --protocol short --max-draws 8 --quiet " + folder / "in";
   const Result whole = run_decid(command + outputs("whole"));
   CAPTURE(whole.err);
   CHECK(whole.code == 2);
@@ -255,7 +255,7 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
 
   // Two of them in one file.
   write_text(folder / "long.csv", long_table(read_text(folder / "in/s1.csv"), read_text(folder / "in/s2.csv"), ""));
-  const Result together = run_decid("fit --protocol short --most-draws 8 --quiet --json --trial trial " +
+  const Result together = run_decid("fit --protocol short --max-draws 8 --quiet --json --trial trial " +
                                     folder / "long.csv" + " -o " + folder / "long.json");
   CHECK(together.code == 0);
   for (std::size_t i = 0; i < 2; ++i) {

@@ -316,7 +316,7 @@ TEST_CASE("the firmware model: the hash that is written down, its error, and wha
   Model model = load_model(test::firmware_model);
   const std::string hash = nn::weights_sha256(model.network);
   CAPTURE(hash);
-  CHECK(test::read_text(DECID_SOURCE_DIR "/docs/firmware.md").find(hash) != std::string::npos);
+  CHECK(test::read_text(DECID_SOURCE_DIR "/docs/guide/firmware.md").find(hash) != std::string::npos);
   sim::Protocol protocol = model.protocol;
   CHECK(protocol.noise.sensor.high_deg == 0.1);
   const dataset::Dataset data = dataset::generate({.protocol = protocol, .count = 500, .seed = 4242});

@@ -1,5 +1,5 @@
 // An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F, M7 and M55, run under QEMU on
-// trials, bits compared with identify's. What it costs is printed; docs/firmware.md has it as a table.
+// trials, bits compared with identify's. What it costs is printed; docs/guide/firmware.md has it as a table.
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -83,7 +83,7 @@ void check_familiarity(const std::string& cpu, const std::string& name, const Mo
   const dataset::Dataset data = test::noisy_trials(model, 1, 79);
   const std::string costs = run_example(folder, "--familiarity --cpu " + cpu, data);
   check_costs(costs, 1);
-  check_written("docs/firmware.md", familiarity_row(name, costs, without));
+  check_written("docs/guide/firmware.md", familiarity_row(name, costs, without));
   const std::span<const float> sway = data.trial(0);
   const Estimate found = Identifier(model).estimate({recording::trial_of({sway.begin(), sway.end()})}).front();
   CHECK(cost(costs, "distance_thousandths") ==
@@ -97,8 +97,8 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
     const dataset::Dataset data = test::noisy_trials(model, trials, 77);
     const std::string costs = run_example(folder, "--cpu " + cpu, data);
     check_costs(costs, trials);
-    check_written("docs/firmware.md", row(name + ", float", costs));
-    check_written("docs/firmware.md", controller_row(name, costs));
+    check_written("docs/guide/firmware.md", row(name + ", float", costs));
+    check_written("docs/guide/firmware.md", controller_row(name, costs));
     CHECK(test::read_text(folder / "out/results.bin") ==
           test::identified_bytes(model, for_body(model, "model", {}), data));
     check_familiarity(cpu, name, model, costs);
@@ -107,7 +107,7 @@ void check_cpu(const std::string& cpu, const std::string& name, int trials) {
   const dataset::Dataset data = test::noisy_trials(model, 2, 78);
   const std::string costs = run_example(folder, "--int8 --cpu " + cpu, data);
   check_costs(costs, 2);
-  check_written("docs/firmware.md", row(name + ", 8 bits", costs));
+  check_written("docs/guide/firmware.md", row(name + ", 8 bits", costs));
   FirmwarePlan plan = plan_firmware(model, {.int8 = true});
   quantise(plan, model);
   std::vector<float> expected;

@@ -150,7 +150,7 @@ class Processes(unittest.TestCase):
     def test_fits_of_recordings(self):
         files = self.recordings(3)
         made = ["f.json", "f.csv", "f.npz", "f.html"]
-        arguments = ["fit", *files, "--most-draws", "8", "-o", "f.json", "--table", "f.csv", "--draws", "f.npz",
+        arguments = ["fit", *files, "--max-draws", "8", "-o", "f.json", "--table", "f.csv", "--draws", "f.npz",
                      "--report", "f.html", "--quiet", "--threads", "1"]
         hashes = set()
         for count in (0, 2):
@@ -159,11 +159,11 @@ class Processes(unittest.TestCase):
         self.assertEqual(len(hashes), 1)
 
     def test_fits_calibrated(self):
-        arguments = ["calibrate", "--trials", "3", "--most-draws", "8", "--quiet", "--json", "--threads", "1"]
+        arguments = ["calibrate", "--trials", "3", "--max-draws", "8", "--quiet", "--json", "--threads", "1"]
         self.assertEqual(len({self.without_seconds(self.run_decid(count, arguments)[0]) for count in (0, 2)}), 1)
 
     def test_fits_compared(self):
-        arguments = ["compare", "--trials", "2", "--most-draws", "8", "--starts", "1", "--simulations", "7000", "--quiet",
+        arguments = ["compare", "--trials", "2", "--max-draws", "8", "--starts", "1", "--simulations", "7000", "--quiet",
                      "--json", "--threads", "1"]
         self.assertEqual(len({self.without_seconds(self.run_decid(count, arguments)[0]) for count in (0, 2)}), 1)
 

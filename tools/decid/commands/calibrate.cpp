@@ -432,42 +432,52 @@ void run_calibrate(const CalibrateOptions& options) {
 
 void add_calibrate(const Command& program) {
   auto options = std::make_shared<CalibrateOptions>();
-  const Command command = program.add_subcommand(
-      "calibrate", "Do the posteriors of fit keep what they promise? On trials of known parameters");
-  command.add_option("--trials", options->trials, "How many").show_default().range(1, 1'000'000);
+  const Command command = program.add_subcommand("calibrate", "Measure errors and coverage of fit on simulated trials");
+  command.section("Trials");
+  command.add_option("--trials", options->trials, "Simulate this many trials").show_default().range(1, 1'000'000);
   add_protocol_options(command, options->protocol);
-  add_seed_option(command, options->seed, "Of the trials");
-  command.add_option("--model", options->model, "Model file whose network stands beside; default: the built-in model");
-  command.add_option("--prior-start", options->priors.start_s, "As for fit, and of the trials; 0: known")
+  add_seed_option(command, options->seed, "Seed the trials");
+  command.add_option("--model", options->model,
+                     "Compare with the network of this model file; default: the built-in model");
+  command
+      .add_option("--prior-start", options->priors.start_s,
+                  "Draw each trial's start, and let fit expect it, within this many seconds; 0: known")
       .show_default()
       .range(0.0, 0.5);
-  command.add_option("--prior-gain", options->priors.gain, "As for fit, and of the trials; 0: known")
+  command
+      .add_option(
+          "--prior-gain", options->priors.gain,
+          "Draw each trial's gain with this standard deviation of its logarithm, and let fit expect it; 0: known")
       .show_default()
       .range(0.0, 0.5);
   command
       .add_option("--standing", options->priors.standing_s,
-                  "The bodies have stood, and swayed, so many seconds before a trial; 0: they start at rest")
+                  "Let the body stand and sway for this many seconds before each trial; 0: it starts at rest")
       .show_default()
       .range(0.0, 60.0);
   command.add_option("--conditions", options->conditions,
-                     "Instead, a table for this protocol: each of its recording conditions alone, and all together, "
-                     "fitted as fit does it");
-  command.add_flag(
-      "--faults", options->faults,
-      "Instead, a table of what recordings of people have, one fault in all trials of a row, with start and "
-      "gain unknown");
-  command.add_option("--most-draws", options->settings.max_draws, "As for fit").show_default().range(8, 1'000'000);
-  command.add_option("--groups", options->settings.groups, "Of eight chains each").show_default().range(1, 64);
+                     "Measure each recording condition of this protocol alone, then all together");
+  command.add_flag("--faults", options->faults,
+                   "Measure one recording artefact per table row, with unknown start and gain");
+  command.section("Advanced");
+  command.add_option("--max-draws,--most-draws", options->settings.max_draws, "Take at most this many draws per chain")
+      .show_default()
+      .range(8, 1'000'000);
+  command.add_option("--groups", options->settings.groups, "Run this many groups of eight chains")
+      .show_default()
+      .range(1, 64);
   add_output_option(command, "-o,--output", options->output, Written::json,
-                    "JSON file to write, anew after every few trials");
+                    "Write the results to this JSON file, which is updated every few trials");
   add_output_option(command, "--figure", options->figure, Written::svg,
-                    "SVG to write: where the truths lie among the draws");
-  command.add_flag("--resume", options->resume, "Go on with the trials that the file has");
+                    "Draw the ranks of the true values among the draws to this SVG file");
+  command.section("Output");
+  command.add_flag("--resume", options->resume, "Continue with the trials in the output file");
   add_common_options(command, options->common, true);
   command.footer(
-      "Examples: decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json\n"
-      "          decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60\n"
-      "          decid calibrate --faults --sensor-noise 0.02 --trials 60 -o faults.json --resume");
+      "Examples:\n"
+      "  decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json\n"
+      "  decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60\n"
+      "  decid calibrate --faults --sensor-noise 0.02 --trials 60 -o artefacts.json --resume");
   command.callback([options] {
     options->settings.min_draws = std::min(options->settings.min_draws, options->settings.max_draws);
     apply(options->common);

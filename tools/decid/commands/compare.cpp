@@ -259,28 +259,41 @@ void add_compare(const Command& program) {
   auto options = std::make_shared<CompareOptions>();
   const Command command = program.add_subcommand(
       "compare", "Compare network, posterior and iterative fits on trials with known parameters");
-  command.add_option("--trials", options->trials, "How many trials").show_default().range(1, 100'000);
-  add_seed_option(command, options->seed, "Of the fresh trials and of the fits");
+  command.section("Input");
+  command.add_option("--trials", options->trials, "Compare the methods on this many trials")
+      .show_default()
+      .range(1, 100'000);
+  add_seed_option(command, options->seed, "Seed the trials and the fits");
   command
       .add_option("--sensor-noise", options->sensor_noise_deg,
-                  "Of the fresh trials: standard deviation in degrees, or LOW HIGH to draw from; default: none")
+                  "Add measurement noise with this standard deviation in degrees, or one drawn from LOW HIGH for each "
+                  "trial; default: none")
       .values(1, 2);
-  command.add_option("--data", options->data, "Data set made by decid dataset, instead of fresh trials");
-  command.add_option("--model", options->model, "Model file; default: the built-in model");
-  command.add_option("--starts", options->starts, "Searches of the fit alone; the fit from the network has one")
+  command.add_option("--data", options->data, "Use the trials of this data set instead of new ones");
+  command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  command.section("Advanced");
+  command
+      .add_option("--starts", options->starts,
+                  "Start the fit without a network this many times; the fit from the network's estimate starts once")
       .show_default()
       .range(1, 100);
-  command.add_option("--simulations", options->simulations, "Trials to simulate for each fit, at most")
+  command.add_option("--simulations", options->simulations, "Simulate at most this many trials for each fit")
       .show_default()
       .range(1LL, 1'000'000'000LL);
-  command.add_option("--most-draws", options->posterior.max_draws, "Of each chain of a posterior; fewer if enough")
+  command
+      .add_option("--max-draws,--most-draws", options->posterior.max_draws,
+                  "Take at most this many draws per chain of a posterior")
       .show_default()
       .range(8, 1'000'000);
-  add_output_option(command, "-o,--output", options->output, Written::json, "JSON file to write");
+  add_output_option(command, "-o,--output", options->output, Written::json, "Write the results to this JSON file");
   add_output_option(command, "--report", options->report, Written::html,
-                    "Page to write: the table and a chart (.html)");
+                    "Write the table and a chart to this HTML page");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid compare --trials 100 --sensor-noise 0.02 --report compare.html");
+  command.footer(
+      "Examples:\n"
+      "  decid compare --trials 100 --sensor-noise 0.02 --report compare.html\n"
+      "  decid compare --data test.npz --model mine.safetensors -o compare.json\n"
+      "  decid compare --trials 20 --starts 1 --simulations 6500");
   command.callback([options] {
     options->posterior.seed = options->seed;
     options->posterior.min_draws = std::min(options->posterior.min_draws, options->posterior.max_draws);

@@ -134,21 +134,27 @@ void make_dataset(const DatasetOptions& options) {
 void add_dataset(const Command& program) {
   auto options = std::make_shared<DatasetOptions>();
   const Command command = program.add_subcommand("dataset", "Simulate a data set of valid trials");
-  command.add_option("--count", options->count, "Valid trials in all").required().range(1, 10'000'000);
+  command.section("Trials");
+  command.add_option("--count", options->count, "Simulate this many valid trials in all")
+      .required()
+      .range(1, 10'000'000);
   command.add_option("--base", options->base,
-                     "Of these, how many come from the uniform distributions; the rest are "
-                     "children of trials with large sway. Default: all");
-  add_seed_option(command, options->seed, "Seed");
+                     "Draw this many of them from the uniform distributions, and the rest around trials with large "
+                     "sway; default: all");
+  add_seed_option(command, options->seed, "Seed the trials");
   add_protocol_options(command, options->protocol);
   add_output_option(command, "-o,--output", options->output, Written::npz,
-                    ".npz file to write. Meanwhile it is OUTPUT.partial, from which the same command goes on after "
-                    "Ctrl-C, a kill or a full disk")
+                    "Write this .npz file; if stopped, the same command continues from OUTPUT.partial")
       .required();
   add_output_option(command, "--report", options->report, Written::html,
-                    "Page to write: acceptance, and the distribution of each parameter and of the sway (.html)");
+                    "Write acceptance rates and the distributions of parameters and sway to this HTML page");
   add_common_options(command, options->common, true);
   command.footer(
-      "Example, the paper's set: decid dataset --count 12766 --base 10000 --seed 1 -o data.npz --report data.html");
+      "Examples:\n"
+      "  decid dataset --count 2000 --seed 99 -o test.npz\n"
+      "  decid dataset --count 10000 --protocol mine.json --sensor-noise 0.001 0.1 -o noisy.npz\n"
+      "  decid dataset --count 12766 --base 10000 --seed 1 -o data.npz --report data.html\n"
+      "The last example makes the paper's data set.");
   command.callback([options] {
     apply(options->common);
     make_dataset(*options);

@@ -208,21 +208,24 @@ void evaluate_models(const EvaluateOptions& options) {
 void add_evaluate(const Command& program) {
   auto options = std::make_shared<EvaluateOptions>();
   const Command command = program.add_subcommand("evaluate", "Measure the error of one or more models on a data set");
+  command.section("Input");
   command
-      .add_option(
-          "--model", options->models,
-          "Model file; several, each after a --model of its own, are compared in a table; default: the built-in "
-          "model")
+      .add_option("--model", options->models,
+                  "Evaluate this model file; repeat the option to compare several; default: the built-in model")
       .repeatable();
-  command.add_option("--data", options->data, "Data set made by decid dataset").required();
+  command.add_option("--data", options->data, "Evaluate on this data set of decid dataset").required();
   command
-      .add_option(
-          "--split", options->split,
-          "all, training or validation; default: all, or of the data set that the model was trained on, validation")
+      .add_option("--split", options->split,
+                  "Use this part of the data set: all, training or validation; default: validation for the model's own "
+                  "training set, else all")
       .one_of({"all", "training", "validation"});
-  command.add_flag("--int8", options->int8, "Of the network in 8-bit integers that decid export c --int8 writes");
+  command.add_flag("--int8", options->int8, "Evaluate the 8-bit integer network that decid export c --int8 writes");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid evaluate --model model.safetensors --data fresh.npz --json");
+  command.footer(
+      "Examples:\n"
+      "  decid evaluate --data test.npz\n"
+      "  decid evaluate --model mine.safetensors --data test.npz --json\n"
+      "  decid evaluate --model a.safetensors --model b.safetensors --data test.npz --split all");
   command.callback([options] {
     apply(options->common);
     if (options->models.empty()) options->models.emplace_back();

@@ -122,21 +122,24 @@ void export_model(const ExportOptions& options) {
 
 void add_export_c(const Command& parent) {
   auto options = std::make_shared<ExportOptions>();
-  const Command command = parent.add_subcommand("c", "A model as one C file and its header");
+  const Command command = parent.add_subcommand("c", "Write a model as one C file and its header");
   command.add_option("model", options->model, "Model file; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::folder,
-                    "Folder to write NAME.c and NAME.h to; made if it is missing")
+                    "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
-  command.add_option("--name", options->name,
-                     "What the files and functions are called; default: the model file's name");
+  command.add_option("--name", options->name, "Name the files and functions; default: the model file's name");
   command.add_flag("--incremental", options->firmware.incremental,
-                   "With functions that take samples as they arrive and spread the work");
-  command.add_flag("--int8", options->firmware.int8, "Weights and activations as 8-bit integers");
+                   "Add functions that take samples as they arrive and spread the work");
+  command.add_flag("--int8", options->firmware.int8, "Store weights and activations as 8-bit integers");
   command.add_flag("--familiarity", options->firmware.familiarity,
-                   "With a function that tells how far a trial is from those of the training");
+                   "Add a function that scores how far a trial is from the training trials");
   add_body_options(command, options->body);
   add_common_options(command, options->common, true);
-  command.footer("Example: decid export c models/firmware.safetensors --incremental -o firmware/");
+  command.footer(
+      "Examples:\n"
+      "  decid export c models/firmware.safetensors -o firmware\n"
+      "  decid export c models/firmware.safetensors --incremental -o firmware\n"
+      "  decid export c models/firmware.safetensors --int8 --name sway -o firmware");
   command.callback([options] {
     apply(options->common);
     export_model(*options);
@@ -229,43 +232,50 @@ void export_controller(const ControllerOptions& options) {
 
 void add_export_controller(const Command& parent) {
   auto options = std::make_shared<ControllerOptions>();
-  const Command command = parent.add_subcommand("controller", "The DEC controller, stepping at 1 kHz, as one C file");
-  command.add_option("result", options->result, "What decid identify -o wrote; default: the middle of every range");
-  command.add_option("--recording", options->recording, "Which of its recordings, from 1").show_default();
-  command.add_flag("--force", options->force, "Even of a result that is not usable");
+  const Command command =
+      parent.add_subcommand("controller", "Write the DEC controller, stepping at 1 kHz, as one C file");
+  command.add_option("result", options->result, "Result of decid identify -o; default: the middle of every range");
+  command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1")
+      .show_default();
+  command.add_flag("--force", options->force, "Accept a result that is not usable");
   for (std::size_t i = 0; i < options->parameters.size(); ++i) {
     const sim::ParameterInfo& info = controller_parameters()[i];
     if (i == sim::Nv) continue;  // a machine has its own noise
     command.add_option("--" + info.option, options->parameters[i],
-                       info.description + " in " + info.unit + ", in place of the identified one");
+                       "Use this " + info.description + " in " + info.unit + " instead of the estimate");
   }
-  const Option protocol =
-      command
-          .add_option("--protocol", options->protocol,
-                      "Tilt of the self-test, and the body, which must be the result's: default, short or a JSON file")
-          .show_default();
+  const Option protocol = command
+                              .add_option("--protocol", options->protocol,
+                                          "Use this protocol's tilt for the self-test, and its body, which must be the "
+                                          "result's: default, short or a JSON file")
+                              .show_default();
   Option scale_to = command.add_option(
       "--scale-to", options->scale_to,
-      "Protocol whose body gets the controller: scale the result's gains by m g h; options for gains are not scaled");
-  command.add_option("--mass", options->mass_kg, "Mass in kg above the ankles of the body to scale the gains to")
+      "Scale the result's gains by m g h to the body of this protocol; gains given as options are not scaled");
+  command
+      .add_option("--mass", options->mass_kg,
+                  "Scale the gains to a body of this mass in kg above the ankles, with --com-height")
       .range(0.01, 500.0)
       .excludes(scale_to);
-  command.add_option("--com-height", options->com_height_m, "Height in m of its centre of mass above the ankles")
+  command
+      .add_option("--com-height", options->com_height_m, "Set the height in m of its centre of mass above the ankles")
       .range(0.01, 5.0)
       .excludes(scale_to);
   command
       .add_option("--inertia", options->inertia_kgm2,
-                  "Its moment of inertia in kg m2 about the ankles; default: that of the result's build")
+                  "Set its moment of inertia in kg m2 about the ankles; default: scaled from the result's body")
       .excludes(scale_to);
   scale_to.excludes(protocol);
-  command.add_option("--name", options->name, "What the files and functions are called").show_default();
+  command.add_option("--name", options->name, "Name the files and functions").show_default();
   add_output_option(command, "-o,--output", options->output, Written::folder,
-                    "Folder to write NAME.c and NAME.h to; made if it is missing")
+                    "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
   add_common_options(command, options->common, false);
   command.footer(
-      "Example: decid export controller result.json -o firmware/\n"
-      "Example: decid export controller result.json --scale-to robot.json -o firmware/");
+      "Examples:\n"
+      "  decid export controller result.json -o firmware\n"
+      "  decid export controller result.json --scale-to robot.json -o firmware\n"
+      "  decid export controller --kp 900 --kd 280 --name ankle -o firmware");
   command.callback([options, command] {
     apply(options->common);
     options->names_protocol = command.count("--protocol") > 0;
@@ -304,12 +314,18 @@ void export_sway(SwayOptions options) {
 void add_export_sway(const Command& parent) {
   auto options = std::make_shared<SwayOptions>();
   const Command command = parent.add_subcommand(
-      "sway", "Recordings as a firmware is fed with them: float32 in rad at the model's rate, little-endian");
+      "sway", "Write recordings as firmware input: float32 in rad at the model's rate, little-endian");
   add_recording_flags(command, options->recordings).required();
-  command.add_option("--model", options->model, "Model file; default: the built-in model");
-  add_output_option(command, "-o,--output", options->output, Written::samples, "File to write").required();
+  command.add_option("--model", options->model,
+                     "Use the rate and protocol of this model file; default: the built-in model");
+  add_output_option(command, "-o,--output", options->output, Written::samples, "Write the samples to this file")
+      .required();
   add_common_options(command, options->common, false);
-  command.footer("Example: decid export sway trial.csv -o sway.bin");
+  command.footer(
+      "Examples:\n"
+      "  decid export sway trial.csv -o sway.bin\n"
+      "  decid export sway trial.csv --model models/firmware.safetensors -o sway.bin\n"
+      "  decid export sway trial.csv --column COM_x --unit rad -o sway.bin");
   command.callback([options] {
     apply(options->common);
     export_sway(*options);
@@ -334,12 +350,16 @@ void export_onnx(const OnnxOptions& options) {
 
 void add_export_onnx(const Command& parent) {
   auto options = std::make_shared<OnnxOptions>();
-  const Command command = parent.add_subcommand(
-      "onnx", "A model's network as ONNX, from the images of decid image to the outputs that its head reads");
+  const Command command =
+      parent.add_subcommand("onnx", "Write a model's network as ONNX: its inputs are the arrays of decid image");
   command.add_option("model", options->model, "Model file; default: the built-in model");
-  add_output_option(command, "-o,--output", options->output, Written::onnx, "File to write (.onnx)").required();
+  add_output_option(command, "-o,--output", options->output, Written::onnx, "Write this file (.onnx)").required();
   add_common_options(command, options->common, false);
-  command.footer("Example: decid export onnx model.safetensors -o model.onnx");
+  command.footer(
+      "Examples:\n"
+      "  decid export onnx -o model.onnx\n"
+      "  decid export onnx mine.safetensors -o mine.onnx\n"
+      "  decid export onnx models/ideal.safetensors -o ideal.onnx --quiet");
   command.callback([options] {
     apply(options->common);
     export_onnx(*options);
@@ -350,9 +370,13 @@ void add_export_onnx(const Command& parent) {
 
 void add_export(const Command& program) {
   const Command command =
-      program.add_subcommand("export", "Write a model or a controller as C files for a firmware, or a model as ONNX");
+      program.add_subcommand("export", "Write a model or a controller as C for firmware, or a model as ONNX");
   command.require_subcommand();
-  command.footer("Example: decid export c model.safetensors -o firmware/");
+  command.footer(
+      "Examples:\n"
+      "  decid export c models/firmware.safetensors -o firmware\n"
+      "  decid export controller result.json -o firmware\n"
+      "  decid export onnx model.safetensors -o model.onnx");
   add_export_c(command);
   add_export_controller(command);
   add_export_sway(command);

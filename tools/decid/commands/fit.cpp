@@ -46,7 +46,7 @@ struct FitOptions {
 };
 
 /// Options of recordings alone besides how they are read, and those of a frequency response alone.
-constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise",  "--most-draws",
+constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise",  "--max-draws",
                                          "--report",   "--table", "--group",       "--moved-before", "--resume",
                                          "--range",    "--prior", "--recursive"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
@@ -394,74 +394,84 @@ void run_fit(FitOptions options, const Command& command) {
 void add_fit(const Command& program) {
   auto options = std::make_shared<FitOptions>();
   const Command command = program.add_subcommand(
-      "fit", "Sample what recordings say: the posterior of the parameters, slower than identify");
+      "fit",
+      "Sample the posterior of balance-control parameters from recordings; slower and more accurate than identify");
   add_recording_flags(command, options->recordings);
   add_truth_option(command, options->recordings);
+  command.section("Input");
   command.add_option("--frf", options->frf,
-                     "In place of recordings, a frequency response: a table of frequency_hz, gain, phase_deg and, if "
-                     "known, sd, ci95, radius95 or coherence and cycles");
+                     "Fit this table of a frequency response instead of recordings: columns frequency_hz, gain, "
+                     "phase_deg and, if known, sd, ci95, radius95, or coherence and cycles");
   command
       .add_option("--amplitude", options->amplitude_deg,
-                  "With --frf: peak to peak of the tilt in degrees; default: the protocol's")
+                  "Use this peak-to-peak tilt in degrees for --frf; default: the protocol's")
       .range(1e-3, 20.0);
   add_body_options(command, options->recordings);
-  command.add_option("--protocol", options->protocol, "default, short, or a JSON file; default: the model's");
-  command.add_option("--model", options->model,
-                     "Model file for the protocol, and for an answer where chains disagree; default: the built-in one");
+  command.section("Model");
+  command.add_option("--protocol", options->protocol,
+                     "Use this protocol: default, short, or a JSON file; default: the model's");
+  command.add_option(
+      "--model", options->model,
+      "Use this model file for the protocol, and for the estimate where chains disagree; default: the built-in model");
+  command.section("Advanced");
   command
       .add_option("--prior-start", options->request.priors.start_s,
-                  "The recording may start so many seconds before or after the protocol; 0: at it. With --tilt-column "
-                  "it is known")
+                  "Allow the recording to start up to this many seconds before or after the protocol; 0: it starts "
+                  "with it; a tilt column overrides this")
       .show_default()
       .range(0.0, 0.5);
   command
-      .add_option("--prior-gain", options->prior_gain,
-                  format("Standard deviation of the logarithm of recorded over true sway, say by a wrong height of a "
-                         "marker; 0: they are the same. Default: %g. With --frf the table's gains are within 1 +- "
-                         "this; default: %g",
-                         posterior::Priors{}.gain, frf::Priors{}.gain))
+      .add_option(
+          "--prior-gain", options->prior_gain,
+          format("Expect the scale of the sway sensor within this standard deviation of its logarithm; 0: exact; "
+                 "default: %g. With --frf, expect the gains within 1 +- this; default: %g",
+                 posterior::Priors{}.gain, frf::Priors{}.gain))
       .range(0.0, 0.5);
   command
       .add_option("--prior-noise", options->request.priors.sensor_noise_deg,
-                  "The sensor's noise in degrees, to a factor of 20")
+                  "Expect this measurement noise in degrees, within a factor of 20")
       .show_default()
       .range(1e-6, 10.0);
   command
       .add_option("--range", options->ranges,
-                  "Where a parameter may lie, in place of its range: NAME=LOW,HIGH in its unit in the JSON, say "
-                  "delay=0.05,0.2. May be given several times")
+                  "Limit a parameter to LOW to HIGH in its JSON unit, for example delay=0.05,0.2; may be repeated")
       .repeatable()
       .shown_as("NAME=LOW,HIGH");
   command
       .add_option("--prior", options->priors,
-                  "What is known of a parameter, a normal distribution within its range in place of a uniform one: "
-                  "NAME=MEAN,SD, say delay=0.12,0.02. May be given several times")
+                  "Use a normal prior with this mean and standard deviation for a parameter, for example "
+                  "delay=0.12,0.02; default: uniform in its range; may be repeated")
       .repeatable()
       .shown_as("NAME=MEAN,SD");
   command.add_flag("--moved-before", options->request.priors.moved_before,
-                   "The platform played the end of its cycle before the recording's start; default: it rested");
+                   "Assume that the platform played the end of a cycle before the recording; default: it rested");
   command
       .add_option("--prior-error", options->prior_error,
-                  "With --frf: the table's errors beyond its confidence over the response, to a factor of 3; default: "
-                  "0.01, or 0.05 without confidence")
+                  "Allow errors of an --frf table beyond its confidence, as a fraction of the response, within a "
+                  "factor of 3; default: 0.01, or 0.05 for a table without confidence")
       .range(0.0, 1.0);
-  command.add_option("--most-draws", options->request.settings.max_draws, "Of each chain; fewer if they are enough")
+  command
+      .add_option("--max-draws,--most-draws", options->request.settings.max_draws,
+                  "Take at most this many draws per chain; fewer where they suffice")
       .show_default()
       .range(8, 1'000'000);
-  add_seed_option(command, options->request.settings.seed, "Of the chains");
-  add_output_option(command, "-o,--output", options->output, Written::json, "JSON file to write");
-  add_output_option(command, "--draws", options->draws, Written::npz, "All draws as arrays, for NumPy (.npz)");
+  add_seed_option(command, options->request.settings.seed, "Seed the chains");
+  add_output_option(command, "-o,--output", options->output, Written::json, "Write the results to this JSON file");
+  add_output_option(command, "--draws", options->draws, Written::npz, "Write all draws to this NumPy file (.npz)");
   add_output_option(command, "--report", options->report, Written::html,
-                    "HTML report to write: one page that opens offline");
+                    "Write a report to this HTML page, which opens offline");
   add_table_option(command, options->table);
   add_group_option(command, options->group);
-  command.add_flag(
-      "--resume", options->resume,
-      "Go on with a call that was stopped: recordings that its journal, OUTPUT.journal, has are not done again");
+  command.section("Output");
+  command.add_flag("--resume", options->resume,
+                   "Continue a stopped call: skip the recordings that its journal OUTPUT.journal holds");
   add_common_options(command, options->common, true);
   command.footer(
-      "Examples: decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
-      "          decid fit subjects -o results.json --table results.csv      # and --resume, should it be stopped");
+      "Examples:\n"
+      "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
+      "  decid fit subjects -o results.json --table results.csv --resume\n"
+      "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp=900,100 --draws draws.npz\n"
+      "  decid fit --frf response.csv --amplitude 1 --mass 70 --height 1.75 --report response.html");
   command.callback([options, command] {
     check_kind(*options, command);
     if (options->prior_gain) options->request.priors.gain = *options->prior_gain;

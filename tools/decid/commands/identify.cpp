@@ -165,25 +165,28 @@ void run_identify(IdentifyOptions options, const Command& command) {
 
 void add_identify(const Command& program) {
   auto options = std::make_shared<IdentifyOptions>();
-  const Command command = program.add_subcommand("identify", "Identify the controller behind recordings of body sway");
+  const Command command =
+      program.add_subcommand("identify", "Estimate balance-control parameters from sway recordings");
   add_recording_flags(command, options->recordings).required();
   add_body_options(command, options->recordings);
   add_truth_option(command, options->recordings);
-  command.add_option("--model", options->model, "Model file; default: the built-in model");
-  add_output_option(command, "-o,--output", options->output, Written::json, "JSON file to write");
+  command.section("Model");
+  command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  add_output_option(command, "-o,--output", options->output, Written::json, "Write the results to this JSON file");
   add_output_option(command, "--report", options->report, Written::html,
-                    "HTML report to write: one page that opens offline");
+                    "Write a report to this HTML page, which opens offline");
   add_table_option(command, options->table);
   add_group_option(command, options->group);
   add_common_options(command, options->common, true);
   command.footer(
-      "Examples: decid identify recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
-      "          decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
-      "          decid identify trial.c3d --hip HIP_x --shoulder C7_x --ankle ANK_x --mass 70 --height 1.75\n"
-      "          decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
-      "          decid identify subjects --table results.csv --group groups.csv\n"
-      "          decid identify long.csv --trial subject,trial --table results.csv\n"
-      "A recording that cannot be used does not stop the others: it has an \"error\" in the JSON, and the exit code is "
+      "Examples:\n"
+      "  decid identify recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
+      "  decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
+      "  decid identify trial.c3d --hip HIP_x --shoulder C7_x --ankle ANK_x --mass 70 --height 1.75\n"
+      "  decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
+      "  decid identify subjects --table results.csv --group groups.csv\n"
+      "  decid identify long.csv --trial subject,trial --table results.csv\n"
+      "A recording that cannot be used does not stop the others: its JSON entry has \"error\", and the exit code is "
       "2.");
   command.callback([options, command] {
     apply(options->common);

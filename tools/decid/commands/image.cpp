@@ -1,7 +1,6 @@
 // decid image: a data set's trials as a network sees them, for NumPy and other engines.
 #include <iostream>
 #include <memory>
-#include <numeric>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
@@ -116,19 +115,25 @@ void make_images(const ImageOptions& options) {
 
 void add_image(const Command& program) {
   auto options = std::make_shared<ImageOptions>();
-  const Command command = program.add_subcommand("image", "Write a data set's trials as a network sees them");
-  command.add_option("data", options->data, "Data set made by decid dataset").required();
-  command.add_option("--model", options->model, "Model file; default: the built-in model");
+  const Command command = program.add_subcommand("image", "Write a data set's trials as network input");
+  command.section("Input");
+  command.add_option("data", options->data, "Data set of decid dataset").required();
+  command.add_option("--model", options->model, "Use this model file; default: the built-in model");
   command.add_option("--preset", options->preset,
-                     "In place of a model: the image of a preset of decid train, scaled as a training on this data set "
-                     "would");
-  command.add_option("--image", options->image_file, "A JSON file with other image settings, in place of the preset's");
+                     "Use the network input of this preset of decid train instead of a model's, scaled as training on "
+                     "this data set would");
+  command.add_option("--image", options->image_file,
+                     "Use the network input settings in this JSON file instead of the preset's");
   add_output_option(command, "-o,--output", options->output, Written::npz,
-                    ".npz file to write: images (trials x channels x rows x columns, float32), targets (z-scored), "
+                    "Write this .npz file: images (trials x channels x rows x columns, float32), targets (z-scored), "
                     "parameters, split")
       .required();
   add_common_options(command, options->common, false);
-  command.footer("Example: decid image data.npz --preset best -o images.npz");
+  command.footer(
+      "Examples:\n"
+      "  decid image data.npz -o images.npz\n"
+      "  decid image data.npz --model mine.safetensors -o images.npz\n"
+      "  decid image data.npz --preset best -o images.npz");
   command.callback([options] {
     apply(options->common);
     make_images(*options);

@@ -90,10 +90,15 @@ void info(const InfoOptions& options) {
 
 void add_info(const Command& program) {
   auto options = std::make_shared<InfoOptions>();
-  const Command command = program.add_subcommand("info", "Show what a model is made of");
-  command.add_option("model", options->model, "Model file; default: the built-in model");
+  const Command command = program.add_subcommand("info", "Describe a model: layers, size, protocol, hashes");
+  command.section("Input");
+  command.add_option("model", options->model, "Model file to describe; default: the built-in model");
   add_common_options(command, options->common, true);
-  command.footer("Example: decid info model.safetensors");
+  command.footer(
+      "Examples:\n"
+      "  decid info\n"
+      "  decid info model.safetensors\n"
+      "  decid info model.safetensors --json");
   command.callback([options] {
     apply(options->common);
     info(*options);

@@ -1,5 +1,5 @@
 // decid selftest: whether this machine, or each of several and all together, computes the bits that it is to compute.
-// The first two figures are those of docs/determinism.md.
+// The first two figures are those of docs/develop/determinism.md.
 #include <algorithm>
 #include <chrono>
 #include <functional>
@@ -170,10 +170,14 @@ void run_selftest(const SelftestOptions& options) {
 void add_selftest(const Command& program) {
   auto options = std::make_shared<SelftestOptions>();
   const Command command =
-      program.add_subcommand("selftest", "Does this machine, or a cluster, compute the bits that it is to compute?");
-  command.add_flag("--mpi", options->mpi, "Refuse to run as one process alone");
+      program.add_subcommand("selftest", "Check that this machine, or cluster, computes the expected bits");
+  command.add_flag("--mpi", options->mpi, "Fail unless several MPI processes run");
   add_common_options(command, options->common, true);
-  command.footer("Examples: decid selftest\n          mpirun -n 8 decid selftest --mpi");
+  command.footer(
+      "Examples:\n"
+      "  decid selftest\n"
+      "  decid selftest --json\n"
+      "  mpirun -n 8 decid selftest --mpi");
   command.callback([options] {
     apply(options->common);
     run_selftest(*options);

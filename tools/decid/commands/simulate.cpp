@@ -168,39 +168,46 @@ void simulate(const SimulateOptions& options) {
 void add_simulate(const Command& program) {
   auto options = std::make_shared<SimulateOptions>();
   const Command command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
+  command.section("Controller");
   const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
   for (std::size_t i = 0; i < table().size(); ++i) {
     const sim::ParameterInfo& info = table()[i];
     command
-        .add_option("--" + info.option, options->parameters[i],
-                    format("%s, usual range %g to %g%s; default %g, with --model dip %.4g", info.description.c_str(),
-                           info.low, info.high, info.unit_after().c_str(), info.middle(), of_double.ankle[i]))
+        .add_option(
+            "--" + info.option, options->parameters[i],
+            format("Set the %s; usual range: %g to %g%s; default: %g, with --model dip %.4g", info.description.c_str(),
+                   info.low, info.high, info.unit_after().c_str(), info.middle(), of_double.ankle[i]))
         .shown_as("FLOAT");
   }
-  add_seed_option(command, options->seed, "Seed of the noise");
+  add_seed_option(command, options->seed, "Seed the noise");
   command
       .add_option("--model", options->model,
-                  "Body: sip, the single inverted pendulum, or dip, leg and trunk with a controller at the ankle (the "
-                  "seven parameters above) and one at the hip; sensor noise is added to com_sway_deg alone")
+                  "Simulate sip, a single inverted pendulum, or dip, leg and trunk with one controller at the ankle "
+                  "(the options above) and one at the hip; measurement noise affects com_sway_deg only")
       .one_of({"sip", "dip"})
       .show_default();
   for (std::size_t i = 0; i < table().size(); ++i) {
     const sim::ParameterInfo& info = table()[i];
     command
         .add_option("--hip-" + info.option, options->hip[i],
-                    format("With --model dip, of the hip: %s; default %.4g%s", info.description.c_str(),
+                    format("Set the hip's %s, with --model dip; default: %.4g%s", info.description.c_str(),
                            of_double.hip[i], info.unit_after().c_str()))
         .shown_as("FLOAT");
   }
-  command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
+  command.section("Input");
+  command.add_option("--protocol", options->protocol, "Simulate this protocol: default, short, or a JSON file")
+      .show_default();
   add_output_option(command, "-o,--output", options->output, Written::csv,
-                    "CSV file to write: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
+                    "Write this CSV file: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
       .required();
   add_common_options(command, options->common, false);
   command.footer(
-      "Default gains are shown for the default body; they scale with the m g h of the protocol's body.\n"
-      "Example: decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
-      "Example: decid simulate --model dip --hip-delay 0.05 -o trial.csv");
+      "Examples:\n"
+      "  decid simulate -o trial.csv\n"
+      "  decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
+      "  decid simulate --nv 0 --protocol short -o noise_free.csv\n"
+      "  decid simulate --model dip --hip-delay 0.05 -o two_segments.csv\n"
+      "Default gains are those of the default body; they scale with the m g h of the protocol's body.");
   command.callback([options, command] {
     for (const sim::ParameterInfo& info : table()) {
       const std::string name = "--hip-" + info.option;

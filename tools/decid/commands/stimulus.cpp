@@ -47,18 +47,23 @@ void stimulus(const StimulusOptions& options) {
 
 void add_stimulus(const Command& program) {
   auto options = std::make_shared<StimulusOptions>();
-  const Command command = program.add_subcommand("stimulus", "Write and plot the platform's tilt over a trial");
-  command.add_option("--protocol", options->protocol, "default, short, or a JSON file").show_default();
+  const Command command = program.add_subcommand("stimulus", "Write and plot the platform's tilt");
+  command.section("Input");
+  command.add_option("--protocol", options->protocol, "Use this protocol: default, short, or a JSON file")
+      .show_default();
   add_output_option(command, "-o,--output", options->output, Written::csv,
-                    "CSV file to write: time,tilt_deg at the sample rate");
+                    "Write the tilt to this CSV file: time,tilt_deg at the sample rate");
   add_output_option(command, "--plot", options->plot, Written::html,
-                    "HTML page to write, which opens offline: tilt, velocity and amplitude spectrum");
+                    "Plot tilt, velocity and amplitude spectrum on this HTML page");
   add_output_option(command, "--write-protocol", options->written_protocol, Written::json,
-                    "JSON file to write: the protocol with every setting, a measured tilt with its samples; a file to "
-                    "start from");
+                    "Write the protocol with every setting, and a measured tilt with its samples, to this JSON file, "
+                    "as a start for your own");
   add_common_options(command, options->common, false);
   command.footer(
-      "Example: decid stimulus --protocol short -o stimulus.csv --plot stimulus.html --write-protocol mine.json");
+      "Examples:\n"
+      "  decid stimulus -o stimulus.csv\n"
+      "  decid stimulus --protocol short --plot stimulus.html\n"
+      "  decid stimulus --write-protocol mine.json");
   command.callback([options] {
     apply(options->common);
     stimulus(*options);

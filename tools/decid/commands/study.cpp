@@ -65,6 +65,7 @@ void run_study(const StudyOptions& options) {
   study.fresh_seed = options.seed;
   study.origin = model.origin;
   study.protocol = model.protocol;
+  study.target_deviation = model.targets.deviation;
   study.image = model.image();
   study.network_parameters = model.network.parameter_count();
   study.architecture = model.network.architecture();
@@ -122,42 +123,52 @@ void run_study(const StudyOptions& options) {
 
 void add_study(const Command& program) {
   auto options = std::make_shared<StudyOptions>();
-  const Command command = program.add_subcommand(
-      "study", "Set a model beside the paper: its table, its figures, what its estimates are worth");
-  command.add_option("--model", options->model, "Model file; default: the built-in model");
-  command.add_option("--data", options->data, "Data set that it was trained on: both halves' errors, and its figures");
-  command.add_option("--log", options->log, "The training's log; default: MODEL.log.csv, if it is there");
+  const Command command = program.add_subcommand("study", "Compare a model with the paper: table, figures, accuracy");
+  command.section("Model");
+  command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  command.add_option(
+      "--data", options->data,
+      "Show the training and validation errors of this data set, on which the model was trained, and its figures");
+  command.add_option("--log", options->log, "Read this training log; default: MODEL.log.csv, if it exists");
   command.add_option("--recording", options->recording,
-                     "CSV, MAT, C3D or .xlsx file to treat like the paper's human trial");
+                     "Treat this CSV, MAT, C3D or .xlsx file like the paper's human trial");
   add_reading_options(command, options->reading);
-  command.add_option("--trials", options->trials, "Fresh trials to evaluate on").show_default().range(1, 1'000'000);
-  add_seed_option(command, options->seed, "Seed of the fresh trials, another one than the training's");
+  command.section("Trials");
+  command.add_option("--trials", options->trials, "Evaluate on this many test trials")
+      .show_default()
+      .range(1, 1'000'000);
+  add_seed_option(command, options->seed, "Seed the test trials; use another seed than the training's");
   command
       .add_option("--sensor-noise", options->levels_deg,
-                  "Levels of sensor noise to evaluate at, standard deviations in degrees")
+                  "Evaluate at these levels of measurement noise, standard deviations in degrees")
       .show_default()
       .values(1, 20)
       .range(0.0, 10.0);
-  command.add_option("--realisations", options->realisations, "Trials of the double pendulum, noise alone different")
+  command
+      .add_option("--realisations", options->realisations,
+                  "Simulate the double pendulum with this many realisations of its noise")
       .show_default()
       .range(1, 10'000);
   command.add_flag(
       "--faults", options->faults,
-      "Also what recordings with faults cost, at 0.02 degrees of sensor noise: six minutes more for 2000 trials");
+      "Measure recording artefacts too, at 0.02 degrees of measurement noise; takes 6 minutes more for 2000 trials");
   command.add_option("--learning-curve", options->learning_curve,
-                     "CSV file with columns trials and mse: error over the number of distinct training trials");
+                     "Plot the error over the number of training trials from this CSV file: columns trials and mse");
   command
       .add_option("--comparison", options->comparisons,
-                  "What decid compare -o wrote of this model: network and iterative fits on the same trials; may be "
-                  "repeated")
+                  "Add this result of decid compare -o for the model; may be repeated")
       .repeatable();
-  command.add_option("--time", options->times, "What took how long, for the table: NAME=SECONDS; may be repeated")
+  command.add_option("--time", options->times, "Add a line to the table of times: NAME=SECONDS; may be repeated")
       .repeatable();
   add_output_option(command, "-o,--output", options->output, Written::folder,
-                    "Folder to write: report.html, table.txt, study.json, and each figure as .svg and .csv")
+                    "Write report.html, table.txt, study.json and each figure as .svg and .csv to this folder")
       .required();
   add_common_options(command, options->common, true);
-  command.footer("Example: decid study --model model.safetensors --data data.npz --recording trial.csv -o study");
+  command.footer(
+      "Examples:\n"
+      "  decid study -o study\n"
+      "  decid study --model model.safetensors --data data.npz --recording trial.csv -o study\n"
+      "  decid study --faults --trials 500 -o study");
   command.callback([options, command] {
     for (const char* name : reading_options)
       if (options->recording.empty() && command.count(name) > 0)

@@ -335,58 +335,70 @@ void train(const TrainOptions& options) {
 void add_train(const Command& program) {
   auto options = std::make_shared<TrainOptions>();
   const Command command = program.add_subcommand("train", "Train a model");
-  const Option data = command.add_option("--data", options->data, "Data set made by decid dataset");
-  command.add_flag("--stream", options->stream, "Simulate fresh trials for every epoch instead").excludes(data);
+  command.section("Trials");
+  const Option data = command.add_option("--data", options->data, "Train on this data set of decid dataset");
+  command.add_flag("--stream", options->stream, "Simulate new trials for every epoch instead of reading a data set")
+      .excludes(data);
   add_protocol_options(command, options->protocol);
-  command.add_option("--stream-trials", options->stream_trials, "With --stream: trials an epoch")
+  command.add_option("--stream-trials", options->stream_trials, "Simulate this many trials per epoch, with --stream")
       .show_default()
       .range(16, 100'000'000);
-  command.add_option("--validation-trials", options->validation_trials, "With --stream: trials for validation")
+  command
+      .add_option("--validation-trials", options->validation_trials,
+                  "Simulate this many validation trials, with --stream")
       .show_default()
       .range(1, 1'000'000);
+  command.section("Network and training");
   std::string names;
   for (const Preset& p : presets()) names += (names.empty() ? "" : "; ") + p.name + ": " + p.description;
-  command.add_option("--preset", options->preset, "Network, image and training settings. " + names).show_default();
-  command.add_option("--architecture", options->architecture_file,
-                     "A text file with other layers, one a line, e.g. "
-                     "conv 32 3x3 stride 2x2 pad 1x1");
-  command.add_option(
-      "--head", options->head,
-      "What the outputs mean: point, the parameters; 'mixture N', a distribution over them of N Gaussians, "
-      "for 7 parameters 36 outputs each; default: the preset's");
-  command.add_option("--image", options->image_file,
-                     "A JSON file with other image settings, as decid info MODEL --json shows them");
-  command.add_option("--epochs", options->epochs, "Passes over the training trials").range(1, 1'000'000);
   command
-      .add_option(
-          "--patience", options->patience,
-          "Stop after so many epochs in a row without a better validation MSE, and keep the best epoch's model; "
-          "default: all epochs, and the last one's model")
+      .add_option("--preset", options->preset, "Use the network, input and training settings of this preset. " + names)
+      .show_default();
+  command.add_option("--architecture", options->architecture_file,
+                     "Use the layers in this text file, one per line, for example conv 32 3x3 stride 2x2 pad 1x1");
+  command.add_option("--head", options->head,
+                     "Interpret the outputs as point, the parameters, or 'mixture N', a density of N Gaussians; "
+                     "default: the preset's");
+  command.add_option("--image", options->image_file,
+                     "Use the network input settings in this JSON file, as decid info MODEL --json shows them");
+  command
+      .add_option("--epochs", options->epochs, "Pass this many times over the training trials; default: the preset's")
       .range(1, 1'000'000);
-  command.add_option("--batch", options->batch, "Samples a step").range(1, 4096);
-  command.add_option("--lr", options->learning_rate, "Learning rate").range(1e-12, 1e3);
-  command.add_option("--momentum", options->momentum, "Momentum").range(0.0, 0.9999);
-  command.add_option("--weight-decay", options->weight_decay, "L2 regularisation of the weights").range(0.0, 1.0);
-  command.add_option("--schedule", options->schedule, "constant, cosine or step:EPOCHS:FACTOR");
-  add_seed_option(command, options->seed, "Seed of weights, shuffling and, with --stream, trials");
+  command
+      .add_option("--patience", options->patience,
+                  "Stop after this many epochs without a better validation error and keep the best epoch; default: "
+                  "train all epochs and keep the last")
+      .range(1, 1'000'000);
+  command.add_option("--batch", options->batch, "Use this many samples per step; default: the preset's").range(1, 4096);
+  command.add_option("--lr", options->learning_rate, "Set the learning rate; default: the preset's").range(1e-12, 1e3);
+  command.add_option("--momentum", options->momentum, "Set the momentum; default: the preset's").range(0.0, 0.9999);
+  command
+      .add_option("--weight-decay", options->weight_decay,
+                  "Set the L2 regularisation of the weights; default: the preset's")
+      .range(0.0, 1.0);
+  command.add_option("--schedule", options->schedule,
+                     "Set the learning-rate schedule: constant, cosine or step:EPOCHS:FACTOR; default: the preset's");
+  add_seed_option(command, options->seed, "Seed the weights, the shuffling and, with --stream, the trials");
   command.add_option("--from", options->from,
-                     "A model file of the same architecture, head and image: begin with its weights and scalings "
-                     "(fine tuning)");
-  command.add_flag(
-      "--resume", options->resume,
-      "Go on from where a stopped training was, or a finished one to more --epochs; fails if there is none");
-  command.add_flag(
-      "--stop-at-usr1", options->usr1,
-      "SIGUSR1, too, stops it with a checkpoint, as SIGTERM and Ctrl-C do: a cluster may send it before time "
-      "is up");
+                     "Start with the weights and scalings of this model file, which has the same architecture, head "
+                     "and network input");
+  command.section("Output");
+  command.add_flag("--resume", options->resume,
+                   "Continue a stopped training, or a finished one with more --epochs; fails if there is none");
+  command.add_flag("--stop-at-usr1", options->usr1,
+                   "Stop with a checkpoint at SIGUSR1 too, which a cluster may send before the time limit");
   add_output_option(command, "--report", options->report, Written::html,
-                    "Page to write anew after each epoch: training and validation error over the epochs (.html)");
-  add_output_option(command, "-o,--output", options->output, Written::safetensors,
-                    "Model file to write (.safetensors). Meanwhile there is OUTPUT.checkpoint, from which the same "
-                    "command goes on; the files of other trainings are not overwritten")
+                    "Update this HTML page after each epoch: training and validation error");
+  add_output_option(
+      command, "-o,--output", options->output, Written::safetensors,
+      "Write this model file (.safetensors); until it is done, OUTPUT.checkpoint holds the state to resume from")
       .required();
   add_common_options(command, options->common, true);
-  command.footer("Example: decid train --data data.npz --preset best -o model.safetensors");
+  command.footer(
+      "Examples:\n"
+      "  decid train --data data.npz --preset best -o model.safetensors\n"
+      "  decid train --stream --preset series --protocol mine.json --sensor-noise 0.001 0.1 -o mine.safetensors\n"
+      "  decid train --stream --preset series --epochs 80 --resume -o mine.safetensors");
   command.callback([options, command] {
     for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
       if (!options->stream && command.count(name) > 0)

@@ -47,7 +47,7 @@ std::string results_table(const Json& recordings, const sim::ParameterTable& par
 
 void add_table_option(const Command& command, std::string& table) {
   add_output_option(command, "--table", table, Written::csv,
-                    "CSV table to write, a line a recording, for spreadsheets and R");
+                    "Write a CSV table with one line per recording, for spreadsheets and R");
 }
 
 }  // namespace decid::tools

@@ -13,7 +13,7 @@ function comparison() {
   return element("div", { class: "scroll" }, element("table", {},
     element("caption", {}, report.convention),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }), number("MSE, or the figure"),
-      number("MATLAB\u2019s loss"), number("The paper"))),
+      number("MATLAB\u2019s loss"), number("By the paper\u2019s SD"), number("The paper"))),
     element("tbody", {}, ...report.rows.map(([what, ...values]) =>
       element("tr", {}, element("th", { scope: "row" }, what), ...cells(values))))));
 }

@@ -1,0 +1,69 @@
+// Statistics of values in memory: see statistics.hpp.
+#include "base/math/statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace decid {
+namespace {
+
+template <class T>
+double mean_in_double(std::span<const T> values) {
+  double sum = 0.0;
+  for (const T value : values) sum += static_cast<double>(value);
+  return sum / static_cast<double>(values.size());
+}
+
+double squares_about_mean(std::span<const double> values) {
+  const double middle = mean(values);
+  double sum = 0.0;
+  for (const double value : values) sum += (value - middle) * (value - middle);
+  return sum;
+}
+
+}  // namespace
+
+double mean(std::span<const double> values) {
+  return mean_in_double(values);
+}
+
+double mean(std::span<const float> values) {
+  return mean_in_double(values);
+}
+
+double stddev(std::span<const double> values) {
+  return std::sqrt(squares_about_mean(values) / static_cast<double>(values.size()));
+}
+
+double sample_variance(std::span<const double> values) {
+  return squares_about_mean(values) / static_cast<double>(values.size() - 1);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+double quantile(std::vector<double> values, double fraction) {
+  std::ranges::sort(values);
+  return quantile_of_sorted(values, fraction);
+}
+
+double quantile_of_sorted(std::span<const double> values, double fraction) {
+  const double place = fraction * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(place);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+double correlation(std::span<const double> a, std::span<const double> b) {
+  const double scale = stddev(a) * stddev(b);
+  if (scale == 0.0) return 0.0;
+  const double mean_a = mean(a), mean_b = mean(b);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - mean_a) * (b[i] - mean_b);
+  return sum / static_cast<double>(a.size()) / scale;
+}
+
+}  // namespace decid

@@ -1,0 +1,47 @@
+"""Writes docs/reference/command-line.md from `decid --help` and the help of each command, or checks that it is current.
+Usage: command_line.py DECID PAGE [--check]"""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+HEAD = """# The command line
+
+This page is for everybody who uses the program. It has the help of each command, as `decid COMMAND --help` prints it. `tests/docs/command_line.py` writes
+this page. [Results](../guide/results.md#what-do-exit-codes-and-files-tell-a-script) explains exit codes and files.
+
+    decid --help
+"""
+
+
+def help_of(decid, *command):
+    done = subprocess.run([decid, *command, "--help"], check=True, stdout=subprocess.PIPE, encoding="utf-8")
+    # The number of threads that a machine has, and how a program was started, are not the page's.
+    return "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
+
+
+def page_of(decid):
+    whole = help_of(decid)
+    commands = re.findall(r"^  ([a-z]+)  +\S", whole[re.search(r"^\w*commands:", whole, re.MULTILINE | re.IGNORECASE).end():], re.MULTILINE)
+    parts = [HEAD, "```text\n" + whole + "\n```\n"]
+    for command in commands:
+        text = help_of(decid, command)
+        parts.append(f"## decid {command}\n\n```text\n{text}\n```\n")
+        for sub in re.findall(r"^  ([a-z]+)  +\S", text.partition("ubcommands:")[2], re.MULTILINE):
+            parts.append(f"### decid {command} {sub}\n\n```text\n{help_of(decid, command, sub)}\n```\n")
+    return "\n".join(parts)
+
+
+def main():
+    if len(sys.argv) not in (3, 4) or sys.argv[3:] not in ([], ["--check"]):
+        sys.exit(__doc__)
+    page, made = pathlib.Path(sys.argv[2]), page_of(sys.argv[1])
+    if len(sys.argv) == 3:
+        page.write_text(made, encoding="utf-8")
+    elif page.read_text(encoding="utf-8") != made:
+        sys.exit(f"{page} is not what --help prints: tests/docs/command_line.py build/release/tools/decid docs/reference/command-line.md")
+
+
+if __name__ == "__main__":
+    main()
