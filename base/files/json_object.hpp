@@ -12,7 +12,7 @@
 #include "base/files/json.hpp"
 
 /// The library's own destructor first moves all nested values onto a list, because deep nesting would overflow the
-/// stack. That list needs memory, and a destructor without memory ends the process. Json is never nested deeply, so its
+/// stack. The list needs memory, and a destructor without memory ends the process. Json is never nested deeply, so its
 /// children's destructors suffice.
 template <>
 inline void decid::Json::json_value::destroy(nlohmann::detail::value_t type) {

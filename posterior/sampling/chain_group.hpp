@@ -70,12 +70,12 @@ class ChainGroup {
   int windows_ = 0;         // and annealings
   int restarts_ = 0;
 
-  // Of the current window.
+  // The current window:
   ReparameterisationFit fit_;
   std::vector<Globals> globals_;
   std::vector<AlignedVector<double>> places_;  // where the information is needed
 
-  // Of the current round.
+  // The current round:
   std::array<std::vector<State>, lanes> states_;
   std::array<std::vector<double>, lanes> energy_;
   std::array<std::vector<std::vector<double>>, lanes> points_;

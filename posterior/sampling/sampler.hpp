@@ -49,7 +49,7 @@ class Sampler {
   /// Makes one transition of each chain: `leapfrog_steps` steps whose length is within a fifth of the chain's own, then
   /// accepts or rejects.
   void move(int leapfrog_steps);
-  /// Of the last transition.
+  /// The last transition:
   const Lanes& acceptance() const noexcept { return acceptance_; }  ///< the acceptance probability
   const Lanes& energy() const noexcept { return energy_; }          ///< at its start, momentum included
   const std::array<bool, lanes>& diverged() const noexcept { return diverged_; }

@@ -56,7 +56,7 @@ TEST_CASE("text in UTF-8, UTF-16 and Windows-1252 is the same text") {
         "A");  // half of a pair
   CHECK(to_utf8("\x80 \x9F \xFF", "t") == "\xE2\x82\xAC \xC5\xB8 \xC3\xBF");
   CHECK(to_utf8("\xC3\xB6\xF6", "t") == "\xC3\x83\xC2\xB6\xC3\xB6");  // not all of it is UTF-8: none is
-  check_error([] { to_utf8(std::string("ab\0cd\0\0\0efgh", 12), "t.csv"); }, {"t.csv", "no text file"});
+  check_error([] { to_utf8(std::string("ab\0cd\0\0\0efgh", 12), "t.csv"); }, {"t.csv", "not a text file"});
   check_one_two_three("\xFF\xFE" + utf16("time;sway_deg\r\n0;1\r\n0,01;2\r\n0,02;3\r\n", true));
   check_one_two_three("Zeit [s];sway [\xB0]\n0;1\n0,01;2\n0,02;3\n");
 }
@@ -284,7 +284,8 @@ TEST_CASE("positions are sway at their height above the ankles") {
   CHECK(near(sway("time,x\n0,1\n0.01,2\n0.02,3\n", {.com_height_m = 1.0, .metres_per_unit = 1e-3})[2], std::asin(1e-3),
              1e-14));
   check_error(reading(text), {"COM_x_mm is a length", "com_height"});
-  check_error(reading("time,x\n0,1\n0.01,2\n", {.com_height_m = 1.0}), {"unit of x", "unit mm, cm or m"});
+  check_error(reading("time,x\n0,1\n0.01,2\n", {.com_height_m = 1.0}),
+              {"the name of x has no unit", "unit mm, cm or m"});
   check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), {"from the upright", "ankle"});
   check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), {"ankle", "com_height"});
   check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), {"a length", "com_height"});
@@ -314,9 +315,9 @@ TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of ma
   RecordingOptions without_height = markers;
   without_height.body_height_m = {};
   check_error(reading(text, without_height), {"hip, shoulder", "mass and height"});
-  check_error(reading(text, {.hip_column = "hip_m"}), {"one stands alone"});
-  check_error(reading(text, {.leg_column = "hip_m"}), {"leg, trunk", "one stands alone"});
-  check_error(reading(text, {.column = "2", .leg_column = "2", .trunk_column = "3"}), {"several ways"});
+  check_error(reading(text, {.hip_column = "hip_m"}), {"one is missing"});
+  check_error(reading(text, {.leg_column = "hip_m"}), {"leg, trunk", "one is missing"});
+  check_error(reading(text, {.column = "2", .leg_column = "2", .trunk_column = "3"}), {"several sources"});
   check_error(reading(text, {.leg_column = "2", .trunk_column = "2"}), {"hip_m", "two signals"});
   RecordingOptions same = markers;
   same.shoulder_column = "hip_m";
@@ -371,7 +372,7 @@ TEST_CASE("names of joints and parts are known between capitals and behind the l
   const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
   for (const char* name : {"LAnkleAngles", "AbsAnkleAngle", "AnkleAngle_deg", "RANKLE_deg", "leftAnkleFlexion_deg",
                            "Sprunggelenkwinkel_Grad"})
-    check_error(reading(text(name)), {name, "an angle of the ankle"});
+    check_error(reading(text(name)), {name, "an ankle angle"});
   for (const char* name : {"RKneeAngles", "RPelvisAngles", "LThoraxAngles", "HeadAngles", "SpineAngles_deg",
                            "LHipAngles_deg", "rknee_deg"}) {
     CAPTURE(std::string(name));
@@ -396,12 +397,12 @@ TEST_CASE("another direction, and what is looked at or aimed at, is no sway forw
     CHECK(warning(read(text(name)).warnings, "not_this_sway") == nullptr);
 }
 
-TEST_CASE("an angle of the ankle, and a table of a frequency response, are refused by name") {
+TEST_CASE("an ankle angle, and a table of a frequency response, are refused by name") {
   for (const char* name : {"ankle_angle_deg", "Ankle (deg)", "Sprunggelenk [Grad]"})
     check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"),
-                {name, "against the platform", "add the platform's tilt"});
+                {name, "relative to the platform", "add the platform's tilt"});
   check_error(reading("time,ankle_deg\n0,1\n0.01,2\n", {.column = "ankle_deg", .unit = Unit::degree}),
-              {"an angle of the ankle"});
+              {"an ankle angle"});
   check_error(reading("frequency_hz,gain,phase_deg\n0.1,1,0\n0.2,1,-10\n"), {"frequency response", "decid fit frf"});
 }
 

@@ -334,8 +334,8 @@ TEST_CASE("a rate below 25 Hz is a caution, below 5 Hz an error, unless it is th
   CHECK_FALSE(severity(30.0));
   Recording slow = ramp(36, 4.0);
   check_error([&] { bring_to_protocol(slow, protocol); }, {"r.csv", "has 4 Hz", "100 Hz", "25 Hz"});
-  slow.rate_advice = "call it time_ms";
-  check_error([&] { bring_to_protocol(slow, protocol); }, {"call it time_ms"});
+  slow.rate_advice = "name it time_ms";
+  check_error([&] { bring_to_protocol(slow, protocol); }, {"name it time_ms"});
   sim::Protocol own = protocol;
   own.experiment.sample_rate_hz = 4;
   Recording same = ramp(36, 4.0);

@@ -90,7 +90,7 @@ bool MatTable::choose(int chosen) {
     rates_ = {*at(chosen).rate};
     return true;
   }
-  // Of rates that share equally many levels, the rate of a structure around the column wins.
+  // The rate of a structure around the column wins among rates that share equally many levels.
   const auto worth = [&](const MatRate& rate) {
     const std::size_t shared = shared_levels(rate.scope, scope);
     return 2 * shared + (shared == rate.scope.size() ? 1 : 0);

@@ -326,7 +326,7 @@ TEST_CASE("folded cycles: the mean, and how the cycles differ from it") {
         CHECK(near(value(5, row, column), std::log(std::abs(mean)), rounding));
       }
   }
-  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 95, 1}, 100), doctest::Contains("not one window"),
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 95, 1}, 100), doctest::Contains("does not fit"),
                        Error);
   CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 0, 11}, 100), doctest::Contains("fold of 11"),
                        Error);
@@ -480,7 +480,8 @@ TEST_CASE("series: cycles as their mean and contrasts") {
 TEST_CASE("series: errors") {
   const ImageSettings sway{.channels = {Channel::sway}, .block = 10}, tilt{.channels = {Channel::tilt}, .block = 10};
   check_error([&] { ImageMaker(tilt, 100); }, {"no tilt", "'tilt'"});
-  check_error([] { ImageMaker({.channels = {Channel::torque}, .block = 10}, 100); }, {"no tilt or body", "'torque'"});
+  check_error([] { ImageMaker({.channels = {Channel::torque}, .block = 10}, 100); },
+              {"needs a tilt and a body", "'torque'"});
   check_error([&] { ImageMaker(sway, 9); }, {"block of 10", "trial of 9"});
   check_error([] { ImageMaker({.channels = {Channel::sway}}, 1000); }, {"'sway'", "spectra"});
   check_error([] { ImageMaker({.channels = {Channel::phase}, .block = 10}, 1000); }, {"'phase'", "time series"});

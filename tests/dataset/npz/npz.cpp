@@ -145,7 +145,7 @@ TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 
   REQUIRE(python(folder / "save.py", folder / "a.npz",
                  "arrays = dict(np.load(path))\narrays['sway'] = np.zeros((250_000, 80), np.float32)\n"
                  "np.savez_compressed(path, **arrays)\n"));
-  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: sway", "inflates to far more"});
+  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: sway", "compressed too strongly"});
 }
 
 TEST_CASE("a data set from before the noise had a period of its own keeps the trial's length") {
@@ -181,7 +181,7 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
       {"arrays['sway'] = arrays['sway'][:, :399]", {"its trials have 399 samples", "'tiny' makes 400"}},
       {"arrays['sway'] = arrays['sway'][:4]", {"sway and parameters disagree"}},
       {"arrays['sway'] = arrays['sway'][:, :0]", {"sway and parameters disagree"}},
-      {"for k in ['sway', 'parameters', 'group', 'split']: arrays[k] = arrays[k][:0]", {"holds no trials"}},
+      {"for k in ['sway', 'parameters', 'group', 'split']: arrays[k] = arrays[k][:0]", {"contains no trials"}},
       {"arrays['sway'][3, 17] = np.nan", {"sway of trial 3", "not finite"}},
       {"arrays['parameters'][2, 6] = np.inf", {"parameters of trial 2", "not finite"}},
       {"arrays['parameters'] = arrays['parameters'][:, :6]", {"parameters", "5 x 6", "trials x 7"}},
@@ -190,9 +190,9 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
       {"arrays['group'][0] = 5", {"group of trial 0, 5,"}},
       {"arrays['group'][0] = -1", {"group of trial 0, -1,"}},
       {"arrays['group'][0] = 4", {"group of trial 0, 4,", "not a base trial"}},
-      {"arrays['group'] = arrays['group'][:4]", {"group does not have one value a trial"}},
-      {"arrays['split'] = arrays['split'][:4]", {"split does not have one value a trial"}},
-      {"arrays['split'] = arrays['split'][:, None]", {"split", "5 x 1", "one value a trial"}},
+      {"arrays['group'] = arrays['group'][:4]", {"group does not have one value per trial"}},
+      {"arrays['split'] = arrays['split'][:4]", {"split does not have one value per trial"}},
+      {"arrays['split'] = arrays['split'][:, None]", {"split", "5 x 1", "one value per trial"}},
       {"arrays['split'][4] = 2", {"split of trial 4 is 2"}},
       {"arrays['sway'] = np.zeros(5, 'f4,i4')", {"sway", "not of the form"}},
       {"arrays['decid.json'] = np.array('{}')", {"decid.json", "type <U2", "|S"}},

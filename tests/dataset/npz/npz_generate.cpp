@@ -366,7 +366,7 @@ TEST_CASE("a stored data set reads its sway from the file") {
   write_text(folder / "c.npz", content);
   check_error([&] { StoredDataset(folder / "c.npz"); }, {"sway of trial 0", "not finite"});
   fs::resize_file(folder / "a.npz", 3000);
-  check_error([&] { stored.read(39, a); }, {"a.npz", "shorter than it was"});
+  check_error([&] { stored.read(39, a); }, {"a.npz", "became shorter"});
 }
 
 TEST_CASE("a journal holds as many parameters as a trial has") {

@@ -151,8 +151,8 @@ TEST_CASE("C3D: positions are lengths: as an angle they are refused, with a heig
   CHECK(table_of(file).names()[0] == "COM_x (m)");
   file.parameters.erase("POINT:UNITS");
   CHECK(table_of(file).names()[0] == "COM_x");
-  check_error(reading(file.bytes(), {.com_height_m = 0.9}), {"unit of COM_x", "unit mm, cm or m"});
-  check_error(reading(trial(intel, true).bytes(), {}), {"none of sway"});
+  check_error(reading(file.bytes(), {.com_height_m = 0.9}), {"the name of COM_x", "unit mm, cm or m"});
+  check_error(reading(trial(intel, true).bytes(), {}), {"no sway column"});
   file.point("C7", still(), still(), still());
   file.texts("POINT:LABELS", {"HIP", "C7"});
   file.texts("POINT:UNITS", {"mm"});
@@ -317,7 +317,7 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   both.integers("POINT:FRAMES", {70'000 - 65'536});
   CHECK(rows(both) == many);
   both.integers("TRIAL:ACTUAL_END_FIELD", {5'000, 0});
-  check_error([&] { rows(both); }, {"counts of frames"});
+  check_error([&] { rows(both); }, {"frame counts"});
   both.integers("POINT:FRAMES", {40'000});
   both.parameters.erase("TRIAL:ACTUAL_END_FIELD");
   CHECK(rows(both) == 40'000);
@@ -327,7 +327,7 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   CHECK(rows(both) == 30'000);
   for (const double none : {0.0, 2.5, -1e30}) {
     both.reals("POINT:FRAMES", {none});
-    check_error([&] { rows(both); }, {"no count of frames"});
+    check_error([&] { rows(both); }, {"no frame count"});
   }
 }
 
@@ -382,14 +382,14 @@ TEST_CASE("C3D: what a file may claim") {
   check_error(reading(header(0, 0x50FF)), {"cut short or damaged"});
   check_error(reading(header(2, 4)), {"POINT:USED"});
   check_error(reading(header(4, 2)), {"ANALOG:USED"});
-  check_error(reading(header(16, 0)), {"where its data are"});
+  check_error(reading(header(16, 0)), {"no block number"});
   check_error(reading(header(16, 99)), {"frames"});
   check_error(reading(header(18, 2)), {"no multiple of 2 samples"});
-  check_error(reading(header(14, 0x3C00)), {"reals by POINT:SCALE or by its header"});
+  check_error(reading(header(14, 0x3C00)), {"POINT:SCALE and the header"});
   for (const int processor : {0, 83, 87}) {
     std::string changed = bytes;
     changed[C3dFile::block + 3] = static_cast<char>(processor);
-    check_error(reading(changed), {"of processor", "not 84 (Intel)"});
+    check_error(reading(changed), {"processor", "not 84 (Intel)"});
   }
   for (const auto& [name, values, part] : {std::tuple{"POINT:USED", 4, "POINT:USED"},
                                            {"POINT:USED", -1, "POINT:USED"},
@@ -407,7 +407,7 @@ TEST_CASE("C3D: what a file may claim") {
   // Records of the parameters.
   for (const auto& [body, part] : {std::pair{std::string{3, 0}, "of type 3"},
                                    {std::string{2, 7} + std::string(7, '\xff'), "longer than the file"},
-                                   {std::string{2, 1, 20}, "reaches into the next one"},
+                                   {std::string{2, 1, 20}, "overlaps the next one"},
                                    {std::string{2}, "damaged"}}) {
     C3dFile other = trial(intel, true);
     other.parameters["POINT:A"] = body;

@@ -26,7 +26,7 @@ TEST_CASE("columns: quantities that are no angle are known by their names and un
   CHECK(quantity("COM (mm/s)") == "a velocity");
   CHECK(quantity("trunk (m/s^2)") == "an acceleration");
   CHECK(quantity("subject (kg)") == "a mass");
-  CHECK(quantity("load [%]") == "a share");
+  CHECK(quantity("load [%]") == "a fraction");
   CHECK(quantity("sway_mm") == "a length");
   CHECK(quantity("CoP AP") == centre_of_pressure);
   CHECK(quantity("sway deg per s") == "a velocity");
@@ -59,9 +59,9 @@ TEST_CASE("columns: units that are neither of an angle nor of a length in mm, cm
                                        {"sway (mA)", "a current"},
                                        {"sway (\u00B5A)", "a current"},
                                        {"sway (\u00B0C)", "a temperature"},
-                                       {"sway (%BW)", "a share"},
-                                       {"sway (% BW)", "a share"},
-                                       {"sway_percent", "a share"},
+                                       {"sway (%BW)", "a fraction"},
+                                       {"sway (% BW)", "a fraction"},
+                                       {"sway_percent", "a fraction"},
                                        {"sway (Hz)", "a frequency"},
                                        {"sway_mV", "a voltage"},
                                        {"sway_uV", "a voltage"},

@@ -67,7 +67,7 @@ TEST_CASE("a column of trials makes each of its values a recording") {
   check_trial(mixed, "run", "y", 2.0);
   check_error(
       [] { read("trial,time\n3,0\n3,0.01\n3,0.02\n4,0\n4,0.01\n4,0.02\n", {.trial_column = "trial", .trial = "3"}); },
-      {"no column of sway", "'trial'", "column"});
+      {"no sway column", "'trial'", "column"});
   // A wrong cell is an error of its own recording, at its line in the file.
   const std::string wrong = "time,angle_deg,run\n0,1,x\n0.01,2,x\n0.02,3,x\n0,2,y\n0.01,oops,y\n0.02,6,y\n";
   check_trial(wrong, "run", "x", 1.0);
@@ -181,14 +181,14 @@ TEST_CASE("--trial none is advised where all rows can be read as one recording, 
 TEST_CASE("a column called trial that holds the times is exchanged with the column of time") {
   std::string text = "trial,time,com_sway_deg\n";
   for (int k = 0; k < 30; ++k) text += std::to_string(k * 0.01) + ",1," + std::to_string(k % 7) + "\n";
-  check_error(reading(text), {"'time' stands still, and 'trial' holds times", "the two names are exchanged"});
+  check_error(reading(text), {"'time' stands still, and 'trial' holds times", "the two names are swapped"});
   CHECK(read(text, {.rate_hz = 100.0}).signals.samples() == 30);
 }
 
 TEST_CASE("a column of sway that holds the times is exchanged with the column of time") {
   std::string text = "com_sway_deg,time\n";
   for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 30 * 0.01) + "\n";
-  check_error(reading(text), {"'time' ", "'com_sway_deg' holds times", "the two names are exchanged"});
+  check_error(reading(text), {"'time' ", "'com_sway_deg' holds times", "the two names are swapped"});
 }
 
 TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {

@@ -302,7 +302,7 @@ TEST_CASE("files without numbers, damaged ones and those that are none are refus
                              14);  // 14, 0, 0, 0, 255, 255, 255, 255
   const std::string tag{15, 0, 0, 0, static_cast<char>(deflated.size()), 0, 0, 0};
   check_error(reading(write_text(folder / "bomb.mat", read_text(made("v5.mat")).substr(0, 128) + tag + deflated)),
-              {"bomb.mat", "far too large, inflated"});
+              {"bomb.mat", "far too large, decompressed"});
   // A name of 2 KB, in version 4.
   std::string named(20, '\0');
   named[4] = 2, named[8] = 1, named[17] = 8;

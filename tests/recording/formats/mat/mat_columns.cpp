@@ -194,7 +194,7 @@ TEST_CASE("what holds signals and is not read is named with its kind") {
   bytes[at - 20] = 2;  // sparse, by the type of its variable
   bytes.resize(bytes.find("tilt_deg") - 20);
   check_error([&] { read_recording(write_text(folder / "f.mat", bytes), {}); },
-              {"none of sway", "not read: COM_x (1 x 20 sparse)", "vector of real numbers"});
+              {"no sway column", "not read: COM_x (1 x 20 sparse)", "vector of real numbers"});
 }
 
 TEST_CASE("a user's own variables beside LabChart's are columns too, LabChart's own are not") {
