@@ -1,10 +1,10 @@
-"""Does words.py find the words and openings that it is there to find?"""
+"""Does source_words.py find the words and openings that it is there to find?"""
 import sys
 import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-import words  # noqa: E402
+import source_words as words  # noqa: E402
 
 
 def found(source):

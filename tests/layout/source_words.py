@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fails on a comment or a message of a source that has a word or an opening which CONTRIBUTING.md avoids.
 
-    tests/layout/words.py [ROOT]
+    tests/layout/source_words.py [ROOT]
 
 tests/docs/words.py has the list, which documents keep too. Folders of EXEMPT are not rewritten yet: take a folder out with the
 commit that rewrites it."""
