@@ -148,7 +148,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     clock.rate_hz = near_whole(1.0 / ((time.back() - time.front()) / last * unit_s));
     return clock;
   }
-  const auto told = [&](std::size_t i) {
+  const auto describe_step = [&](std::size_t i) {
     const std::string here = table.place_of(i + 1) + ": '" + name + "' ";
     if (steps[i] == 0.0) return here + "repeats";
     if (steps[i] < 0.0) return here + "goes backwards, by " + six_digits(-steps[i]);
@@ -166,7 +166,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     return clock;
   }
   const auto first_uneven = [&] {
-    return told(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
+    return describe_step(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
   };
   if (std::optional<Clock> free = clock_without_grid(time, steps, usual, unit_s)) {
     free->first_uneven = first_uneven();
@@ -190,7 +190,8 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
       places += multiple;
       continue;
     }
-    throw Error(where, told(i), "correct the times, or give " + setting_name + " if the samples are evenly spaced");
+    throw Error(where, describe_step(i),
+                "correct the times, or give " + setting_name + " if the samples are evenly spaced");
   }
   clock.first_uneven = first_uneven();
   clock.rate_hz = near_whole(places / ((time.back() - time.front()) * unit_s));

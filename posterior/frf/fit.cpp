@@ -162,24 +162,24 @@ void Fit::warn(const Density& density) {
 }
 
 Fit fit(const Density& density, const SmcSettings& settings) {
-  const SmcResult walks = walk(
+  const SmcResult result = sample_smc(
       Density::size(), Density::uniform(), [&](std::span<const double> x, Local& local) { density.evaluate(x, local); },
       settings);
   Fit found;
   found.chains_ = settings.chains;
   found.draws_.resize(Density::quantities);
   std::vector<State> states;
-  for (const std::vector<double>& chain : walks.chains) {
+  for (const std::vector<double>& chain : result.chains) {
     for (std::size_t at = 0; at < chain.size(); at += Density::size())
       states.push_back(density.state(std::span(chain).subspan(at, Density::size())));
   }
   for (int q = 0; q < Density::quantities; ++q)
     for (const State& state : states) found.draws_[static_cast<std::size_t>(q)].push_back(Density::value(state, q));
   found.prior_stddevs_ = prior_stddevs(density, settings.seed);
-  found.rhat_ = walks.rhat;
-  found.effective_ = walks.effective;
-  found.acceptance_ = walks.acceptance;
-  found.evaluations_ = walks.evaluations;
+  found.rhat_ = result.rhat;
+  found.effective_ = result.effective;
+  found.acceptance_ = result.acceptance;
+  found.evaluations_ = result.evaluations;
   found.predict(density, states);
   found.warn(density);
   return found;

@@ -81,8 +81,8 @@ class Fit {
   Warnings warnings_;
 };
 
-/// Draws from the posterior. Throws Error for settings that walk() refuses, and if hardly any controller in the ranges
-/// is stable.
+/// Draws from the posterior. Throws Error for settings that sample_smc() refuses, and if hardly any controller in the
+/// ranges is stable.
 Fit fit(const Density& density, const SmcSettings& settings);
 
 /// Returns the probability that chi-square exceeds this; degrees_of_freedom: even, above 0.

@@ -131,7 +131,7 @@ class Run {
 
   SmcResult operator()() {
     start();
-    for (double power = 0.0; power < 1.0; ++walks_.stages) {
+    for (double power = 0.0; power < 1.0; ++result_.stages) {
       const double next = next_power(power);
       resample(next - power);
       power = next;
@@ -139,7 +139,7 @@ class Run {
     }
     move_population(settings_.settling_transitions, 1.0);
     draw();
-    return std::move(walks_);
+    return std::move(result_);
   }
 
  private:
@@ -164,7 +164,7 @@ class Run {
       throw Error("particles", "the likelihood is 0 at all draws from the prior", "widen the prior");
     });
     moved_ = attempts;
-    walks_.evaluations += settings_.population;
+    result_.evaluations += settings_.population;
   }
 
   /// Returns the population's weights after a step of the power; the largest is 1.
@@ -200,7 +200,7 @@ class Run {
     double total = 0.0;
     for (const double value : weight) total += value;
     const Random random = random_numbers(population_.size() + static_cast<std::size_t>(settings_.chains));
-    const double place = random.uniform(static_cast<std::uint64_t>(walks_.stages));
+    const double place = random.uniform(static_cast<std::uint64_t>(result_.stages));
     std::vector<Place> chosen;
     double sum = 0.0;
     for (std::size_t i = 0; i < population_.size(); ++i) {
@@ -222,7 +222,7 @@ class Run {
                    power);
     });
     moved_ += static_cast<std::uint64_t>(moves);
-    walks_.evaluations += static_cast<long long>(moves) * settings_.population;
+    result_.evaluations += static_cast<long long>(moves) * settings_.population;
   }
 
   bool move(Place& place, const Random& random, std::uint64_t number, double power) const {
@@ -255,7 +255,7 @@ class Run {
     const auto chains = static_cast<std::size_t>(settings_.chains);
     std::vector<Place> places;
     for (std::size_t c = 0; c < chains; ++c) places.push_back(population_[c * population_.size() / chains]);
-    walks_.chains.resize(chains);
+    result_.chains.resize(chains);
     std::vector<long long> accepted(chains, 0);
     int draws = 0;
     while (draws < settings_.max_draws) {
@@ -267,7 +267,7 @@ class Run {
         for (int kept = 0; kept < more; ++kept) {
           for (int move = 0; move < settings_.thinning; ++move)
             accepted[c] += this->move(places[c], random, number++, 1.0) ? 1 : 0;
-          walks_.chains[c].insert(walks_.chains[c].end(), places[c].x.begin(), places[c].x.end());
+          result_.chains[c].insert(result_.chains[c].end(), places[c].x.begin(), places[c].x.end());
         }
       });
       draws += more;
@@ -276,24 +276,24 @@ class Run {
     const long long moves = static_cast<long long>(draws) * settings_.thinning * settings_.chains;
     long long sum = 0;
     for (const long long count : accepted) sum += count;
-    walks_.acceptance = static_cast<double>(sum) / static_cast<double>(moves);
-    walks_.evaluations += moves;
+    result_.acceptance = static_cast<double>(sum) / static_cast<double>(moves);
+    result_.evaluations += moves;
   }
 
   bool enough(int draws) {
-    walks_.rhat.clear();
-    walks_.effective.clear();
+    result_.rhat.clear();
+    result_.effective.clear();
     for (std::size_t i = 0; i < size_; ++i) {
       posterior::ChainDraws values;
-      for (const std::vector<double>& chain : walks_.chains) {
+      for (const std::vector<double>& chain : result_.chains) {
         std::vector<double>& column = values.emplace_back();
         for (std::size_t k = 0; k < static_cast<std::size_t>(draws); ++k) column.push_back(chain[k * size_ + i]);
       }
-      walks_.rhat.push_back(posterior::rhat(values));
-      walks_.effective.push_back(posterior::effective_draws(values));
+      result_.rhat.push_back(posterior::rhat(values));
+      result_.effective.push_back(posterior::effective_draws(values));
     }
-    return std::ranges::all_of(walks_.rhat, [&](double value) { return value <= settings_.max_rhat; }) &&
-           std::ranges::all_of(walks_.effective, [&](double value) { return value >= settings_.effective_draws; });
+    return std::ranges::all_of(result_.rhat, [&](double value) { return value <= settings_.max_rhat; }) &&
+           std::ranges::all_of(result_.effective, [&](double value) { return value >= settings_.effective_draws; });
   }
 
   std::size_t size_, uniform_;
@@ -301,12 +301,12 @@ class Run {
   const SmcSettings& settings_;
   std::vector<Place> population_;
   std::uint64_t moved_ = 0;  // moves of each particle
-  SmcResult walks_;
+  SmcResult result_;
 };
 
 }  // namespace
 
-SmcResult walk(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const SmcSettings& settings) {
+SmcResult sample_smc(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const SmcSettings& settings) {
   check(size, settings);
   return Run(size, uniform, evaluate, settings)();
 }

@@ -48,6 +48,6 @@ struct SmcResult {
 /// Draws from exp(-misfit) times the prior of `size` coordinates: the first `uniform` are uniform from 0 to 1, the
 /// others standard normal. The result depends only on the settings, not on the threads. Throws Error for settings that
 /// are too small, and if 1000 consecutive draws from the prior are impossible.
-SmcResult walk(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const SmcSettings& settings);
+SmcResult sample_smc(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const SmcSettings& settings);
 
 }  // namespace decid::frf

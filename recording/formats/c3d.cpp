@@ -230,9 +230,9 @@ void C3dTable::read_rates(const C3dParameters& parameters) {
                analog = channels_ > 0 ? parameters.number("ANALOG:RATE", 0.0) : 0.0;
   const double rows_a_frame = points_ > 0 ? 1.0 : samples;
   if (point != 0.0) rates_.push_back({point * rows_a_frame, "POINT:RATE", true});
-  const std::string share =
+  const std::string per_frame =
       points_ > 0 && samples_ > 1 ? " over its " + std::to_string(samples_) + " samples per frame" : "";
-  if (analog != 0.0) rates_.push_back({analog * rows_a_frame / samples, "ANALOG:RATE" + share, true});
+  if (analog != 0.0) rates_.push_back({analog * rows_a_frame / samples, "ANALOG:RATE" + per_frame, true});
   if (rates_.empty()) rates_.push_back({file_.real(rate_at) * rows_a_frame, "the header", true});
 }
 
