@@ -161,7 +161,7 @@ TEST_CASE("the advised --trial works, and takes as many columns as tell the reco
   for (const Labelled& one :
        {Labelled{"subject", {"a", "a", "b", "b"}}, {"trial", {"1", "2", "1", "2"}}, {"subject", {"a", "a"}}}) {
     CHECK_FALSE(advises(four(one.first, one.second), "trial_column '"));
-    CHECK(advises(four(one.first, one.second), "a file of its own"));
+    CHECK(advises(four(one.first, one.second), "its own file"));
   }
   // The column that was given is not enough.
   CHECK(advises(four("subject,run", {"a,1", "a,2"}), "trial_column 'subject,run'",
