@@ -403,7 +403,7 @@ TEST_CASE("an ankle angle, and a table of a frequency response, are refused by n
                 {name, "relative to the platform", "add the platform's tilt"});
   check_error(reading("time,ankle_deg\n0,1\n0.01,2\n", {.column = "ankle_deg", .unit = Unit::degree}),
               {"an ankle angle"});
-  check_error(reading("frequency_hz,gain,phase_deg\n0.1,1,0\n0.2,1,-10\n"), {"frequency response", "decid fit frf"});
+  check_error(reading("frequency_hz,gain,phase_deg\n0.1,1,0\n0.2,1,-10\n"), {"frequency response", "fit it with frf"});
 }
 
 TEST_CASE("a column that is plainly the platform's tilt is used, and left out if it does not follow the protocol") {

@@ -384,7 +384,7 @@ TEST_CASE("C3D: what a file may claim") {
   check_error(reading(header(4, 2)), {"ANALOG:USED"});
   check_error(reading(header(16, 0)), {"no block number"});
   check_error(reading(header(16, 99)), {"frames"});
-  check_error(reading(header(18, 2)), {"no multiple of 2 samples"});
+  check_error(reading(header(18, 2)), {"not a multiple of 2 samples"});
   check_error(reading(header(14, 0x3C00)), {"POINT:SCALE and the header"});
   for (const int processor : {0, 83, 87}) {
     std::string changed = bytes;
