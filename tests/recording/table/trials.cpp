@@ -128,7 +128,7 @@ std::string advised(const std::string& csv, std::size_t recordings) {
   INFO(remedy);
   const std::size_t begin = remedy.find("trial_column '");
   REQUIRE(begin != std::string::npos);
-  const std::string by = remedy.substr(begin + 9, remedy.find('\'', begin + 9) - begin - 9);
+  const std::string by = remedy.substr(begin + 14, remedy.find('\'', begin + 14) - begin - 14);
   CHECK(trials(csv, by).size() == recordings);
   for (const std::string& trial : trials(csv, by)) {
     const Recording recording = read(csv, {.trial_column = by, .trial = trial});
@@ -181,14 +181,14 @@ TEST_CASE("--trial none is advised where all rows can be read as one recording, 
 TEST_CASE("a column called trial that holds the times is exchanged with the column of time") {
   std::string text = "trial,time,com_sway_deg\n";
   for (int k = 0; k < 30; ++k) text += std::to_string(k * 0.01) + ",1," + std::to_string(k % 7) + "\n";
-  check_error(reading(text), {"'time' stands still, and 'trial' holds times", "the two names are swapped"});
+  check_error(reading(text), {"'time' repeats, and 'trial' contains times", "the two names are swapped"});
   CHECK(read(text, {.rate_hz = 100.0}).signals.samples() == 30);
 }
 
 TEST_CASE("a column of sway that holds the times is exchanged with the column of time") {
   std::string text = "com_sway_deg,time\n";
   for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 30 * 0.01) + "\n";
-  check_error(reading(text), {"'time' ", "'com_sway_deg' holds times", "the two names are swapped"});
+  check_error(reading(text), {"'time' ", "'com_sway_deg' contains times", "the two names are swapped"});
 }
 
 TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {
