@@ -160,10 +160,10 @@ TEST_CASE("the rate comes from the time, or from the user") {
   check_error(reading("sway\n1\n2\n"), {"r.csv", "no time column", "rate"});
   check_error(reading("time,sway\n0,1\n0.01,2\n0.02,3\n0.04,4\n"),
               {"sway lacks 1 sample (0.01 s) from 0.03 s", "fill_gaps 0.01"});
-  check_error(reading("# c\n\ntime,sway\n0,1\n0.01,2\n0.01,3\n0.02,4\n"), {"line 6: 'time' stands still"});
+  check_error(reading("# c\n\ntime,sway\n0,1\n0.01,2\n0.01,3\n0.02,4\n"), {"line 6: 'time' repeats"});
   check_error(reading("time,sway\n0.02,1\n0.01,2\n0,3\n"), {"'time' runs backwards", "reverse the rows", "rate"});
-  check_error(reading("time,sway\n0,1\n0,2\n0,3\n"), {"line 3: 'time' stands still"});
-  check_error(reading("time,sway\n0,1\n0.01,2\n0.01,3\n0.01,4\n"), {"line 4: 'time' stands still"});
+  check_error(reading("time,sway\n0,1\n0,2\n0,3\n"), {"line 3: 'time' repeats"});
+  check_error(reading("time,sway\n0,1\n0.01,2\n0.01,3\n0.01,4\n"), {"line 4: 'time' repeats"});
   check_error(reading("time,sway\n0,1\nnoon,2\n0.02,3\n"), {"line 3, time", "'noon' is not a finite number"});
   CHECK(warns(read("time,sway\n0,1\nnoon,2\n0.02,3\n", {.rate_hz = 100.0}), "ignores the time column"));
   for (const double rate : {0.0, -5.0, 0.99, 100'001.0, std::nan(""), HUGE_VAL}) {

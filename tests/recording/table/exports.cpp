@@ -106,7 +106,7 @@ TEST_CASE("times that are rounded so coarsely that samples share them") {
   const Recording recording = read(text);
   CHECK(recording.rate_hz == 100.0);
   CHECK(has(recording.warnings, "uneven_times"));
-  check_error(reading(damaged), {"stands still"});  // a second is missing
+  check_error(reading(damaged), {"repeats"});  // a second is missing
 }
 
 TEST_CASE("several recordings in a file are not joined, whatever the rate") {
