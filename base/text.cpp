@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
-#include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace decid {
 
@@ -18,6 +18,36 @@ std::string one_line(std::string text) {
     if (byte == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0) text.replace(i, 2, "?");
   }
   return text;
+}
+
+namespace {
+
+/// The number of bytes at the beginning of `text` that are a character of UTF-8, or the beginning of one; and whether
+/// it is whole. RFC 3629; Unicode 15, table 3-7.
+std::pair<std::size_t, bool> character_at(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned first = byte(0);
+  if (first < 0x80) return {1, true};
+  const std::size_t size = first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : first < 0xF5 ? 4 : 0;
+  if (size == 0) return {1, false};
+  const unsigned low = first == 0xE0 ? 0xA0 : first == 0xF0 ? 0x90 : 0x80;
+  const unsigned high = first == 0xED ? 0x9F : first == 0xF4 ? 0x8F : 0xBF;
+  std::size_t i = 1;
+  if (i < text.size() && byte(i) >= low && byte(i) <= high)
+    for (i = 2; i < size && i < text.size() && byte(i) >= 0x80 && byte(i) <= 0xBF;) ++i;
+  return {i, i == size};
+}
+
+}  // namespace
+
+std::string valid_utf8(std::string_view text) {
+  std::string valid;
+  while (!text.empty()) {
+    const auto [size, is_whole] = character_at(text);
+    valid += is_whole ? text.substr(0, size) : "\xEF\xBF\xBD";
+    text.remove_prefix(size);
+  }
+  return valid;
 }
 
 std::string format(const char* pattern, ...) {

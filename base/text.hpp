@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace decid {
@@ -20,6 +21,9 @@ std::string errno_text(int error);
 
 /// Replaces control characters by question marks, which keeps a file's name on one line.
 std::string one_line(std::string text);
+/// Returns the text with U+FFFD for each run of bytes that begins like a character of UTF-8 and is none, as JSON has
+/// it.
+std::string valid_utf8(std::string_view text);
 
 /// Returns text as a cell of a CSV file, quoted where needed (RFC 4180); with an apostrophe before text that a
 /// spreadsheet would read as a formula.

@@ -1,6 +1,6 @@
-// Draws the page of tools/bench-report, after common.js.
+// Draws the page of tools/bench-report, after common.js and plot.js.
 (() => {
-const colours = ["#17527f", "#e08a3c", "#b3322c", "#3c7d4e", "#7a4d9e", "#4a9ab5", "#8a6d1f", "#c2568b", "#56616d", "#1c2733"];
+const classes = ["", " dashed", " dotted"].flatMap(dash => ["draw", "again", "mark", "third", "fourth", "tilt"].map(kind => kind + dash));
 const isas = ["reference", "baseline", "avx2", "avx512", "neon"];
 const { runs, benchmarks } = report;
 const newest = runs.length - 1;
@@ -50,48 +50,35 @@ function figuresTable() {
 
 // ---- charts --------------------------------------------------------------------------------------------------------
 
-// Something of it must be drawn in one of `inks`.
-function chart(main, title, caption, height, inks, settings) {
-  const canvas = element("canvas", { role: "img", "aria-label": `${title}. ${caption}` });
-  main.append(element("figure", {}, element("h3", {}, title),
-    element("div", { class: "chart", style: `height: ${height}px` }, canvas), element("figcaption", {}, caption)));
-  new Chart(canvas, { ...settings, options: { animation: false, responsive: true, maintainAspectRatio: false, ...settings.options } });
-  checks.push(() => inks.some(ink => hasColour(canvas, ink)));
-}
-
-// One bar a row, with its name on the left.
-function bars(main, title, caption, unit, rows, colourOf) {
-  chart(main, title, caption, 60 + 18 * rows.length, [colourOf(rows[0])], {
-    type: "bar",
-    data: { labels: rows.map(({ label }) => label),
-      datasets: [{ data: rows.map(({ value }) => value), backgroundColor: rows.map(colourOf), barPercentage: 0.9 }] },
-    options: { indexAxis: "y", plugins: { legend: { display: false } },
-      scales: { x: { ...axis(unit), beginAtZero: true }, y: { ticks: { autoSkip: false, color: "#3d4853", font: { size: 11 } } } } },
-  });
+// One bar a row, with its name above it; forty rows a drawing, so that each fits on a sheet.
+function bars(main, title, caption, unit, rows, classOf) {
+  const width = 1000, right = width - 70, row = 26, most = Math.max(...rows.map(({ value }) => value));
+  const drawn = (shown, first) => drawing(width, row * shown.length, `${title}, from row ${first + 1}`, shown.flatMap(({ label: name, value, ...rest }, at) => [
+    label(0, row * at + 12, name),
+    shape("rect", { x: 0, y: row * at + 15, width: short(Math.max(0.5, right * value / most)), height: 8, class: `bar-${classOf(rest)}` }),
+    label(right * value / most + 6, row * at + 23, `${compact(value)} ${unit}`)]));
+  const parts = Array.from({ length: Math.ceil(rows.length / 40) }, (_, part) => ({ made: drawn(rows.slice(40 * part, 40 * part + 40), 40 * part) }));
+  main.append(chartFigure(title, caption, ...parts));
 }
 
 function machineBars(main) {
   const rows = benchmarks.filter(({ percent }) => had(percent, newest))
     .map(({ name, of, percent }) => ({ label: name, value: percent[newest], of }));
   if (rows.length) bars(main, "Part of the machine's peak", "Blue: % of the peak of fused multiply-adds; orange: % of the bandwidth of " +
-    `memory; both measured in the same run. Run ${runs[newest].name}.`, "%", rows, ({ of }) => colours[of === "peak" ? 0 : 1]);
+    `memory; both measured in the same run. Run ${runs[newest].name}.`, "%", rows, ({ of }) => of === "peak" ? "draw" : "again");
 }
 
 // Percentages of the peak travel between machines; times do not.
 function trends(main) {
+  if (runs.length < 2) return;
   const drawn = benchmarks.filter(({ percent }) => percent.some(value => !absent(value)));
   const alone = ({ name }) => drawn.filter(other => kindOf(other.name) === kindOf(name)).length === 1;
   const titleOf = benchmark => alone(benchmark) ? "others" : kindOf(benchmark.name);
   for (const kind of new Set(drawn.map(titleOf))) {
     const lines = drawn.filter(benchmark => titleOf(benchmark) === kind);
-    chart(main, `Trend: ${kind}`, "% of the machine's peak or bandwidth, from run to run.", 260 + 10 * lines.length, colours.slice(0, 4), {
-      type: "line",
-      data: { labels: runs.map(({ name }) => name), datasets: lines.map(({ name, percent }, at) => ({
-        label: plain(name), data: percent, borderColor: colours[at % colours.length], backgroundColor: colours[at % colours.length],
-        borderDash: at < colours.length ? [] : [6, 4], pointRadius: 4, borderWidth: 2, spanGaps: true })) },
-      options: { plugins: { legend: { position: "right", labels: { color: "#1c2733", boxWidth: 14, font: { size: 11 } } } },
-        scales: { x: { offset: true, ticks: { color: "#3d4853" } }, y: { ...axis("%"), beginAtZero: true } } },
-    });
+    main.append(chartFigure(`Trend: ${kind}`, "% of the machine's peak or bandwidth, from run to run.", plot({ title: `Trend: ${kind}`,
+      x: { names: runs.map(({ name }) => name) }, y: { text: "%", zero: true }, marks: lines.map(({ name, percent }, at) =>
+        ({ name: plain(name), class: classes[at % classes.length], dots: true, line: percent.map((value, run) => [run, value ?? NaN]).filter(([, value]) => !Number.isNaN(value)) })) })));
   }
 }
 
@@ -99,7 +86,7 @@ function peers(main) {
   const run = runs.findLast(({ peers }) => peers.length > 0);
   if (run === undefined) return;
   bars(main, "Beside peers", `Ours over theirs in run ${run.name}: above 1 is more work in the same time; for memory, below 1 is less.`,
-    "ratio", run.peers.map(({ what, ratio }) => ({ label: what, value: ratio })), () => colours[0]);
+    "ratio", run.peers.map(({ what, ratio }) => ({ label: what, value: ratio })), () => "draw");
   main.append(table("The same as numbers.", heads("What", "Unit", "Ours over theirs"),
     run.peers.map(({ what, unit, ratio }) => row(what, unit, fixed(ratio, 2)))));
 }

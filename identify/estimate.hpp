@@ -22,11 +22,10 @@ struct Estimate {
   /// How sure the network is of them; `parameters` are its means. Empty if the model's head gives point estimates
   /// alone.
   std::optional<ParameterDistribution> distribution = {};
-  recording::Trial trial;    ///< what was identified: the recording at the protocol's rate and length
   std::vector<float> image;  ///< of the trial, before row scaling, channel-major; its shape is the model's
   /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.
   double distance = std::numeric_limits<double>::quiet_NaN();
-  Warnings warnings;  ///< what was assumed or changed, what looks odd
+  Warnings warnings;  ///< what looks odd
 };
 
 /// Frequency response of sway to tilt: the recording's, and that of the identified controller, band by band.
@@ -51,6 +50,8 @@ struct Explanation {
   /// How little the recording is like what the model was trained on (following.hpp); 96 of 100 simulated trials are
   /// below 1. NaN if the model has no familiarity.
   double unfamiliarity = std::numeric_limits<double>::quiet_NaN();
+  /// Why the model takes the recording for unlike its training; empty: it does not, or no model has judged.
+  std::string unlike_training;
   std::optional<FrequencyResponses> frf;  ///< empty if the stimulus has none; a warning says why
   Warnings warnings;
 };

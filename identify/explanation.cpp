@@ -51,7 +51,7 @@ std::span<const double> standing(const sim::Outcome& outcome, std::span<const do
 }
 
 /// Warns if the residual is larger than noise explains.
-void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& explanation) {
+void warn_of_residual(std::span<const std::vector<float>> noisy, Severity little_explained, Explanation& explanation) {
   if (!std::isfinite(explanation.variance_accounted_for)) {
     add_invalid(explanation.warnings, "does_not_stand",
                 "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
@@ -70,14 +70,14 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Explanation& ex
   }
   const auto [low, high] = std::ranges::minmax(usual);
   if (explanation.variance_accounted_for < low - (high - low) - 0.1)
-    add_caution(
-        explanation.warnings, "little_explained",
-        format(
-            "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
-            "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this "
-            "kind "
-            "of controller",
-            100 * explanation.variance_accounted_for, 100 * low, 100 * high));
+    explanation.warnings.push_back(
+        {little_explained, "little_explained",
+         format(
+             "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
+             "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this "
+             "kind "
+             "of controller",
+             100 * explanation.variance_accounted_for, 100 * low, 100 * high)});
 }
 
 }  // namespace
@@ -136,7 +136,7 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   const Residual found = residual_of(answer.trial.sway_rad(), explanation.fitted_rad);
   explanation.rms_residual_deg = found.rms_deg;
   explanation.variance_accounted_for = found.variance_accounted_for;
-  warn_of_residual(simulated.noisy, explanation);
+  warn_of_residual(simulated.noisy, answer.little_explained, explanation);
   if (following_) {
     Following::Spread spread;
     explanation.following = following_->measure(simulated.following, answer.trial.sway_rad(), &spread);
@@ -189,22 +189,24 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
   return found;
 }
 
-void warn_unless_following(Explanation& explanation) {
+Warnings following_warnings(const Explanation& explanation) {
+  Warnings warnings;
   constexpr double least = 0.3, most = 2.0, significant_sd = 4.0;
   const double following = explanation.following;
   const double mean = explanation.following_mean, sd = explanation.following_sd;
-  if (std::isnan(following) || std::abs(following - mean) < significant_sd * sd) return;
+  if (std::isnan(following) || std::abs(following - mean) < significant_sd * sd) return warnings;
   if (following < least * mean)
     add_caution(
-        explanation.warnings, "hardly_follows",
+        warnings, "hardly_follows",
         format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "
                "would have (%.2f +- %.2f among its trials); was it this protocol, and in time with the recording?",
                following, mean, sd));
   if (following > most * mean)
-    add_caution(explanation.warnings, "large_response",
+    add_caution(warnings, "large_response",
                 format("the sway follows the protocol's tilt %.2f times as much as the identified controller would "
                        "(%.2f +- %.2f among its trials): was the tilt larger, or the sway in another unit?",
                        following, mean, sd));
+  return warnings;
 }
 
 }  // namespace decid

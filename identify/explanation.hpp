@@ -18,6 +18,9 @@ namespace decid {
 struct Answer {
   const sim::Parameters& parameters;
   const recording::Trial& trial;
+  /// How grave it is if the parameters explain less of the trial than of simulated ones: for a posterior, whose noise
+  /// explains the rest and is checked by itself, it is info.
+  Severity little_explained = Severity::caution;
 };
 
 /// The plans for trials of one protocol, made once: immutable, so one serves all threads.
@@ -59,7 +62,7 @@ sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment);
 /// The trial of `parameters` without vestibular noise, up to where the body falls.
 std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters);
 
-/// Warns if an explained recording does not follow the tilt: for recordings that no model has judged.
-void warn_unless_following(Explanation& explanation);
+/// Returns a warning if an explained recording does not follow the tilt: for recordings that no model has judged.
+Warnings following_warnings(const Explanation& explanation);
 
 }  // namespace decid

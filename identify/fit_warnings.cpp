@@ -114,15 +114,18 @@ std::vector<int> at_edge(const Density& density, const Posterior& found, double 
   return edges;
 }
 
-void warn_of_posterior(const Density& density, const posterior::Observation& observation, const Posterior& found,
-                       bool from_network, Warnings& warnings) {
+Warnings posterior_warnings(const Density& density, const posterior::Observation& observation, const Posterior& found,
+                            bool from_network) {
+  Warnings warnings;
   warn_of_edges(density, found, from_network, warnings);
   warn_of_chains(density, found, from_network, warnings);
   warn_of_noise(observation, found, warnings);
+  return warnings;
 }
 
-void warn_of_contradiction(const sim::ParameterTable& table, const Posterior& found,
-                           const ParameterDistribution& network, Warnings& warnings) {
+Warnings contradiction_warnings(const sim::ParameterTable& table, const Posterior& found,
+                                const ParameterDistribution& network) {
+  Warnings warnings;
   std::string names;
   for (std::size_t p = 0; p < table.size(); ++p) {
     const int quantity = static_cast<int>(p);
@@ -135,6 +138,7 @@ void warn_of_contradiction(const sim::ParameterTable& table, const Posterior& fo
     add_caution(warnings, "network_disagrees",
                 "the posterior and the network contradict each other beyond their intervals in " + names +
                     ": one of them takes the recording for something it is not");
+  return warnings;
 }
 
 }  // namespace decid

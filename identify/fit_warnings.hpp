@@ -14,14 +14,14 @@ namespace decid {
 /// chains hold while they draw, is not judged.
 std::vector<int> at_edge(const posterior::Density& density, const posterior::Posterior& found, double probability);
 
-/// Adds what the posterior itself shows: `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,
+/// Returns what the posterior itself shows: `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,
 /// `unexplained_sway`. from_network: the answer is the network's because the chains are apart.
-void warn_of_posterior(const posterior::Density& density, const posterior::Observation& observation,
-                       const posterior::Posterior& found, bool from_network, Warnings& warnings);
+Warnings posterior_warnings(const posterior::Density& density, const posterior::Observation& observation,
+                            const posterior::Posterior& found, bool from_network);
 
-/// Adds `network_disagrees` if the posterior's and the network's means of a parameter are further apart than 3.5 of
+/// Returns `network_disagrees` if the posterior's and the network's means of a parameter are further apart than 3.5 of
 /// their joint standard deviations.
-void warn_of_contradiction(const sim::ParameterTable& table, const posterior::Posterior& found,
-                           const ParameterDistribution& network, Warnings& warnings);
+Warnings contradiction_warnings(const sim::ParameterTable& table, const posterior::Posterior& found,
+                                const ParameterDistribution& network);
 
 }  // namespace decid

@@ -43,6 +43,23 @@ GroupEffect independent_effect(const GroupSample& first, const GroupSample& seco
 /// Compares two values of each person. Throws Error for lists of different lengths.
 GroupEffect paired_effect(std::span<const double> first, std::span<const double> second, std::size_t intervals);
 
+/// Which group and person a recording belongs to.
+struct GroupMember {
+  std::string group;   ///< empty: the recording is not compared
+  std::string person;  ///< the recording itself where the table has no column of people
+};
+/// A line of the table that names none of the recordings.
+struct UnusedLine {
+  std::size_t line;  ///< of the file, from 1
+  std::string file;  ///< what it names
+  bool operator==(const UnusedLine&) const = default;
+};
+struct GroupTable {
+  std::string person_column;         ///< as the file spells it; empty if there is none
+  std::vector<GroupMember> members;  ///< one per recording
+  std::vector<UnusedLine> unused = {};
+};
+
 /// What a comparison needs of a recording.
 struct GroupedRecording {
   std::string group, person;
@@ -70,5 +87,13 @@ struct GroupComparison {
 };
 /// Throws Error for a recording with another number of values than `parameters`.
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters);
+
+/// A table of groups and what it shows of the recordings of a call.
+struct GroupReport {
+  GroupTable table;
+  std::vector<std::string> left_out;  ///< one per recording: why it is not compared, "error", "not usable" or
+                                      ///< "tilt_of_other_size"; empty: it is, or it is in no group
+  GroupComparison comparison;
+};
 
 }  // namespace decid

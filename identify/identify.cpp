@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/recordings.hpp"
 
 namespace decid {
 namespace {
@@ -47,8 +48,8 @@ double largest(const sim::Conditions& conditions, sim::Condition condition) {
   return conditions[condition].share > 0.0 ? conditions[condition].high : 0.0;
 }
 
-void warn_of_sway(const sim::Conditions& trained, Estimate& estimate) {
-  const std::vector<float>& sway_rad = estimate.trial.sway_rad();
+void warn_of_sway(const sim::Conditions& trained, const recording::Trial& trial, Estimate& estimate) {
+  const std::vector<float>& sway_rad = trial.sway_rad();
   // Simulated trials swing about upright: of 2,000 none has a mean beyond this.
   const double moved_deg = largest(trained, sim::Condition::offset) + largest(trained, sim::Condition::drift);
   const double max_mean_deg = 0.8 + moved_deg;
@@ -64,7 +65,7 @@ void warn_of_sway(const sim::Conditions& trained, Estimate& estimate) {
   const double reach = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
   const double trained_rad =
       sim::sway_limit_rad * (1.0 + largest(trained, sim::Condition::gain)) + moved_deg * sim::rad_per_deg;
-  if (reach > trained_rad && !estimate.trial.is_large)
+  if (reach > trained_rad && !trial.is_large)
     add_caution(estimate.warnings, "beyond_training",
                 format("sway reaches %.1f degrees; trials beyond %g degrees were never trained on",
                        reach / sim::rad_per_deg, trained_rad / sim::rad_per_deg));
@@ -73,7 +74,8 @@ void warn_of_sway(const sim::Conditions& trained, Estimate& estimate) {
 /// Warns of recordings that look unlike anything the network was trained on.
 void judge(const Model& model, const Estimate& estimate, Explanation& explanation) {
   if (!model.familiarity.known()) {
-    warn_unless_following(explanation);
+    const Warnings found = following_warnings(explanation);
+    explanation.warnings.insert(explanation.warnings.end(), found.begin(), found.end());
     return;
   }
   explanation.unfamiliarity = unfamiliarity(estimate.distance, model.familiarity.usual, explanation.following);
@@ -85,12 +87,12 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
                 std::string(stands && estimate.parameters[sim::Nv] <= 0.0 ? "has no noise" : "falls")
           : format("it has %.2f of the response to the tilt that the identified controller would have",
                    explanation.following);
-  add_invalid(
-      explanation.warnings, "unfamiliar",
-      format("looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; %s): "
-             "its parameters mean little; check that the platform played the protocol's stimulus from the first "
-             "sample on, the sign of the sway, the rate and the unit",
-             explanation.unfamiliarity, response.c_str()));
+  explanation.unlike_training = format(
+      "looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; %s): "
+      "its parameters mean little; check that the platform played the protocol's stimulus from the first "
+      "sample on, the sign of the sway, the rate and the unit",
+      explanation.unfamiliarity, response.c_str());
+  add_invalid(explanation.warnings, "unfamiliar", explanation.unlike_training);
 }
 
 }  // namespace
@@ -109,22 +111,25 @@ Identifier::Identifier(const Identifier& other)
       at_once_(other.at_once_),
       predictor_(other.predictor_.shared_inference(), at_once_) {}
 
-std::vector<Estimate> Identifier::estimate(std::vector<recording::Trial> trials) {
+Identifier::Trials Identifier::pointers(const std::vector<recording::Trial>& trials) {
+  Trials all;
+  for (const recording::Trial& trial : trials) all.push_back(&trial);
+  return all;
+}
+
+std::vector<Estimate> Identifier::run(const Trials& trials) {
   const dataset::ImageMaker& maker = model_.images();
   const auto values = static_cast<std::size_t>(maker.shape().size());
   const auto outputs = static_cast<std::size_t>(model_.network.output_shape().size());
   const auto features = model_.familiarity.known() ? static_cast<std::size_t>(predictor_.feature_count()) : 0;
   for (std::size_t i = 0; i < trials.size(); ++i)
-    if (!std::ranges::all_of(trials[i].sway_rad(), [](float value) { return std::isfinite(value); }))
+    if (!std::ranges::all_of(trials[i]->sway_rad(), [](float value) { return std::isfinite(value); }))
       throw Error(format("trial %zu", i), "has sway that is not finite", "interpolate what is missing");
   std::vector<Estimate> all(trials.size());
   for (std::size_t first = 0; first < trials.size(); first += max_at_once) {
     const std::size_t count = std::min(max_at_once, trials.size() - first);
     std::vector<dataset::Sway> sways;
-    for (std::size_t i = 0; i < count; ++i) {
-      all[first + i].trial = std::move(trials[first + i]);
-      sways.emplace_back(all[first + i].trial.sway_rad(), body_.height);
-    }
+    for (std::size_t i = 0; i < count; ++i) sways.emplace_back(trials[first + i]->sway_rad(), body_.height);
     std::vector<float> images(count * values), output(count * outputs), feature(count * features);
     maker.make_all(sways, images);
     for (std::size_t i = 0; i < count; ++i) {
@@ -142,34 +147,44 @@ std::vector<Estimate> Identifier::estimate(std::vector<recording::Trial> trials)
         estimate.distance = model_.familiarity.distance(std::span(feature).subspan(i * features, features));
       warn_of_model(model_, estimate);
       warn_of_ranges(body_.ranges, estimate);
-      warn_of_sway(model_.protocol.conditions, estimate);
+      warn_of_sway(model_.protocol.conditions, *trials[first + i], estimate);
     }
   }
   return all;
 }
 
-std::vector<Explanation> Identifier::explain(std::span<const Estimate> estimates) const {
+std::vector<Explanation> Identifier::compare(std::span<const Estimate> estimates, const Trials& trials) const {
   std::vector<Answer> answers;
-  for (const Estimate& estimate : estimates) answers.push_back({estimate.parameters, estimate.trial});
+  for (std::size_t i = 0; i < estimates.size(); ++i) answers.push_back({estimates[i].parameters, *trials[i]});
   std::vector<Explanation> all = explainer_->explain(answers);
   for (std::size_t i = 0; i < all.size(); ++i) judge(model_, estimates[i], all[i]);
   return all;
 }
 
-Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz, const IdentifyOptions& options,
-                  const std::optional<sim::Body>& body) {
-  recording::Recording recording = recording::recording_of(sway_rad, rate_hz);
-  recording::Trial trial = recording::bring_to_protocol(recording, model.protocol, options);
-  std::vector<recording::Trial> trials;
-  trials.push_back(std::move(trial));
-  Estimate estimate =
-      std::move(Identifier(model, for_body(model, "the model", body), 1).estimate(std::move(trials)).front());
-  estimate.warnings.insert(estimate.warnings.begin(), recording.warnings.begin(), recording.warnings.end());
-  return estimate;
+void Identifier::identify(std::span<RecordingResult> read) {
+  std::vector<RecordingResult*> usable;
+  Trials trials;
+  for (RecordingResult& result : read) {
+    if (result.error) continue;
+    usable.push_back(&result);
+    trials.push_back(&result.trial);
+  }
+  std::vector<Estimate> estimates = run(trials);
+  std::vector<Explanation> explanations = compare(estimates, trials);
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    RecordingResult& result = *usable[i];
+    result.estimate = std::move(estimates[i]);
+    result.explanation = std::move(explanations[i]);
+    result.warnings = gravest_first({result.warnings, result.estimate.warnings, result.explanation.warnings});
+  }
 }
 
-Explanation explain(const Model& model, const Estimate& estimate, const std::optional<sim::Body>& body) {
-  return std::move(Identifier(model, for_body(model, "the model", body), 1).explain(std::span(&estimate, 1)).front());
+RecordingResult identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
+                         const IdentifyOptions& options, const std::optional<sim::Body>& body) {
+  RecordingResult result =
+      bring(recording::recording_of(sway_rad, rate_hz), recording::ProtocolPlan(model.protocol), options);
+  Identifier(model, for_body(model, "the model", body), 1).identify(std::span(&result, 1));
+  return result;
 }
 
 }  // namespace decid

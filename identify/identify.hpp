@@ -1,8 +1,8 @@
 // Identification: from samples of sway to the parameters of the controller behind them.
 //
 //   const decid::Model model = decid::built_in_model();
-//   const decid::Estimate estimate = decid::identify(model, sway_rad, 100.0);
-//   const decid::Explanation explanation = decid::explain(model, estimate);
+//   const decid::RecordingResult result = decid::identify(model, sway_rad, 100.0);
+//   use(result.estimate.parameters[decid::sim::Kp], result.explanation.variance_accounted_for, result.trust());
 #pragma once
 
 #include <memory>
@@ -14,6 +14,7 @@
 #include "identify/explanation.hpp"
 #include "identify/network/for_body.hpp"
 #include "identify/network/model.hpp"
+#include "identify/result.hpp"
 #include "nn/predictor.hpp"
 
 namespace decid {
@@ -21,19 +22,15 @@ namespace decid {
 /// Where in the samples the protocol starts, and what is subtracted from them.
 using IdentifyOptions = recording::TrialOptions;
 
-/// The estimate from a recording of the model's protocol. sway_rad: sway of the body's centre of mass, rad, 0 upright,
-/// positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate and length
-/// (recording::bring_to_protocol). body: the subject's; empty: the model's own is assumed (for_body.hpp). Throws Error
-/// for samples that are too short, not finite, or constant, and for a body of a height that the model does not know.
-/// Safe to call from many threads at once.
-Estimate identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
-                  const IdentifyOptions& options = {}, const std::optional<sim::Body>& body = {});
+/// Identifies a recording of the model's protocol and explains it. sway_rad: sway of the body's centre of mass, rad, 0
+/// upright, positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate
+/// and length (recording::bring_to_protocol). body: the subject's; empty: the model's own is assumed (for_body.hpp).
+/// Throws Error for samples that are too short, not finite, or constant, and for a body of a height that the model does
+/// not know. Safe to call from many threads at once.
+RecordingResult identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
+                         const IdentifyOptions& options = {}, const std::optional<sim::Body>& body = {});
 
-/// How well the estimate explains the recording, and how familiar that looks to the model: trials are simulated from
-/// its parameters and compared with it. body: as given to identify().
-Explanation explain(const Model& model, const Estimate& estimate, const std::optional<sim::Body>& body = {});
-
-/// For many recordings: makes once what the two functions above make at every call. One thread's plan: a copy shares
+/// For many recordings: makes once what the function above makes at every call. One thread's plan: a copy shares
 /// the network's weights and the simulator, so make one for each thread. The model must outlive it.
 class Identifier {
  public:
@@ -54,14 +51,26 @@ class Identifier {
   const ForBody& body() const noexcept { return body_; }
   const Explainer& explainer() const noexcept { return *explainer_; }
 
-  /// The network's estimates, in the order of the trials: each image is drawn once, the network run once.
+  /// Identifies and explains the recordings that have no error: sets their estimates, explanations and warnings.
+  void identify(std::span<RecordingResult> read);
+
+  /// Returns the network's estimates, in the order of the trials: each image is drawn once, the network run once.
   /// A trial's estimate does not depend on the others. Throws Error for a trial of another length than the protocol's,
   /// and for one with a value that is not finite.
-  std::vector<Estimate> estimate(std::vector<recording::Trial> trials);
-  /// explain(), for several at once.
-  std::vector<Explanation> explain(std::span<const Estimate> estimates) const;
+  std::vector<Estimate> estimate(const std::vector<recording::Trial>& trials) { return run(pointers(trials)); }
+  /// Returns how well estimates explain their trials, and how familiar these look to the model: trials are simulated
+  /// from the parameters and compared with them.
+  std::vector<Explanation> explain(std::span<const Estimate> estimates,
+                                   const std::vector<recording::Trial>& trials) const {
+    return compare(estimates, pointers(trials));
+  }
 
  private:
+  using Trials = std::vector<const recording::Trial*>;
+  static Trials pointers(const std::vector<recording::Trial>& trials);
+  std::vector<Estimate> run(const Trials& trials);
+  std::vector<Explanation> compare(std::span<const Estimate> estimates, const Trials& trials) const;
+
   const Model& model_;
   ForBody body_;
   std::shared_ptr<const Explainer> explainer_;

@@ -40,39 +40,21 @@ struct ReadOptions {
   std::optional<sim::Body> body = {};    ///< of the subject; empty: the protocol's is assumed
 };
 
-/// One recording, identified.
-struct Identification {
-  std::string file;
-  std::optional<Error> error;            ///< why the recording could not be used; if set, nothing below is
-  std::string column, tilt_column;       ///< the columns that were read; tilt_column may be empty
-  std::optional<sim::Parameters> truth;  ///< when known (a simulated recording)
-  Estimate estimate;
-  Explanation explanation;
+/// Returns a recording as a trial of the protocol, with what was assumed as its warnings. Throws Error for one that
+/// cannot be used.
+RecordingResult bring(recording::Recording recording, const recording::ProtocolPlan& plan,
+                      const recording::TrialOptions& options);
 
-  double peak_to_peak_deg() const;
-  /// The estimate's and the explanation's, the gravest first, else in that order.
-  Warnings warnings() const;
-  Trust trust() const { return trust_of(warnings()); }
-};
+/// Reads each source and brings it to the protocol. A source that cannot be used has an error.
+std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
+                                             const ReadOptions& options);
 
-/// The recordings of one call, and what they have in common.
-struct Identifications {
-  sim::Protocol protocol;       ///< with the subject's body, or the one that is assumed
-  std::vector<float> tilt_rad;  ///< the platform at the trials' samples
-  dataset::ImageSettings image;
-  dataset::ImageShape image_shape{};  ///< of Estimate::image, where that is not empty
-  std::vector<Identification> recordings;
-  bool body_assumed = true;  ///< nobody said whose body it is
-};
-
-/// Each source as a trial of the protocol: everything of an Identification that needs no parameters. Estimate::warnings
-/// says what was assumed.
-std::vector<Identification> read_recordings(const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
-                                            const ReadOptions& options);
+/// Returns what recordings that an identifier identifies have in common, without any.
+Report report_of(const Identifier& identifier);
 
 /// Reads, identifies and explains recordings; `name`: what errors call the model. Throws Error for a body that it does
-/// not know (for_body.hpp). done: told how many recordings are done, every few of them.
-Identifications identify_files(const Model& model, const std::string& name, const std::vector<RecordingSource>& sources,
-                               const ReadOptions& options, const std::function<void(std::size_t count)>& done = {});
+/// not know (for_body.hpp).
+Report identify_files(const Model& model, const std::string& name, const std::vector<RecordingSource>& sources,
+                      const ReadOptions& options);
 
 }  // namespace decid

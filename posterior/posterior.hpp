@@ -61,6 +61,8 @@ class Posterior {
   int points() const noexcept { return static_cast<int>(points_.size()); }
   /// Returns the coordinates of point i, one value per coordinate of the density; chain by chain.
   std::span<const double> point(int i) const { return points_.at(static_cast<std::size_t>(i)).coordinates; }
+  /// Frees the points.
+  void drop_points() { points_ = {}; }
   /// Returns the index of point i in states().
   int draw_of_point(int i) const { return points_.at(static_cast<std::size_t>(i)).draw; }
 
@@ -86,6 +88,12 @@ class Posterior {
   /// Returns true if an R-hat is above 1.2.
   bool apart() const;
 
+  template <class Archive>
+  void archive(Archive& a) {
+    a(chains_, divergences_, restarts_, leapfrog_steps_, energy_fraction_, acceptance_, states_, points_, rhat_,
+      effective_);
+  }
+
  private:
   friend class Run;
   int chains_ = 0, divergences_ = 0, restarts_ = 0;
@@ -94,6 +102,10 @@ class Posterior {
   struct Point {
     int draw;
     std::vector<double> coordinates;
+    template <class Archive>
+    void archive(Archive& a) {
+      a(draw, coordinates);
+    }
   };
   std::vector<State> states_;
   std::vector<Point> points_;

@@ -19,6 +19,10 @@ struct Signal {
   std::string name;
   std::string column;      ///< the column it comes from: "COM_x", or "column 2"
   std::vector<Value> rad;  ///< samples
+  template <class Archive>
+  void archive(Archive& a) {
+    a(name, column, rad);
+  }
 };
 
 /// A few signals of equal length, found by name.
@@ -52,6 +56,10 @@ class Signals {
   std::size_t samples() const noexcept { return all_.empty() ? 0 : all_.front().rad.size(); }
   auto begin() const noexcept { return all_.begin(); }
   auto end() const noexcept { return all_.end(); }
+  template <class Archive>
+  void archive(Archive& a) {
+    a(all_);
+  }
 
  private:
   std::vector<Signal<Value>> all_;

@@ -200,6 +200,7 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
                     "): its delay may be wrong, or the platform played another stimulus");
   }
   if (std::abs(match.gain - 1.0) > good_gain) {
+    result.is_other_size = true;
     add_caution(
         recording.warnings, "tilt_of_other_size",
         "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +

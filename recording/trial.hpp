@@ -31,6 +31,7 @@ struct TiltMatch {
   /// True if the platform played the end of the protocol's last cycle before the start, false if it rested; empty:
   /// unknown, or it moved differently.
   std::optional<bool> moved_before = {};
+  bool is_other_size = false;  ///< the gain is off by more than 10%, which has been warned of
 };
 
 /// A recording brought to a protocol.

@@ -42,6 +42,12 @@ class Parameters {
   constexpr const double* begin() const noexcept { return values_.data(); }
   constexpr const double* end() const noexcept { return values_.data() + size_; }
 
+  template <class Archive>
+  void archive(Archive& a) {
+    size_ = std::min(a.count(size_), most);
+    for (double& value : *this) a(value);
+  }
+
   friend constexpr bool operator==(const Parameters& a, const Parameters& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end());
   }

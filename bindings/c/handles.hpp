@@ -14,7 +14,6 @@
 #include "bindings/c/decid.h"
 #include "dataset/npz/npz.hpp"
 #include "identify/fit_recordings.hpp"
-#include "identify/recordings.hpp"
 #include "sim/simulate.hpp"
 
 struct decid_protocol {
@@ -54,14 +53,11 @@ struct decid_recording {
 };
 
 struct decid_result {
-  decid_result(decid::Identification of, decid::sim::Protocol subject, bool body_assumed,
-               std::optional<decid::FitFigures> fitted);
+  /// common: what the report of the result says of its body.
+  decid_result(decid::RecordingResult of, const decid::Report& common);
 
-  decid::Identification identification;
-  decid::sim::Protocol protocol;  // with the subject's body
+  decid::RecordingResult result;
   decid::sim::ParameterTable ranges;
-  std::optional<decid::FitFigures> fit;
-  decid::Warnings all_warnings;
   std::vector<decid_warning> warnings;
   std::vector<decid_parameter> quantities;
   decid_figures figures;

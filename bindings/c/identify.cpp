@@ -62,21 +62,18 @@ decid_parameter parameter_of(const char* name, const char* unit, double value) {
 /// mgh of a value that has no meaning over it.
 constexpr double no_mgh = unknown;
 
-std::vector<decid_parameter> parameters_of(const decid_result& result) {
+std::vector<decid_parameter> parameters_of(const decid::RecordingResult& result,
+                                           const decid::sim::ParameterTable& ranges, const decid::sim::Body& body) {
   std::vector<decid_parameter> list;
-  for (std::size_t p = 0; p < result.ranges.size(); ++p) {
-    const decid::sim::ParameterInfo& info = result.ranges[p];
-    const double mgh = info.per_mgh ? result.protocol.experiment.body.mgh() : no_mgh;
-    const decid::Estimate& estimate = result.identification.estimate;
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    const decid::sim::ParameterInfo& info = ranges[p];
+    const double mgh = info.per_mgh ? body.mgh() : no_mgh;
     decid_parameter& parameter =
-        list.emplace_back(parameter_of(info.name.c_str(), info.unit.c_str(), estimate.parameters[p]));
+        list.emplace_back(parameter_of(info.name.c_str(), info.unit.c_str(), result.estimate.parameters[p]));
     parameter.low = info.low;
     parameter.high = info.high;
     parameter.normalized = parameter.value / mgh;
-    if (result.fit && result.fit->answer == decid::FitFigures::Answer::posterior)
-      describe(parameter, result.fit->posterior, static_cast<int>(p), mgh);
-    else if (estimate.distribution)  // of a fit whose chains disagree, too
-      describe(parameter, *estimate.distribution, static_cast<int>(p), mgh);
+    use_distribution(result, [&](const auto& found) { describe(parameter, found, static_cast<int>(p), mgh); });
   }
   return list;
 }
@@ -92,12 +89,11 @@ void add_other_quantities(const decid::posterior::Posterior& found, std::vector<
   add("gain", "1", Density::gain);
 }
 
-decid_figures figures_of(const decid_result& result, bool body_assumed) {
-  const decid::Explanation& explanation = result.identification.explanation;
-  const decid::sim::Body& body = result.protocol.experiment.body;
+decid_figures figures_of(const decid::RecordingResult& result, const decid::sim::Body& body, bool body_assumed) {
+  const decid::Explanation& explanation = result.explanation;
   decid_figures figures{explanation.rms_residual_deg,
                         explanation.variance_accounted_for,
-                        result.identification.peak_to_peak_deg(),
+                        result.peak_to_peak_deg(),
                         explanation.following,
                         explanation.unfamiliarity,
                         unknown,
@@ -107,7 +103,7 @@ decid_figures figures_of(const decid_result& result, bool body_assumed) {
                         body.com_height_m,
                         body.inertia_kgm2,
                         body_assumed ? 1 : 0};
-  if (const auto& tilt = result.identification.estimate.trial.tilt) {
+  if (const auto& tilt = result.trial.tilt) {
     figures.tilt_delay_s = tilt->delay_s;
     figures.tilt_correlation = tilt->correlation;
     figures.tilt_gain = tilt->gain;
@@ -138,40 +134,30 @@ std::optional<sim::Body> body_of(double mass_kg, double height_m, const char* wh
 
 }  // namespace decid::c
 
-decid_result::decid_result(decid::Identification of, decid::sim::Protocol subject, bool body_assumed,
-                           std::optional<decid::FitFigures> fitted)
-    : identification(std::move(of)),
-      protocol(std::move(subject)),
-      ranges(protocol.ranges()),
-      fit(std::move(fitted)),
-      all_warnings(identification.warnings()),
-      warnings(to_c(all_warnings)),
-      quantities(parameters_of(*this)),
-      figures(figures_of(*this, body_assumed)),
+decid_result::decid_result(decid::RecordingResult of, const decid::Report& common)
+    : result(std::move(of)),
+      ranges(common.protocol.ranges()),
+      warnings(to_c(result.warnings)),
+      quantities(parameters_of(result, ranges, common.protocol.experiment.body)),
+      figures(figures_of(result, common.protocol.experiment.body, common.body_assumed)),
       sampling{} {
-  if (!fit) return;
-  add_other_quantities(fit->posterior, quantities);
-  sampling = sampling_of(*fit);
+  if (!result.fit) return;
+  const decid::posterior::Posterior& found = result.fit->posterior;
+  add_other_quantities(found, quantities);
+  sampling = sampling_of(*result.fit);
   for (std::size_t q = 0; q < quantities.size(); ++q) {
-    quantities[q].rhat = fit->posterior.rhat()[q];
-    quantities[q].effective_draws = fit->posterior.effective_draws()[q];
-    draws.push_back(fit->posterior.draws_of(static_cast<int>(q)));
+    quantities[q].rhat = found.rhat()[q];
+    quantities[q].effective_draws = found.effective_draws()[q];
+    draws.push_back(found.draws_of(static_cast<int>(q)));
   }
 }
 
 namespace {
 
-/// A recording as a trial of a protocol: what read_recordings() makes of a file.
-decid::Identification brought(const decid_recording& recording, const decid::sim::Protocol& protocol,
-                              const decid::recording::TrialOptions& options) {
-  decid::Identification id;
-  decid::recording::Recording own = recording.recording;  // takes warnings
-  id.file = own.file.empty() ? "recording" : own.file;
-  id.estimate.trial = decid::recording::bring_to_protocol(own, protocol, options);
-  id.column = own.signals.at(decid::recording::com_sway).column;
-  if (const auto* tilt = own.signals.find(decid::recording::platform_tilt)) id.tilt_column = tilt->column;
-  id.estimate.warnings = std::move(own.warnings);
-  return id;
+template <class Options>
+decid::RecordingResult brought(const decid_recording& recording, const decid::sim::Protocol& protocol,
+                               const Options& asked, const char* where) {
+  return decid::bring(recording.recording, decid::recording::ProtocolPlan(protocol), trial_options(asked, where));
 }
 
 std::unique_ptr<decid_result> identify(const decid_model& model, const decid_recording& recording,
@@ -180,17 +166,9 @@ std::unique_ptr<decid_result> identify(const decid_model& model, const decid_rec
   const std::optional<decid::sim::Body> body = body_of(asked.mass_kg, asked.height_m, where);
   decid::Identifier identifier =
       body ? decid::Identifier(model.model, decid::for_body(model.model, model.name, body)) : *model.identifier;
-  decid::Identification id = brought(recording, model.model.protocol, trial_options(asked, where));
-  std::vector<decid::recording::Trial> trials;
-  trials.push_back(std::move(id.estimate.trial));
-  decid::Estimate estimate = std::move(identifier.estimate(std::move(trials)).front());
-  decid::Warnings warnings = std::move(id.estimate.warnings);
-  warnings.insert(warnings.end(), estimate.warnings.begin(), estimate.warnings.end());
-  id.estimate = std::move(estimate);
-  id.estimate.warnings = std::move(warnings);
-  id.explanation = std::move(identifier.explain(std::span(&id.estimate, 1)).front());
-  return std::make_unique<decid_result>(std::move(id), identifier.body().protocol, identifier.body().assumed,
-                                        std::nullopt);
+  decid::RecordingResult result = brought(recording, model.model.protocol, asked, where);
+  identifier.identify(std::span(&result, 1));
+  return std::make_unique<decid_result>(std::move(result), report_of(identifier));
 }
 
 std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_options& asked, const char* where) {
@@ -224,21 +202,16 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   request.settings.seed = asked.seed;
   request.settings.max_draws = asked.max_draws;
   request.settings.min_draws = std::min(request.settings.min_draws, asked.max_draws);
+  decid::RecordingResult result = brought(recording, protocol, asked, where);
+  decid::Fitter fitter(&model.model, protocol, body, request);
   bool stopped = false;
-  std::vector<decid::Identification> read;
-  read.push_back(brought(recording, protocol, trial_options(asked, where)));
-  decid::FittedRecordings all =
-      decid::fit_recordings(&model.model, protocol, std::move(read), body, request,
-                            [&](std::size_t, const decid::posterior::Progress& progress) {
-                              if (asked.progress != nullptr)
-                                stopped = asked.progress(asked.user, progress.done, progress.stage) != 0;
-                              return !stopped;
-                            });
+  fitter.fit(std::span(&result, 1), [&](std::size_t, const decid::posterior::Progress& progress) {
+    if (asked.progress != nullptr) stopped = asked.progress(asked.user, progress.done, progress.stage) != 0;
+    return !stopped;
+  });
   if (stopped) throw Stopped{where};
-  decid::Identification& id = all.identified.recordings.front();
-  if (id.error) throw decid::Error(*id.error);
-  return std::make_unique<decid_result>(std::move(id), all.identified.protocol, all.identified.body_assumed,
-                                        std::move(all.fits.front()));
+  if (result.error) throw decid::Error(*result.error);
+  return std::make_unique<decid_result>(std::move(result), fitter.report());
 }
 
 }  // namespace
@@ -282,7 +255,7 @@ void decid_result_free(decid_result* result) {
 }
 decid_trust decid_result_trust(const decid_result* result) {
   if (result == nullptr) return DECID_NOT_USABLE;
-  return static_cast<decid_trust>(decid::trust_of(result->all_warnings));
+  return static_cast<decid_trust>(result->result.trust());
 }
 size_t decid_result_parameters(const decid_result* result) {
   return result == nullptr ? 0 : result->ranges.size();
@@ -297,9 +270,10 @@ double decid_result_correlation(const decid_result* result, size_t a, size_t b) 
   if (result == nullptr || a >= result->quantities.size() || b >= result->quantities.size()) return unknown;
   const int first = static_cast<int>(a), second = static_cast<int>(b);
   const bool of_parameters = a < result->ranges.size() && b < result->ranges.size();
-  if (result->fit && !(of_parameters && result->fit->answer == decid::FitFigures::Answer::network))
-    return result->fit->posterior.correlation(first, second);
-  const auto& distribution = result->identification.estimate.distribution;
+  const std::optional<decid::FitFigures>& fit = result->result.fit;
+  if (fit && !(of_parameters && fit->answer == decid::FitFigures::Answer::network))
+    return fit->posterior.correlation(first, second);
+  const auto& distribution = result->result.estimate.distribution;
   return distribution ? distribution->correlation(first, second) : unknown;
 }
 const decid_figures* decid_result_figures(const decid_result* result) {
@@ -323,14 +297,14 @@ const float* values_of(const std::vector<float>& values, size_t* samples) {
 
 const float* decid_result_sway(const decid_result* result, size_t* samples) {
   if (result == nullptr) return values_of({}, samples);
-  return values_of(result->identification.estimate.trial.signals.find(decid::recording::com_sway)->rad, samples);
+  return values_of(result->result.trial.signals.find(decid::recording::com_sway)->rad, samples);
 }
 const float* decid_result_fitted(const decid_result* result, size_t* samples) {
   if (result == nullptr) return values_of({}, samples);
-  return values_of(result->identification.explanation.fitted_rad, samples);
+  return values_of(result->result.explanation.fitted_rad, samples);
 }
 const decid_sampling* decid_result_sampling(const decid_result* result) {
-  return result == nullptr || !result->fit ? nullptr : &result->sampling;
+  return result == nullptr || !result->result.fit ? nullptr : &result->sampling;
 }
 const double* decid_result_draws(const decid_result* result, size_t quantity) {
   return result == nullptr || quantity >= result->draws.size() ? nullptr : result->draws[quantity].data();

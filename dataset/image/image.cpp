@@ -13,6 +13,7 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/per_thread.hpp"
+#include "dataset/image/image_object.hpp"
 #include "dataset/image/kernels/image.hpp"
 
 namespace decid::dataset {
@@ -96,7 +97,7 @@ void ImageSettings::validate() const {
     throw Error("image", "fold is " + std::to_string(fold), "give 1 to " + std::to_string(max_fold) + " cycles");
 }
 
-std::string to_json(const ImageSettings& settings) {
+Json json_of(const ImageSettings& settings) {
   std::vector<std::string> channels;
   for (const Channel channel : settings.channels) channels.emplace_back(name(channel));
   if (settings.block > 0) {
@@ -105,15 +106,19 @@ std::string to_json(const ImageSettings& settings) {
               {"standardize_rows", settings.standardize_rows},
               {"first_sample", settings.first_sample}};
     if (settings.fold > 1) json.update({{"fold", settings.fold}, {"window", settings.window}});
-    return print_json(json);
+    return json;
   }
-  return print_json({{"window", settings.window},
-                     {"half_spectrum", settings.half_spectrum},
-                     {"rows", settings.rows},
-                     {"channels", channels},
-                     {"standardize_rows", settings.standardize_rows},
-                     {"first_sample", settings.first_sample},
-                     {"fold", settings.fold}});
+  return {{"window", settings.window},
+          {"half_spectrum", settings.half_spectrum},
+          {"rows", settings.rows},
+          {"channels", channels},
+          {"standardize_rows", settings.standardize_rows},
+          {"first_sample", settings.first_sample},
+          {"fold", settings.fold}};
+}
+
+std::string to_json(const ImageSettings& settings) {
+  return print_json(json_of(settings));
 }
 
 ImageSettings image_settings_from_json(const std::string& text, const std::string& where) {

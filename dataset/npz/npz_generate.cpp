@@ -16,7 +16,7 @@
 #include "dataset/npz/npz.hpp"
 #include "dataset/npz/npz_parts.hpp"
 #include "dataset/sets/generator.hpp"
-#include "sim/protocol/protocol_json.hpp"
+#include "sim/protocol/protocol_object.hpp"
 
 namespace decid::dataset {
 namespace {
@@ -42,7 +42,7 @@ std::string request_text(const DatasetRequest& request, const std::string& progr
                      {"seed", request.seed},
                      {"count", request.count},
                      {"base", request.base == 0 ? request.count : request.base},
-                     {"protocol", parse_json(sim::to_json(request.protocol), "protocol")}});
+                     {"protocol", sim::json_of(request.protocol)}});
 }
 
 /// Returns "seed 1, not 2": the difference between a partial file's request and this one.

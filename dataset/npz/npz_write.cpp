@@ -6,7 +6,7 @@
 #include "base/files/json_object.hpp"
 #include "dataset/npz/npz.hpp"
 #include "dataset/npz/npz_parts.hpp"
-#include "sim/protocol/protocol_json.hpp"
+#include "sim/protocol/protocol_object.hpp"
 
 namespace decid::dataset {
 
@@ -15,7 +15,7 @@ static_assert(std::endian::native == std::endian::little, "arrays are written as
 std::string describe(const sim::Protocol& protocol, std::uint64_t seed) {
   return print_json({{"format", npz_format_version},
                      {"seed", seed},
-                     {"protocol", parse_json(sim::to_json(protocol), "protocol")},
+                     {"protocol", sim::json_of(protocol)},
                      {"parameters", protocol.parameters().names()}});
 }
 

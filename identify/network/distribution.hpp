@@ -11,6 +11,7 @@ namespace decid {
 /// has it. Quantiles, deviations and below() are recalibrated; means, correlations and densities are the network's own.
 class ParameterDistribution {
  public:
+  ParameterDistribution() = default;  ///< of nothing
   /// mixture: of shares of the table's ranges. Throws Error unless the mixture, and the recalibration if it is known,
   /// are of as many parameters as the table.
   ParameterDistribution(Mixture mixture, const sim::ParameterTable& table, Recalibration recalibration = {});
@@ -28,6 +29,11 @@ class ParameterDistribution {
   double log_density(int quantity, double value) const;
   /// Of all parameters together. Throws Error for another number of values than parameters().
   double log_density(const sim::Parameters& values) const;
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(mixture_, low_, range_, recalibration_.levels, recalibration_.deviation_factor);
+  }
 
  private:
   double share_of(std::size_t p, double value) const { return (value - low_[p]) / range_[p]; }

@@ -92,6 +92,7 @@ class MixtureHead final : public Head {
     for (std::size_t p = 0; p < scores.size(); ++p)
       scores[p] = static_cast<float>((mixture.mean(p) - 0.5) * root_twelve);
   }
+  bool gives_distribution() const override { return true; }
   std::optional<Mixture> distribution(std::span<const float> outputs, std::size_t parameters) const override {
     return Mixture(components_, parameters, std::vector<double>(outputs.begin(), outputs.end()));
   }

@@ -44,6 +44,8 @@ class Head {
   /// The z-scored point estimate of each parameter that one trial's outputs stand for. outputs: as many as outputs()
   /// says for scores.size() parameters. Throws Error for another number.
   virtual void scores(std::span<const float> outputs, std::span<float> scores) const = 0;
+  /// Returns true if distribution() returns one.
+  virtual bool gives_distribution() const { return false; }
   /// What one trial's outputs say of so many parameters, as shares of the ranges that scaling() was given; empty if
   /// they are point estimates alone. Throws Error for a number of outputs that is not outputs().
   virtual std::optional<Mixture> distribution(std::span<const float> outputs, std::size_t parameters) const {

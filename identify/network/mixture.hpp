@@ -41,6 +41,7 @@ double mixture_coordinate(double share);
 /// known only to lie in its range has 1.
 class Mixture {
  public:
+  Mixture() = default;  ///< of nothing
   /// Throws Error for a number of outputs that is not mixture_outputs.
   Mixture(std::size_t components, std::size_t parameters, std::span<const double> outputs);
 
@@ -57,15 +58,24 @@ class Mixture {
   /// Of all together. Throws Error for another number of shares than parameters().
   double log_density(std::span<const double> shares) const;
 
+  template <class Archive>
+  void archive(Archive& a) {
+    a(parameters_, outputs_, components_);
+  }
+
  private:
   struct Component {
     double weight;
     std::vector<double> centre, covariance;  // covariance: a square, row after row
+    template <class Archive>
+    void archive(Archive& a) {
+      a(weight, centre, covariance);
+    }
   };
   double second_moment(std::size_t a, std::size_t b) const;
   double below_coordinate(std::size_t parameter, double x) const;
 
-  std::size_t parameters_;
+  std::size_t parameters_ = 0;
   std::vector<double> outputs_;
   std::vector<Component> components_;
 };

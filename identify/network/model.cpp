@@ -95,10 +95,6 @@ std::optional<ParameterDistribution> Model::distribution(std::span<const float> 
   return ParameterDistribution(std::move(*mixture), ranges, recalibration);
 }
 
-bool Model::gives_distribution() const {
-  return distribution(std::vector<float>(head->outputs(parameters().size()), 0.0F)).has_value();
-}
-
 std::optional<double> Model::validation_mse() const {
   if (log.empty()) return std::nullopt;
   return kept_epoch(log, origin.patience).validation_mse;

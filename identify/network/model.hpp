@@ -48,7 +48,7 @@ struct Model {
   std::optional<ParameterDistribution> distribution(std::span<const float> outputs) const {
     return distribution(outputs, parameters());
   }
-  bool gives_distribution() const;
+  bool gives_distribution() const { return head->gives_distribution(); }
   /// Mean squared error of the z-scored parameters on the validation trials, at the epoch that was kept; empty if the
   /// log is not known. Guessing the middle of the ranges has 1.
   std::optional<double> validation_mse() const;

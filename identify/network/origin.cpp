@@ -4,6 +4,7 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/setting.hpp"
+#include "identify/network/origin_object.hpp"
 
 namespace decid {
 namespace {
@@ -60,6 +61,8 @@ dataset::TrialIdentity trials_from(const Json& json) {
   return trials;
 }
 
+}  // namespace
+
 Json json_of(const Origin& origin) {
   Json json = Json::object();
   if (origin.version > 1) json["version"] = origin.version;
@@ -87,8 +90,6 @@ Json json_of(const Origin& origin) {
     json["extensions"].push_back(Json{{"after", each.after}, {"planned", each.planned}});
   return json;
 }
-
-}  // namespace
 
 std::string to_json(const Origin& origin) {
   return json_of(origin).dump();

@@ -30,6 +30,12 @@ struct CalibratedTrial {
   double effective_draws = 0.0;
   bool agreed = false;
   double seconds = 0.0;
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(attempt, truth, mean, deviation, network, log_score, network_log_score, below, rhat, effective_draws, agreed,
+      seconds);
+  }
 };
 
 /// The posterior of a simulated trial beside its truth. ranges: of the prior.

@@ -37,9 +37,9 @@ void judge(const Identifier& identifier, FaultTrials::Trials trials, Row& row) {
     Identifier own(identifier);
     const std::size_t first = static_cast<std::size_t>(group) * group_size, end = std::min(count, first + group_size);
     const auto at = [&](std::size_t i) { return trials.sways.begin() + static_cast<std::ptrdiff_t>(i); };
-    const std::vector<Estimate> estimates = own.estimate(
-        std::vector<recording::Trial>(std::make_move_iterator(at(first)), std::make_move_iterator(at(end))));
-    const std::vector<Explanation> explanations = own.explain(estimates);
+    const std::vector<recording::Trial> sways(std::make_move_iterator(at(first)), std::make_move_iterator(at(end)));
+    const std::vector<Estimate> estimates = own.estimate(sways);
+    const std::vector<Explanation> explanations = own.explain(estimates, sways);
     for (std::size_t k = 0; k < estimates.size(); ++k) {
       const std::size_t i = first + k;
       found[i] = estimates[k].parameters;

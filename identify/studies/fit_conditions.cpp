@@ -20,24 +20,24 @@ double furthest(const CalibratedTrial& answer) {
   return largest;
 }
 
-std::vector<Identification> recordings_of(FaultTrials::Trials& made) {
-  std::vector<Identification> recordings(made.sways.size());
+std::vector<RecordingResult> recordings_of(FaultTrials::Trials& made) {
+  std::vector<RecordingResult> recordings(made.sways.size());
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     recordings[i].file = "trial " + std::to_string(i);
-    recordings[i].estimate.trial = std::move(made.sways[i]);
-    recordings[i].estimate.warnings = std::move(made.warnings[i]);
+    recordings[i].trial = std::move(made.sways[i]);
+    recordings[i].warnings = std::move(made.warnings[i]);
   }
   return recordings;
 }
 
-void count_trust(const Identification& id, bool far_off, FitConditionFigures& row) {
+void count_trust(const RecordingResult& id, bool far_off, FitConditionFigures& row) {
   const Trust trust = id.trust();
   row.usable += trust == Trust::usable ? 1 : 0;
   row.caution += trust == Trust::caution ? 1 : 0;
   row.not_usable += trust == Trust::not_usable ? 1 : 0;
   row.usable_far_off += trust == Trust::usable && far_off ? 1 : 0;
   std::set<std::string> codes;
-  for (const Warning& warning : id.warnings())
+  for (const Warning& warning : id.warnings)
     if (warning.severity != Severity::info) codes.insert(warning.code);
   for (const std::string& code : codes) ++row.codes[code];
 }
@@ -81,16 +81,15 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
   FaultTrials::Trials made = FaultTrials(protocol, condition.recorded, condition.fault, seed).take(0, trials);
   if (made.sways.empty())
     throw Error("protocol " + protocol.name, "no trial stands " + condition.fault.what, "use a smaller stimulus");
-  const FittedRecordings fitted =
-      fit_recordings(&model, protocol, recordings_of(made), std::optional<sim::Body>(), request, progress);
-  if (std::ranges::any_of(fitted.fits, [](const FitFigures& fit) { return fit.stopped; })) return row;
+  std::vector<RecordingResult> fitted = recordings_of(made);
+  if (!Fitter(&model, protocol, {}, request).fit(fitted, progress)) return row;
   const sim::ParameterTable ranges = protocol.ranges();
-  row.trials = static_cast<int>(fitted.fits.size());
+  row.trials = static_cast<int>(fitted.size());
   std::vector<CalibratedTrial> answers;
-  for (std::size_t i = 0; i < fitted.fits.size(); ++i) {
-    const Identification& id = fitted.identified.recordings[i];
-    const FitFigures& fit = fitted.fits[i];
+  for (std::size_t i = 0; i < fitted.size(); ++i) {
+    const RecordingResult& id = fitted[i];
     if (id.error) throw Error(*id.error);
+    const FitFigures& fit = *id.fit;
     const bool from_network = fit.answer == FitFigures::Answer::network && id.estimate.distribution;
     if (!made.truth.empty()) {
       answers.push_back(from_network ? calibrate(made.truth[i], *id.estimate.distribution)
@@ -99,7 +98,7 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
     }
     row.from_network += from_network ? 1 : 0;
     count_trust(id, !answers.empty() && furthest(answers.back()) > far_off_sd, row);
-    row.mean_s += fit.seconds / static_cast<double>(fitted.fits.size());
+    row.mean_s += fit.seconds / static_cast<double>(fitted.size());
     row.max_s = std::max(row.max_s, fit.seconds);
   }
   if (answers.empty()) return row;

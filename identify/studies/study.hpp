@@ -12,6 +12,7 @@
 
 #include "dataset/npz/npz.hpp"
 #include "identify/recordings.hpp"
+#include "identify/studies/comparison.hpp"
 #include "identify/studies/faults.hpp"
 #include "identify/training/training.hpp"
 
@@ -89,14 +90,14 @@ struct Study {
   std::optional<StudyData> data;
   Sample sample;
   std::optional<DoubleCase> dip;
-  std::optional<Identification> recording;
+  std::optional<RecordingResult> recording;
   Scores recording_output;
   std::vector<NoiseLevel> levels;
   double faults_noise_deg = 0.02;    ///< sensor noise of the trials with faults
   std::vector<FaultFigures> faults;  ///< identify/studies/faults.hpp; empty unless asked for
   std::uint64_t fresh_seed = 99;     ///< to be set before anything is computed
   std::vector<LearningPoint> learning_curve;
-  std::vector<std::string> comparisons;                 ///< JSON texts of network and fits: files of decid compare
+  std::vector<ComparisonFigures> comparisons;           ///< of this model
   std::vector<std::pair<std::string, double>> seconds;  ///< what took how long, as given on the command line
   std::vector<std::string> notes;                       ///< what is missing, and why
 };

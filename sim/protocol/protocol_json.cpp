@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
+#include "sim/protocol/protocol_object.hpp"
 #include "sim/protocol/stimulus_json.hpp"
 #include "sim/segments.hpp"
 
@@ -120,7 +121,7 @@ void read_conditions(const Json& json, const std::string& where, Conditions& con
 
 }  // namespace
 
-std::string to_json(const Protocol& protocol) {
+Json json_of(const Protocol& protocol) {
   const VestibularNoise& noise = protocol.noise.vestibular;
   Json json{{"name", protocol.name}};
   write_stimulus(protocol.experiment.stimulus, json);
@@ -138,7 +139,11 @@ std::string to_json(const Protocol& protocol) {
   if (protocol.heights.vary()) json["body_heights"] = range_json(protocol.heights.low, protocol.heights.high);
   if (Json recording = conditions_json(protocol.conditions); !recording.empty())
     json["recording"] = std::move(recording);
-  return print_json(json);
+  return json;
+}
+
+std::string to_json(const Protocol& protocol) {
+  return print_json(json_of(protocol));
 }
 
 namespace {

@@ -19,7 +19,8 @@ int main() {
   const decid::Model model = decid::built_in_model();
   const std::vector<double> sway_rad = recording(model);
 
-  const decid::Estimate estimate = decid::identify(model, sway_rad, 100.0);  // samples in rad, rate in Hz
+  const decid::RecordingResult result = decid::identify(model, sway_rad, 100.0);  // samples in rad, rate in Hz
+  const decid::Estimate& estimate = result.estimate;
   for (std::size_t p = 0; p < estimate.parameters.size(); ++p)
     std::printf("%-8s %g\n", model.parameters()[p].name.c_str(), estimate.parameters[p]);
 
@@ -29,7 +30,7 @@ int main() {
     const decid::sim::ParameterInfo& info = model.parameters()[p];
     squares += std::pow((estimate.parameters[p] - info.middle()) / info.range(), 2) / 7.0;
   }
-  const decid::Explanation explanation = decid::explain(model, estimate);
+  const decid::Explanation& explanation = result.explanation;
   std::printf("mean squared error %.4f of the ranges; follows the tilt %.2f\n", squares, explanation.following);
   return squares < 1.0 / 12 && explanation.following > 0.3 && explanation.unfamiliarity < 1.0 ? 0 : 1;
 }

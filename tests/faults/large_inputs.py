@@ -382,11 +382,11 @@ def protocols():
 
 
 def journals():
-    line = seed("fit_journal/line.json").decode()
+    front = b"decid fit journal 2\n"
     return {
-        "many lines": lambda: lines(line),
-        "one line": lambda: b'{"recording": [0' + b",0" * (SIZE // 2 - 30) + b"]}\n",
-        "empty lines": lambda: b"\n" * SIZE,
+        "zeros behind": lambda: front.ljust(SIZE, b"\0"),
+        "a length of all": lambda: front + struct.pack("<Q", SIZE - 100) + b"0" * (SIZE - 100),
+        "lines": lambda: b"\n" * SIZE,
     }
 
 

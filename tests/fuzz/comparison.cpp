@@ -8,12 +8,12 @@ using namespace decid;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("comparison.json");
-  static const sim::ParameterTable ranges = sim::default_protocol().ranges();
+  static const sim::Protocol protocol = sim::default_protocol();
   const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
   fuzz::accepts([&] {
-    const Json comparison = tools::read_comparison(path, ranges);
-    tools::comparison_text(comparison, ranges);
-    print_json(comparison);
+    const ComparisonFigures comparison = tools::read_comparison(path, protocol);
+    tools::comparison_text(comparison);
+    print_json(tools::comparison_json(comparison));
   });
   return 0;
 }

@@ -1,19 +1,41 @@
-// Journals of fits, behind a first line of the right settings. A line that is appended is read back.
+// Journals of fits, behind a front of the right settings, as they are and as one entry with its hash set right. A
+// recording that is appended is read back.
 #include "tools/decid/fit_journal.hpp"
 
+#include <cstring>
+
+#include "base/files/sha256.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;
 
+namespace {
+
+std::string entry(const std::string& text) {
+  const std::uint64_t size = text.size();
+  std::string bytes(sizeof size, '\0');
+  std::memcpy(bytes.data(), &size, sizeof size);
+  return bytes + sha256(text) + text;
+}
+
+}  // namespace
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("fit.json.journal");
-  const Json settings{{"version", 1}};
-  const std::filesystem::path& path = input.write("{\"version\":1}\n" + std::string(fuzz::text_of(data, size)));
-  fuzz::accepts([&] { tools::FitJournal(path, settings, true).append("key", {{"value", 0.5}}); });
-  fuzz::accepts([&] {
-    const tools::FitJournal journal(path, settings, true);
-    const Json* found = journal.find("key");
-    REQUIRE_THAT(found != nullptr && found->at("value") == 0.5);
-  });
+  const std::string text(fuzz::text_of(data, size)), settings = "{}", front = "decid fit journal 2\n" + entry(settings);
+  for (const std::string& rest : {text, entry(text)}) {
+    const std::filesystem::path& path = input.write(front + rest);
+    fuzz::accepts([&] {
+      tools::FitJournal journal(path, settings, true);
+      journal.find("name");
+      RecordingResult result;
+      result.file = "r.csv";
+      journal.append("key", result);
+    });
+    fuzz::accepts([&] {
+      const std::optional<RecordingResult> found = tools::FitJournal(path, settings, true).find("key");
+      REQUIRE_THAT(found && found->file == "r.csv");
+    });
+  }
   return 0;
 }

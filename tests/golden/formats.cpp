@@ -78,7 +78,7 @@ TEST_CASE("results, calibrations and comparisons of 0.2.0") {
   REQUIRE(trials.size() == 2);
   CHECK(trials[0].truth.size() == 7);
   CHECK(trials[0].network.has_value());
-  const sim::ParameterTable ranges = sim::default_protocol().ranges();
-  const Json comparison = tools::read_comparison(file("comparison.json").string(), ranges);
-  CHECK(comparison.at("methods").size() >= 3);
+  const ComparisonFigures comparison =
+      tools::read_comparison(file("comparison.json").string(), sim::default_protocol());
+  CHECK(comparison.methods.size() >= 3);
 }

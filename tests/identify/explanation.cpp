@@ -158,8 +158,7 @@ TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that ca
     id.following = following;
     id.following_mean = mean;
     id.following_sd = sd;
-    id.warnings.clear();
-    warn_unless_following(id);
+    id.warnings = following_warnings(id);
     return id.warnings.empty();
   };
   for (const double following : {0.3, 1.0, 2.0, std::nan("")}) CHECK(silent(following, 1.0, 0.1));

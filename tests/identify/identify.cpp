@@ -76,12 +76,12 @@ TEST_CASE("identify: ten lines from samples to parameters") {
   // of seven parameters: a mean above 0.6 would be one in thousands.
   double squares = 0;
   for (int i = 0; i < data().trials(); ++i) {
-    const Estimate estimate = identify(model(), samples(i), 100.0);
-    const auto found = model().targets.scale(estimate.parameters);
+    const RecordingResult result = identify(model(), samples(i), 100.0);
+    const auto found = model().targets.scale(result.estimate.parameters);
     const auto truth = model().targets.scale(data().parameters[static_cast<std::size_t>(i)]);
     for (std::size_t p = 0; p < found.size(); ++p) squares += std::pow(static_cast<double>(found[p] - truth[p]), 2);
-    CHECK(estimate.trial.sway_rad().size() == 12100);
-    CHECK(estimate.image.size() == static_cast<std::size_t>(model().images().shape().size()));
+    CHECK(result.trial.sway_rad().size() == 12100);
+    CHECK(result.estimate.image.size() == static_cast<std::size_t>(model().images().shape().size()));
   }
   CHECK(squares / (7.0 * data().trials()) < 0.6);
 }
@@ -89,16 +89,16 @@ TEST_CASE("identify: ten lines from samples to parameters") {
 TEST_CASE("identify: an estimate does not depend on its company, its copy or its thread") {
   Identifier together(model());
   const std::vector<Estimate> all = together.estimate(trials(20));  // more than the single-sample path takes
-  const std::vector<Explanation> explained = together.explain(all);
+  const std::vector<Explanation> explained = together.explain(all, trials(20));
   REQUIRE(all.size() == 20);
   for (int i = 0; i < 20; ++i) {
     const auto place = static_cast<std::size_t>(i);
-    const Estimate alone = identify(model(), samples(i), 100.0);
-    CHECK(alone.parameters == all[place].parameters);
-    CHECK(alone.image == all[place].image);
-    CHECK(alone.distance == all[place].distance);
-    CHECK(alone.warnings == all[place].warnings);
-    if (i % 7 == 0) check_same(explain(model(), alone), explained[place]);
+    const RecordingResult alone = identify(model(), samples(i), 100.0);
+    CHECK(alone.estimate.parameters == all[place].parameters);
+    CHECK(alone.estimate.image == all[place].image);
+    CHECK(alone.estimate.distance == all[place].distance);
+    CHECK(alone.estimate.warnings == all[place].warnings);
+    if (i % 7 == 0) check_same(alone.explanation, explained[place]);
   }
   Identifier copy(together);
   std::vector<Estimate> here, there;
@@ -120,13 +120,14 @@ TEST_CASE("identify: files go the same way") {
     columns[1].push_back(sway[k]);
   }
   write_file(folder / "sway.csv", csv({"time", "sway_rad"}, columns, 17));
-  const Identifications read = identify_files(model(), "m", {folder / "sway.csv", folder / "nothing.csv"}, {});
+  const Report read = identify_files(model(), "m", {folder / "sway.csv", folder / "nothing.csv"}, {});
   REQUIRE(read.recordings.size() == 2);
-  const Identification& found = read.recordings.front();
+  const RecordingResult& found = read.recordings.front();
   REQUIRE(!found.error);
-  const Estimate direct = identify(model(), sway, 100.0);
-  CHECK(found.estimate.parameters == direct.parameters);
-  check_same(found.explanation, explain(model(), direct));
+  const RecordingResult direct = identify(model(), sway, 100.0);
+  CHECK(found.estimate.parameters == direct.estimate.parameters);
+  CHECK(found.warnings == direct.warnings);
+  check_same(found.explanation, direct.explanation);
   CHECK(found.column == "sway_rad");
   CHECK(read.recordings.back().error.has_value());
   CHECK(read.tilt_rad.size() == 12100);
@@ -134,19 +135,19 @@ TEST_CASE("identify: files go the same way") {
 
 TEST_CASE("identify: another rate, another start, another length") {
   const std::vector<double> sway = samples(0);
-  const Estimate plain = identify(model(), sway, 100.0);
+  const RecordingResult plain = identify(model(), sway, 100.0);
 
   std::vector<double> later(250, 0.0);  // 2.5 s before the protocol, and a second after it
   later.insert(later.end(), sway.begin(), sway.end());
   later.insert(later.end(), 100, 0.0);
-  CHECK(identify(model(), later, 100.0, {.start_s = 2.5}).parameters == plain.parameters);
-  const Estimate not_told = identify(model(), later, 100.0);
-  CHECK(not_told.parameters != plain.parameters);
+  CHECK(identify(model(), later, 100.0, {.start_s = 2.5}).estimate.parameters == plain.estimate.parameters);
+  const RecordingResult not_told = identify(model(), later, 100.0);
+  CHECK(not_told.estimate.parameters != plain.estimate.parameters);
   CHECK(!not_told.warnings.empty());  // what was left out is said
 
   std::vector<double> raised = sway;
   for (double& value : raised) value += 0.06;
-  const Estimate offset = identify(model(), raised, 100.0);
+  const RecordingResult offset = identify(model(), raised, 100.0);
   CHECK(std::ranges::any_of(offset.warnings, [](const Warning& w) { return w.code == "sway_off_upright"; }));
   CHECK(std::ranges::none_of(identify(model(), raised, 100.0, {.detrend = recording::Detrend::offset}).warnings,
                              [](const Warning& w) { return w.code == "sway_off_upright"; }));
@@ -158,8 +159,9 @@ TEST_CASE("identify: another rate, another start, another length") {
     fast.push_back(sway[k]);
     fast.push_back(0.5 * (sway[k] + sway[std::min(k + 1, sway.size() - 1)]));
   }
-  const Estimate resampled = identify(model(), fast, 200.0);
-  const auto a = model().targets.scale(plain.parameters), b = model().targets.scale(resampled.parameters);
+  const RecordingResult resampled = identify(model(), fast, 200.0);
+  const auto a = model().targets.scale(plain.estimate.parameters),
+             b = model().targets.scale(resampled.estimate.parameters);
   for (std::size_t p = 0; p < a.size(); ++p)
     CHECK(within(static_cast<double>(b[p]), static_cast<double>(a[p]), 0.25));  // of a standard deviation
 }
@@ -185,7 +187,7 @@ TEST_CASE("identify: what is no recording is refused") {
     check_error([&] { identifier.estimate(two); }, {"trial 1", "not finite"});
   }
   CHECK(identifier.estimate({}).empty());
-  CHECK(identifier.explain({}).empty());
+  CHECK(identifier.explain({}, {}).empty());
 }
 
 TEST_CASE("identify: a model that its own validation trials show to be imprecise is a caution") {
@@ -214,13 +216,13 @@ TEST_CASE("identify: sway that is too large for a body is warned of once") {
   std::vector<double> large = samples(0);
   const auto [low, high] = std::ranges::minmax(large);
   for (double& value : large) value *= 25 * sim::rad_per_deg / std::max(-low, high);
-  const auto about_size = [](const Estimate& estimate) {
-    return std::ranges::count_if(estimate.warnings,
+  const auto about_size = [](const Warnings& warnings) {
+    return std::ranges::count_if(warnings,
                                  [](const Warning& w) { return w.text.find("sway reaches 25") != w.text.npos; });
   };
-  CHECK(about_size(identify(model(), large, 100.0)) == 1);
+  CHECK(about_size(identify(model(), large, 100.0).warnings) == 1);
   Identifier identifier(model());
-  CHECK(about_size(identifier.estimate({recording::trial_of({large.begin(), large.end()})}).front()) == 1);
+  CHECK(about_size(identifier.estimate({recording::trial_of({large.begin(), large.end()})}).front().warnings) == 1);
 }
 
 TEST_CASE("identify: where the response cannot be measured, the warning says so in words") {
@@ -228,7 +230,7 @@ TEST_CASE("identify: where the response cannot be measured, the warning says so 
   std::vector<Estimate> estimates = identifier.estimate(trials(1));
   estimates.front().distance = 10 * model().familiarity.usual;
   const auto unlike = [&] {
-    const std::vector<Explanation> explained = identifier.explain(estimates);
+    const std::vector<Explanation> explained = identifier.explain(estimates, trials(1));
     for (const Warning& warning : explained.front().warnings) {
       CHECK(warning.text.find("nan") == std::string::npos);
       if (warning.code == "unfamiliar") return warning.text;
@@ -247,13 +249,15 @@ TEST_CASE("a body of the model's height and another weight: the same sway, param
   heavy.mass_kg *= 1.5;
   heavy.inertia_kgm2 *= 1.5;
   const std::vector<double> sway = samples(3);
-  const Estimate assumed = identify(model(), sway, 100.0), told = identify(model(), sway, 100.0, {}, heavy);
+  const RecordingResult as_assumed = identify(model(), sway, 100.0),
+                        as_told = identify(model(), sway, 100.0, {}, heavy);
+  const Estimate &assumed = as_assumed.estimate, &told = as_told.estimate;
   const sim::ParameterTable& table = model().parameters();
   for (std::size_t p = 0; p < table.size(); ++p)
     CHECK(near(told.parameters[p], assumed.parameters[p] * (table[p].per_mgh ? 1.5 : 1.0), 1e-12));
   CHECK(told.distance == assumed.distance);
   CHECK(told.warnings == assumed.warnings);
-  const Explanation of_assumed = explain(model(), assumed), of_told = explain(model(), told, heavy);
+  const Explanation &of_assumed = as_assumed.explanation, &of_told = as_told.explanation;
   CHECK(near(of_told.rms_residual_deg, of_assumed.rms_residual_deg, 1e-5));
   CHECK(near(of_told.following, of_assumed.following, 1e-5));
   const ForBody body = for_body(model(), "m", heavy);
@@ -278,7 +282,8 @@ TEST_CASE("bodies of other heights: refused by a model that does not know them, 
                 "conv 4 5x1; relu; statspool; fc 7");
   knowing.network.initialise(3);
   knowing.targets = of_one_height.targets;
-  const Estimate own = identify(knowing, samples(3), 100.0), tall = identify(knowing, samples(3), 100.0, {}, taller);
+  const Estimate own = identify(knowing, samples(3), 100.0).estimate,
+                 tall = identify(knowing, samples(3), 100.0, {}, taller).estimate;
   std::vector<float> input(static_cast<std::size_t>(knowing.images().shape().size())), output(7);
   knowing.make_input(dataset::Sway(data().trial(3), 1.1), input);
   nn::Predictor(knowing.network, 1).run(input, output);

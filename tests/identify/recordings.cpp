@@ -14,9 +14,8 @@
 namespace decid {
 namespace {
 
-bool warns(const Identification& id, const std::string& part) {
-  const Warnings warnings = id.warnings();
-  return std::ranges::any_of(warnings, [&](const Warning& w) { return w.text.find(part) != std::string::npos; });
+bool warns(const RecordingResult& id, const std::string& part) {
+  return std::ranges::any_of(id.warnings, [&](const Warning& w) { return w.text.find(part) != std::string::npos; });
 }
 
 /// An untrained network whose outputs are small: what it identifies is near the middle of the ranges.
@@ -34,7 +33,7 @@ Model middling() {
 }
 
 /// A trial of the middling controller, times `scale`, plus an offset.
-Identification identified(const Model& model, double scale, double offset_deg) {
+RecordingResult identified(const Model& model, double scale, double offset_deg) {
   const sim::Simulator simulator(model.protocol);
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
   REQUIRE(
@@ -48,7 +47,7 @@ Identification identified(const Model& model, double scale, double offset_deg) {
   file.close();
   ReadOptions options;
   options.recording.rate_hz = 100.0;
-  const std::vector<Identification> all = identify_files(model, "m", {folder / "r.csv"}, options).recordings;
+  const std::vector<RecordingResult> all = identify_files(model, "m", {folder / "r.csv"}, options).recordings;
   REQUIRE(all.size() == 1);
   REQUIRE_FALSE(all[0].error);
   return all[0];
@@ -58,7 +57,7 @@ Identification identified(const Model& model, double scale, double offset_deg) {
 
 TEST_CASE("identify: what is within the training's bounds is not warned of") {
   Model model = middling();
-  const Identification id = identified(model, 1.0, 0.7);
+  const RecordingResult id = identified(model, 1.0, 0.7);
   CHECK(id.trust() == Trust::usable);
   for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {
     const sim::ParameterInfo& info = sim::single_pendulum().parameters[p];
@@ -70,7 +69,7 @@ TEST_CASE("identify: an offset of the sway, and sway beyond 5 degrees, are warne
   Model model = middling();
   CHECK(warns(identified(model, 1.0, 0.9), "the sway's mean is 0.90 degrees"));
   CHECK(warns(identified(model, 1.0, -0.9), "the sway's mean is -0.90 degrees"));
-  const Identification large = identified(model, 10.0, 0.0);
+  const RecordingResult large = identified(model, 10.0, 0.0);
   CHECK(warns(large, "trials beyond 5 degrees were never trained on"));
   CHECK_FALSE(warns(large, "the sway's mean"));
 }
@@ -94,10 +93,10 @@ TEST_CASE("identify: a parameter more than a twentieth of its range outside is w
 
 TEST_CASE("identify: how a recording follows the tilt is measured with the identified parameters") {
   Model model = middling();
-  const Identification id = identified(model, 1.0, 0.0);
+  const RecordingResult id = identified(model, 1.0, 0.0);
   const sim::Simulator simulator(model.protocol);
   CHECK(id.explanation.following ==
-        test::FollowingAlone(simulator).measure(id.estimate.parameters, id.estimate.trial.sway_rad()));
+        test::FollowingAlone(simulator).measure(id.estimate.parameters, id.trial.sway_rad()));
   CHECK(std::isnan(id.explanation.unfamiliarity));  // the model has learned nothing
   // Reversed, it does not follow.
   CHECK(warns(identified(model, -1.0, 0.0), "hardly follows"));
@@ -123,7 +122,7 @@ TEST_CASE("sources: a file is one recording, or one for each trial; one that can
   const auto wrong = test::write_text(folder / "wrong.csv", "run,sway_deg\na,1\na,2\nb,1\nb,x\n");
   ReadOptions options{.recording = by_run, .trial = {}, .truth = {}};
   options.recording.rate_hz = 100.0;
-  const std::vector<Identification> read =
+  const std::vector<RecordingResult> read =
       read_recordings(sim::short_protocol(), sources_of({wrong, none}, by_run), options);
   REQUIRE(read.size() == 3);
   REQUIRE(read[1].error);

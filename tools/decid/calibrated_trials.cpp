@@ -8,6 +8,7 @@
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/protocol/protocol_object.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
@@ -28,7 +29,7 @@ sim::Parameters values_from(const Json& json, std::size_t count) {
 Json settings_of(const Json& calibration, const std::string& file) {
   Json settings = calibration.at("settings");
   Json& protocol = settings.at("protocol");
-  protocol = parse_json(sim::to_json(sim::protocol_from_json(protocol.dump(), file)), file);
+  protocol = sim::json_of(sim::protocol_from_json(protocol.dump(), file));
   return settings;
 }
 

@@ -1,50 +1,76 @@
 // The journal of a fit: see fit_journal.hpp.
 #include "tools/decid/fit_journal.hpp"
 
+#include <cstring>
 #include <filesystem>
 #include <string_view>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
-#include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
+#include "identify/result_archive.hpp"
 
 namespace decid::tools {
 namespace {
 
-std::string text_of(const Json& line) {
-  return line.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+constexpr std::string_view magic = "decid fit journal 2\n";
+constexpr std::size_t hash_size = 64;
+constexpr std::size_t front_size = sizeof(std::uint64_t) + hash_size;
+
+/// The text of the entry that `content` begins with, if it is whole.
+std::optional<std::string_view> entry_of(std::string_view content) {
+  std::uint64_t size = 0;
+  if (content.size() < front_size) return std::nullopt;
+  std::memcpy(&size, content.data(), sizeof size);
+  if (size > content.size() - front_size) return std::nullopt;
+  const std::string_view text = content.substr(front_size, static_cast<std::size_t>(size));
+  if (sha256(text) != content.substr(sizeof size, hash_size)) return std::nullopt;
+  return text;
 }
+
+/// A recording's entry.
+struct Entry {
+  std::string key, result;
+  template <class Archive>
+  void archive(Archive& a) {
+    a(key, result);
+  }
+};
 
 }  // namespace
 
-FitJournal::FitJournal(const std::filesystem::path& path, const Json& settings, bool resume)
+FitJournal::FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume)
     : file_(path, DiskFile::Access::write) {
   if (!file_.try_lock()) throw Error(path.string(), "is being written by another process", "wait until that has ended");
   if (resume) read(settings);
   file_.truncate(end_);
-  if (end_ == 0) write_line(settings);
+  if (end_ > 0) return;
+  file_.write(0, std::string(magic));
+  end_ = magic.size();
+  write_entry(settings);
 }
 
-void FitJournal::read(const Json& settings) {
+void FitJournal::read(const std::string& settings) {
   const std::string content = read_file(file_.path());
-  for (std::size_t begin = 0; begin < content.size();) {
-    const std::size_t end = content.find('\n', begin);
-    if (end == std::string::npos) return;
-    Json line;
+  std::string_view rest = content;
+  if (!rest.starts_with(magic)) return;
+  rest.remove_prefix(magic.size());
+  bool is_first = true;
+  while (const std::optional<std::string_view> text = entry_of(rest)) {
+    if (is_first && *text != settings)
+      throw Error(file_.path().string(), "is of other settings",
+                  "give the options of the call that wrote it, or leave out --resume to begin anew");
     try {
-      line = parse_json(content.substr(begin, end - begin), file_.path().string());
+      if (!is_first) {
+        Entry entry = from_bytes<Entry>(*text);
+        results_.insert_or_assign(std::move(entry.key), std::move(entry.result));
+      }
     } catch (const Error&) {
       return;
     }
-    if (begin == 0 && content.substr(0, end + 1) != text_of(settings))
-      throw Error(file_.path().string(), "is of other settings",
-                  "give the options of the call that wrote it, or leave out --resume to begin anew");
-    if (begin > 0 && (!line.contains("recording") || !line["recording"].is_string() || !line.contains("result")))
-      return;
-    if (begin > 0) results_.insert_or_assign(line["recording"].get<std::string>(), line["result"]);
-    begin = end + 1;
-    end_ = begin;
+    is_first = false;
+    rest.remove_prefix(front_size + text->size());
+    end_ = content.size() - rest.size();
   }
 }
 
@@ -56,14 +82,18 @@ std::string FitJournal::key(const RecordingSource& recording) {
   }
 }
 
-const Json* FitJournal::find(const std::string& key) const {
-  if (key.empty()) return nullptr;  // standard input, which another call has none of
+std::optional<RecordingResult> FitJournal::find(const std::string& key) const {
   const auto found = results_.find(key);
-  return found == results_.end() ? nullptr : &found->second;
+  if (key.empty() || found == results_.end()) return std::nullopt;  // no other call has the standard input of this one
+  try {
+    return from_bytes<RecordingResult>(found->second);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
-void FitJournal::append(const std::string& key, const Json& result) {
-  write_line({{"recording", key}, {"result", result}});
+void FitJournal::append(const std::string& key, const RecordingResult& result) {
+  write_entry(to_bytes(Entry{key, to_bytes(result)}));
 }
 
 void FitJournal::remove() {
@@ -71,11 +101,14 @@ void FitJournal::remove() {
   std::filesystem::remove(file_.path(), ignored);
 }
 
-void FitJournal::write_line(const Json& line) {
-  const std::string text = text_of(line);
-  file_.write(end_, text);
+void FitJournal::write_entry(const std::string& text) {
+  const std::uint64_t size = text.size();
+  std::string bytes(sizeof size, '\0');
+  std::memcpy(bytes.data(), &size, sizeof size);
+  bytes += sha256(text) + text;
+  file_.write(end_, bytes);
   file_.sync();
-  end_ += text.size();
+  end_ += bytes.size();
 }
 
 }  // namespace decid::tools

@@ -4,27 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "identify/groups.hpp"
 #include "tools/decid/options.hpp"
 #include "tools/decid/recording_flags.hpp"
 
 namespace decid::tools {
-
-/// What the table says of a recording.
-struct GroupMember {
-  std::string group;   ///< empty: the recording is not compared
-  std::string person;  ///< the recording itself where the table has no column of people
-};
-/// A line of the table that names none of the recordings.
-struct UnusedLine {
-  std::size_t line;  ///< of the file, from 1
-  std::string file;  ///< what it names
-  bool operator==(const UnusedLine&) const = default;
-};
-struct GroupTable {
-  std::string person_column;         ///< as the file spells it; empty if there is none
-  std::vector<GroupMember> members;  ///< one per recording
-  std::vector<UnusedLine> unused = {};
-};
 
 /// Reads the group and the person of each recording from a CSV file (RFC 4180; comma, semicolon or tab) with the
 /// columns "file" and "group", if it has one "subject", "participant", "person" or "patient", with or without "id", and

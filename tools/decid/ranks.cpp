@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -209,18 +210,23 @@ std::uint64_t number_in(const std::string& bytes, std::size_t place = 0) {
 }
 constexpr std::uint64_t no_item = ~std::uint64_t{0};  // its sender was told to stop
 
-using Work = std::function<std::vector<std::string>(std::size_t first, std::size_t last)>;
+using Work = std::function<void(std::size_t first, std::size_t last, const detail::GiveBytes& give)>;
 
-void serve(Communicator& group, const Work& work) {
+void serve(Communicator& group, const Work& work, const std::function<bool()>& stop) {
   for (;;) {
     group.send(0, {});
     std::optional<Communicator::Message> order;
     while (!(order = group.poll())) std::this_thread::sleep_for(std::chrono::microseconds(200));
     const std::uint64_t first = number_in(order->bytes), last = number_in(order->bytes, sizeof(first));
     if (first == last) return;
-    const std::vector<std::string> results = work(static_cast<std::size_t>(first), static_cast<std::size_t>(last));
-    if (results.size() < last - first) group.send(0, message_of(no_item, {}));
-    for (std::size_t i = 0; i < results.size(); ++i) group.send(0, message_of(first + i, results[i]));
+    std::mutex mutex;
+    std::vector<std::string> given;  // this thread alone speaks with MPI
+    work(static_cast<std::size_t>(first), static_cast<std::size_t>(last), [&](std::size_t item, std::string bytes) {
+      const std::lock_guard lock(mutex);
+      given.push_back(message_of(item, bytes));
+    });
+    if (given.size() < last - first || stop()) given.push_back(message_of(no_item, {}));
+    for (const std::string& message : given) group.send(0, message);
   }
 }
 
@@ -245,10 +251,6 @@ class Giver {
     const std::lock_guard lock(mutex_);
     return stopped_;
   }
-  void keep(std::size_t item, std::string result) {
-    const std::lock_guard lock(mutex_);
-    done_.emplace_back(item, std::move(result));
-  }
   std::vector<std::pair<std::size_t, std::string>> done() {
     const std::lock_guard lock(mutex_);
     return std::exchange(done_, {});
@@ -257,9 +259,13 @@ class Giver {
   /// Until nothing is left; the thread's body.
   void work_alone(const Work& work) {
     for (RankRange range = next(); range.count() > 0; range = next()) {
-      std::vector<std::string> results = work(range.first, range.last);
-      if (results.size() < range.count()) return stop();
-      for (std::size_t i = 0; i < results.size(); ++i) keep(range.first + i, std::move(results[i]));
+      std::atomic<std::size_t> given{0};
+      work(range.first, range.last, [&](std::size_t item, std::string bytes) {
+        const std::lock_guard lock(mutex_);
+        done_.emplace_back(item, std::move(bytes));
+        ++given;
+      });
+      if (given < range.count()) return stop();
     }
   }
 
@@ -272,27 +278,34 @@ class Giver {
 
 }  // namespace
 
-bool share_out(std::size_t count, std::size_t at_once, const Work& work,
-               const std::function<void(std::size_t item, const std::string& result)>& take,
-               const std::function<bool()>& stop) {
-  Communicator* const group = ranks();
-  Giver giver(count, at_once);
-  if (group != nullptr && !group->is_root()) {
-    serve(*group, work);
-    return broadcast_text(*group, {}).empty();
+bool detail::work_alone(std::size_t count, std::size_t at_once,
+                        const std::function<void(std::size_t first, std::size_t last)>& work,
+                        const std::function<bool()>& stop) {
+  at_once = std::max<std::size_t>(at_once, 1);
+  for (std::size_t first = 0; first < count && !stop(); first += at_once) work(first, std::min(first + at_once, count));
+  return !stop();
+}
+
+bool detail::share_bytes(std::size_t count, std::size_t at_once, const Work& work, const GiveBytes& take,
+                         const std::function<bool()>& stop) {
+  Communicator& group = *ranks();
+  if (!group.is_root()) {
+    serve(group, work, stop);
+    return broadcast_text(group, {}).empty();
   }
+  Giver giver(count, at_once);
   std::future<void> own = std::async(std::launch::async, [&, threads = thread_count()] {
     omp_set_num_threads(threads);  // a new thread has a team of its own
     giver.work_alone(work);
   });
   const auto take_done = [&] {
-    for (const auto& done : giver.done()) take(done.first, done.second);
+    for (auto& done : giver.done()) take(done.first, std::move(done.second));
   };
   bool busy = true;
-  for (int at_work = group != nullptr ? group->size() - 1 : 0; busy || at_work > 0;) {
+  for (int at_work = group.size() - 1; busy || at_work > 0;) {
     if (stop()) giver.stop();
     take_done();
-    const std::optional<Communicator::Message> message = group != nullptr ? group->poll() : std::nullopt;
+    const std::optional<Communicator::Message> message = group.poll();
     if (!message) {
       if (busy && own.wait_for(std::chrono::microseconds(500)) == std::future_status::ready) {
         own.get();  // throws what its work threw
@@ -301,7 +314,7 @@ bool share_out(std::size_t count, std::size_t at_once, const Work& work,
       if (!busy && at_work > 0) std::this_thread::sleep_for(std::chrono::microseconds(200));
     } else if (message->bytes.empty()) {
       const RankRange range = giver.next();
-      group->send(message->from, message_of(range.first, message_of(range.last, {})));
+      group.send(message->from, message_of(range.first, message_of(range.last, {})));
       if (range.count() == 0) --at_work;
     } else if (number_in(message->bytes) == no_item) {
       giver.stop();
@@ -310,7 +323,7 @@ bool share_out(std::size_t count, std::size_t at_once, const Work& work,
     }
   }
   take_done();
-  if (group != nullptr) static_cast<void>(broadcast_text(*group, giver.stopped() ? "stopped" : ""));
+  static_cast<void>(broadcast_text(group, giver.stopped() ? "stopped" : ""));
   return !giver.stopped();
 }
 

@@ -187,14 +187,14 @@ void add_truth_option(const Command& command, RecordingFlags& flags) {
       "Show these known parameters beside the estimates: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
 }
 
-void refuse_alone(const std::vector<Identification>& all) {
+void refuse_alone(const std::vector<RecordingResult>& all) {
   if (all.size() == 1 && all.front().error) throw *all.front().error;
 }
 
-void tell_errors(const std::string& command, const std::vector<Identification>& all) {
-  for (const Identification& id : all)
+void tell_errors(const std::string& command, const std::vector<RecordingResult>& all) {
+  for (const RecordingResult& id : all)
     if (id.error) std::cerr << "decid: " << one_line(id.error->what()) << '\n';
-  const auto failed = std::ranges::count_if(all, [](const Identification& id) { return id.error.has_value(); });
+  const auto failed = std::ranges::count_if(all, [](const RecordingResult& id) { return id.error.has_value(); });
   if (failed > 0) {
     throw Error(command, std::to_string(failed) + " of " + std::to_string(all.size()) + " recordings failed",
                 std::string("see the lines above, or \"error\" in the JSON") +

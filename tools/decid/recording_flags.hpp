@@ -58,9 +58,9 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags);
 void add_truth_option(const Command& command, RecordingFlags& flags);
 
 /// Throws the error of a single recording; several are kept, each with its own.
-void refuse_alone(const std::vector<Identification>& all);
+void refuse_alone(const std::vector<RecordingResult>& all);
 /// To be called when all is written: prints a line on standard error for each that could not be used, then throws
 /// Error if there is one.
-void tell_errors(const std::string& command, const std::vector<Identification>& all);
+void tell_errors(const std::string& command, const std::vector<RecordingResult>& all);
 
 }  // namespace decid::tools

@@ -37,44 +37,61 @@ Json comparison_json(const ComparisonFigures& figures) {
           {"methods", std::move(methods)}};
 }
 
-std::string comparison_text(const Json& comparison, const sim::ParameterTable& table) {
-  const Json& noise = comparison.at("sensor_noise_deg");
-  std::string text =
-      format("%d trials (%s), protocol '%s', sensor noise %g to %g degrees, %s, %d threads\n\n| method | MSE | +- |",
-             comparison.at("trials").get<int>(), comparison.at("trials_from").get<std::string>().c_str(),
-             comparison.at("protocol").get<std::string>().c_str(), noise.at(0).get<double>(), noise.at(1).get<double>(),
-             comparison.at("model").get<std::string>().c_str(), comparison.at("threads").get<int>());
+std::string comparison_text(const ComparisonFigures& figures) {
+  const sim::ParameterTable& table = figures.protocol.parameters();
+  std::string text = format(
+      "%d trials (%s), protocol '%s', sensor noise %g to %g degrees, %s, %d threads\n\n| method | MSE | +- |",
+      figures.trials, figures.trials_from.c_str(), figures.protocol.name.c_str(), figures.protocol.noise.sensor.low_deg,
+      figures.protocol.noise.sensor.high_deg, figures.model.c_str(), figures.threads);
   for (const sim::ParameterInfo& info : table) text += " " + info.name + " |";
   text += " simulations | seconds |\n|";
   for (std::size_t column = 0; column < table.size() + 5; ++column) text += "---|";
   text += "\n";
-  for (const Json& method : comparison.at("methods")) {
-    text += format("| %s | %.3f | %.3f |", method.at("name").get<std::string>().c_str(), method.at("mse").get<double>(),
-                   method.at("mse_standard_error").get<double>());
-    for (const sim::ParameterInfo& info : table)
-      text += format(" %.3f |", method.at("mse_per_parameter").at(info.name).get<double>());
-    text += format(" %.0f | %.2g |\n", method.at("simulations").get<double>(), method.at("seconds").get<double>());
+  for (const MethodFigures& method : figures.methods) {
+    text += format("| %s | %.3f | %.3f |", method.name.c_str(), method.mse, method.mse_standard_error);
+    for (const double mse : method.mse_per_parameter) text += format(" %.3f |", mse);
+    text += format(" %.0f | %.2g |\n", method.simulations, method.seconds);
   }
   text += "\n";
-  for (const Json& method : comparison.at("methods"))
-    if (!method.at("error_per_standard_error").is_null())
-      text += format("%s: errors are %.2f times the standard errors (root mean square)\n",
-                     method.at("name").get<std::string>().c_str(), method.at("error_per_standard_error").get<double>());
+  for (const MethodFigures& method : figures.methods)
+    if (method.error_per_standard_error)
+      text += format("%s: errors are %.2f times the standard errors (root mean square)\n", method.name.c_str(),
+                     *method.error_per_standard_error);
   return text;
 }
 
-Json read_comparison(const std::string& file, const sim::ParameterTable& table) {
-  const char* advice = "give the JSON file that decid compare -o wrote";
-  Json comparison = parse_json(read_file(file), file);
+ComparisonFigures read_comparison(const std::string& file, const sim::Protocol& protocol) {
+  const Json json = parse_json(read_file(file), file);
   try {
-    comparison_text(comparison, table);
-    for (const char* key : {"weights_sha256", "version"}) comparison.at(key).get<std::string>();
-    for (const char* key : {"budget", "starts"}) comparison.at(key).get<long long>();
-    for (const Json& method : comparison.at("methods")) method.at("description").get<std::string>();
+    ComparisonFigures figures{.version = json.at("version"),
+                              .model = json.at("model"),
+                              .sha256 = json.at("weights_sha256"),
+                              .trials_from = json.at("trials_from"),
+                              .protocol = protocol,
+                              .trials = json.at("trials"),
+                              .threads = json.at("threads"),
+                              .budget = json.at("budget"),
+                              .starts = json.at("starts"),
+                              .methods = {}};
+    figures.protocol.name = json.at("protocol");
+    figures.protocol.noise.sensor = {json.at("sensor_noise_deg").at(0), json.at("sensor_noise_deg").at(1)};
+    for (const Json& one : json.at("methods")) {
+      MethodFigures& method = figures.methods.emplace_back();
+      method.name = one.at("name");
+      method.description = one.at("description");
+      method.mse = one.at("mse");
+      method.mse_standard_error = one.at("mse_standard_error");
+      method.simulations = one.at("simulations");
+      method.seconds = one.at("seconds");
+      for (const sim::ParameterInfo& info : protocol.parameters())
+        method.mse_per_parameter.push_back(one.at("mse_per_parameter").at(info.name));
+      if (const Json& error = one.at("error_per_standard_error"); !error.is_null())
+        method.error_per_standard_error = error.get<double>();
+    }
+    return figures;
   } catch (const Json::exception&) {
-    throw Error(file, "is not a comparison of methods", advice);
+    throw Error(file, "is not a comparison of methods", "give the JSON file that decid compare -o wrote");
   }
-  return comparison;
 }
 
 std::string comparison_html(const ComparisonFigures& figures) {

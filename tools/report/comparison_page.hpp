@@ -12,10 +12,11 @@ namespace decid::tools {
 /// methods: for each name, description, mse, mse_standard_error, mse_per_parameter, error_per_standard_error (or null),
 /// simulations, seconds (both a trial).
 Json comparison_json(const ComparisonFigures& figures);
-/// comparison_json()'s as a Markdown table, a line for each method.
-std::string comparison_text(const Json& comparison, const sim::ParameterTable& table);
-/// The JSON file that `decid compare -o` wrote. Throws Error if it is not one, of these parameters.
-Json read_comparison(const std::string& file, const sim::ParameterTable& table);
+/// The same as a Markdown table, a line for each method.
+std::string comparison_text(const ComparisonFigures& figures);
+/// Reads the JSON file that `decid compare -o` wrote; protocol: of the model, which says what the file does not. Throws
+/// Error if it is not one, of its parameters.
+ComparisonFigures read_comparison(const std::string& file, const sim::Protocol& protocol);
 /// The page, self-contained.
 std::string comparison_html(const ComparisonFigures& figures);
 

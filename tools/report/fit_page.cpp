@@ -7,11 +7,13 @@
 
 #include "base/files/json_object.hpp"
 #include "base/math/statistics.hpp"
+#include "base/version.hpp"
 #include "embedded/density_css.hpp"
 #include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
 #include "embedded/recordings_js.hpp"
+#include "tools/report/groups_json.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
 #include "tools/report/recording_json.hpp"
@@ -34,7 +36,7 @@ void add_figures(Json& quantity_json, const Posterior& found, int quantity) {
   quantity_json["effective_draws"] = page_number(found.effective_draws()[place]);
 }
 
-Json parameters_of(const Identification& recording, const FitFigures& fitted, const sim::Protocol& protocol,
+Json parameters_of(const RecordingResult& recording, const FitFigures& fitted, const sim::Protocol& protocol,
                    const sim::ParameterTable& ranges) {
   Json list = described_parameters(recording, protocol, ranges);
   for (std::size_t p = 0; p < list.size(); ++p) add_figures(list[p], fitted.posterior, static_cast<int>(p));
@@ -166,9 +168,9 @@ class Chart {
 };
 
 /// What is shown over time: sways about their means, noise and tilt estimate at every so many-th edge.
-Json signals_of(const Identification& recording, const FitFigures& fitted, const Identifications& of) {
+Json signals_of(const RecordingResult& recording, const FitFigures& fitted, const Report& of) {
   const double rate_hz = of.protocol.experiment.sample_rate_hz;
-  const std::vector<float>& samples = recording.estimate.trial.sway_rad();
+  const std::vector<float>& samples = recording.trial.sway_rad();
   const auto block = static_cast<std::size_t>(std::lround(fitted.block_s * rate_hz));
   std::vector<double> recorded;
   for (std::size_t k = 0; k + block <= samples.size(); k += block) {
@@ -198,10 +200,9 @@ Json signals_of(const Identification& recording, const FitFigures& fitted, const
   return {{"sway", sway.json()}, {"noise", noise.json()}, {"tilt", tilt.json()}};
 }
 
-}  // namespace
-
-Json fit_page_recording(const Identification& recording, const FitFigures& fitted, const Identifications& of,
-                        const sim::ParameterTable& ranges) {
+/// Returns the page's data of one recording; ranges: those of the density.
+Json recording_to_json(const RecordingResult& recording, const Report& of, const sim::ParameterTable& ranges) {
+  const FitFigures& fitted = *recording.fit;
   const Posterior& found = fitted.posterior;
   const posterior::LeaveOneOut& left_out = fitted.inferred.left_out;
   return {{"file", recording.file},
@@ -209,7 +210,7 @@ Json fit_page_recording(const Identification& recording, const FitFigures& fitte
           {"tilt", tilt_to_json(recording)},
           {"protocol", protocol_figures(of.protocol)},
           {"trust", name(recording.trust())},
-          {"warnings", warnings_json(recording.warnings())},
+          {"warnings", warnings_json(recording.warnings)},
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
           {"answer", name(fitted.answer)},
           {"parameters", parameters_of(recording, fitted, of.protocol, ranges)},
@@ -230,15 +231,19 @@ Json fit_page_recording(const Identification& recording, const FitFigures& fitte
           {"signals", signals_of(recording, fitted, of)}};
 }
 
-std::string fit_report_html(const std::string& version, const FitRequest& request, std::vector<Json> recordings,
-                            const std::vector<std::string>& failed, const Json& groups,
-                            const std::optional<OtherAnswer>& other_answer) {
+}  // namespace
+
+std::string fit_page(const Report& report) {
+  const sim::ParameterTable ranges = report.ranges();
+  std::vector<Json> recordings;
+  for (const RecordingResult& recording : report.recordings)
+    if (!recording.error) recordings.push_back(recording_to_json(recording, report, ranges));
   Json data = {{"version", version},
-               {"seed", request.settings.seed},
-               {"groups", groups},
-               {"other_answer", other_answer_json(other_answer)},
+               {"seed", report.fit->settings.seed},
+               {"groups", page_groups(report)},
+               {"other_answer", other_answer_json(report)},
                {"recordings", Json::array()},
-               {"failed", failed}};
+               {"failed", errors_json(report)}};
   for (Json& recording : recordings)
     data["recordings"].push_back(taken(recording, {"file", "trust", "parameters", "diagnostics"}));
   return page_html(
@@ -248,7 +253,6 @@ std::string fit_report_html(const std::string& version, const FitRequest& reques
        .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
                  std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
-       .chart_js = false,
        .details = std::move(recordings)},
       data);
 }

@@ -12,12 +12,14 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/math/math.hpp"
+#include "base/version.hpp"
 #include "embedded/density_css.hpp"
 #include "embedded/density_js.hpp"
 #include "embedded/frf_js.hpp"
 #include "embedded/identify_js.hpp"
 #include "embedded/recordings_js.hpp"
 #include "tools/report/frf.hpp"
+#include "tools/report/groups_json.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
 #include "tools/report/recording_json.hpp"
@@ -104,7 +106,7 @@ Json channel_to_json(dataset::Channel channel, std::span<const float> values) {
 }
 
 // The rows up to half the sample rate; those above mirror them and would show nothing new.
-Json image_to_json(const Identification& recording, const Identifications& of) {
+Json image_to_json(const RecordingResult& recording, const Report& of) {
   const std::vector<float>& image = recording.estimate.image;
   if (image.empty() || of.image.block > 0) return nullptr;  // a time series is what the page shows anyway
   const dataset::ImageShape& shape = of.image_shape;
@@ -163,55 +165,45 @@ void add_distribution(Json& recording, const ParameterDistribution& found, const
   recording["correlations"] = page_correlations(found, table.size());
 }
 
-}  // namespace
-
-Json report_recording(const Identification& recording, const Identifications& of) {
+/// Returns the page's data of one recording.
+Json recording_to_json(const RecordingResult& recording, const Report& of) {
   const Explanation& explanation = recording.explanation;
-  Json json{
-      {"file", recording.file},
-      {"column", recording.column},
-      {"tilt", tilt_to_json(recording)},
-      {"protocol", protocol_figures(of.protocol)},
-      {"body_assumed", of.body_assumed},
-      {"parameters", described_parameters(recording, of.protocol, of.protocol.ranges())},
-      {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
-      {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
-      {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
-      {"trust", name(recording.trust())},
-      {"warnings", warnings_json(recording.warnings())},
-      {"series", series_to_json({{"sway", &recording.estimate.trial.sway_rad()}, {"fitted", &explanation.fitted_rad}})},
-      {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
-      {"image", image_to_json(recording, of)}};
+  Json json{{"file", recording.file},
+            {"column", recording.column},
+            {"tilt", tilt_to_json(recording)},
+            {"protocol", protocol_figures(of.protocol)},
+            {"body_assumed", of.body_assumed},
+            {"parameters", described_parameters(recording, of.protocol, of.protocol.ranges())},
+            {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
+            {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
+            {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
+            {"trust", name(recording.trust())},
+            {"warnings", warnings_json(recording.warnings)},
+            {"series", series_to_json({{"sway", &recording.trial.sway_rad()}, {"fitted", &explanation.fitted_rad}})},
+            {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
+            {"image", image_to_json(recording, of)}};
   if (recording.estimate.distribution) add_distribution(json, *recording.estimate.distribution, of.protocol);
   return json;
 }
 
-std::string report_html(const ReportModel& model, const Identifications& all, const Json& groups) {
-  std::vector<Json> recordings;
-  std::vector<std::string> failed;
-  for (const Identification& recording : all.recordings) {
-    if (recording.error)
-      failed.emplace_back(recording.error->what());
-    else
-      recordings.push_back(report_recording(recording, all));
-  }
-  return report_html(model, all, std::move(recordings), failed, groups);
-}
+}  // namespace
 
-std::string report_html(const ReportModel& model, const Identifications& all, std::vector<Json> recordings,
-                        const std::vector<std::string>& failed, const Json& groups) {
+std::string identify_page(const Report& report) {
+  std::vector<Json> recordings;
+  for (const RecordingResult& recording : report.recordings)
+    if (!recording.error) recordings.push_back(recording_to_json(recording, report));
   Json data = {{"model",
-                {{"name", model.name},
-                 {"sha256", model.sha256},
-                 {"version", model.version},
-                 {"options", model.options},
-                 {"protocol", all.protocol.name},
-                 {"recalibrated", model.recalibrated}}},
-               {"groups", groups},
-               {"other_answer", other_answer_json(beside_identify)},
-               {"platform", series_to_json({{"tilt", &all.tilt_rad}})},
+                {{"name", report.model},
+                 {"sha256", report.model_sha256},
+                 {"version", version},
+                 {"options", report.options},
+                 {"protocol", report.protocol.name},
+                 {"recalibrated", report.recalibrated}}},
+               {"groups", page_groups(report)},
+               {"other_answer", other_answer_json(report)},
+               {"platform", series_to_json({{"tilt", &report.tilt_rad}})},
                {"recordings", Json::array()},
-               {"failed", failed}};
+               {"failed", errors_json(report)}};
   for (Json& shown : recordings)
     data["recordings"].push_back(taken(shown, {"file", "trust", "parameters", "variance_accounted_for"}));
   return page_html({.title = "Posture control report",

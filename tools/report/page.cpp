@@ -1,6 +1,6 @@
 // Pages: see page.hpp. Text is escaped, so that a file's name cannot leave the block of data; and if it did, the page's
-// content security policy (W3C, Content Security Policy Level 3) lets no script run but the page's own, by their
-// hashes.
+// content security policy (W3C, Content Security Policy Level 3) lets no script run except the page's own, by its
+// hash.
 #include "tools/report/page.hpp"
 
 #include <cmath>
@@ -9,10 +9,10 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
-#include "embedded/chart_js.hpp"
 #include "embedded/report_common_js.hpp"
 #include "embedded/report_css.hpp"
 #include "embedded/report_page.hpp"
+#include "embedded/report_plot_js.hpp"
 #include "tools/report/figures/png.hpp"
 
 namespace decid::tools {
@@ -76,14 +76,13 @@ Json protocol_figures(const sim::Protocol& protocol) {
 std::string page_html(const Page& page, const Json& data) {
   const std::string block = script_json(data), details = detail_blocks(page.details),
                     css = std::string(embedded::report_css()) + std::string(page.style),
-                    own = std::string(embedded::report_common_js()) + std::string(page.script);
-  const std::string_view chart = page.chart_js ? embedded::chart_js() : std::string_view();
-  const std::string hashes = script_hash(chart) + " " + script_hash(own);
+                    own = std::string(embedded::report_common_js()) + std::string(embedded::report_plot_js()) +
+                          std::string(page.script),
+                    hash = script_hash(own);
   // One pass over the page alone: inserted text is never searched for marks.
   const std::pair<std::string_view, std::string_view> parts[] = {
-      {"{{script_hashes}}", hashes}, {"{{title}}", page.title}, {"{{css}}", css},
-      {"{{title}}", page.title},     {"{{lead}}", page.lead},   {"{{data}}", block},
-      {"{{details}}", details},      {"{{chart_js}}", chart},   {"{{page_js}}", own}};
+      {"{{script_hash}}", hash}, {"{{title}}", page.title}, {"{{css}}", css},         {"{{title}}", page.title},
+      {"{{lead}}", page.lead},   {"{{data}}", block},       {"{{details}}", details}, {"{{page_js}}", own}};
   std::string html;
   std::string_view rest = embedded::report_page();
   for (const auto& [mark, content] : parts) {

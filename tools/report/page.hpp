@@ -1,6 +1,6 @@
 // Self-contained HTML pages that open offline: what all reports share.
-// A page is its data as a JSON block and scripts that draw it: tools/report/page/common.js and one of the page's own.
-// Charts: Chart.js (Debian's libjs-chart.js, MIT licence), embedded in pages that use it.
+// A page is its data as a JSON block and a script that draws it: tools/report/page/common.js, plot.js for charts as
+// SVG, and the page's own.
 #pragma once
 
 #include <string>
@@ -16,7 +16,6 @@ namespace decid::tools {
 struct Page {
   std::string_view title, lead, script;
   std::string_view style = {};  ///< added to page.css
-  bool chart_js = true;         ///< whether its script draws with Chart.js
   /// Of each recording what its part of the page alone shows: a block of its own, which is read when that is opened.
   /// The rest, for tables of all recordings, is in `data`.
   std::vector<Json> details = {};

@@ -9,12 +9,20 @@
 
 namespace decid::tools {
 
-Json other_answer_json(const std::optional<OtherAnswer>& other) {
-  if (!other) return nullptr;
-  return {{"command", other->command}, {"adds", other->adds}};
+Json other_answer_json(const Report& report) {
+  if (!report.network_answers) return nullptr;
+  const OtherAnswer& other = report.fit ? beside_fit : beside_identify;
+  return {{"command", other.command}, {"adds", other.adds}};
 }
 
-Json described_parameters(const Identification& recording, const sim::Protocol& protocol,
+Json errors_json(const Report& report) {
+  Json list = Json::array();
+  for (const RecordingResult& recording : report.recordings)
+    if (recording.error) list.push_back(recording.error->what());
+  return list;
+}
+
+Json described_parameters(const RecordingResult& recording, const sim::Protocol& protocol,
                           const sim::ParameterTable& table) {
   Json list = parameters_json(table, recording.estimate.parameters, protocol.experiment.body.mgh(), recording.truth,
                               page_number);
@@ -27,8 +35,8 @@ Json described_parameters(const Identification& recording, const sim::Protocol& 
   return list;
 }
 
-Json tilt_to_json(const Identification& recording) {
-  const std::optional<recording::TiltMatch>& tilt = recording.estimate.trial.tilt;
+Json tilt_to_json(const RecordingResult& recording) {
+  const std::optional<recording::TiltMatch>& tilt = recording.trial.tilt;
   if (!tilt) return nullptr;
   return {{"column", recording.tilt_column},
           {"delay_s", page_number(tilt->delay_s)},

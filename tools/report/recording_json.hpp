@@ -7,17 +7,20 @@
 #include <span>
 
 #include "base/files/json_object.hpp"
-#include "identify/recordings.hpp"
+#include "identify/result.hpp"
 #include "tools/report/other_answer.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
 
-/// {"command", "adds"}, or null.
-Json other_answer_json(const std::optional<OtherAnswer>& other);
+/// Returns {"command", "adds"} of the command that gives another answer to the report's recordings, or null.
+Json other_answer_json(const Report& report);
+
+/// Returns what is wrong with recordings that could not be used, a text each.
+Json errors_json(const Report& report);
 
 /// parameters_json() of its estimate, with "description", "low" and "high" of the range in `table`.
-Json described_parameters(const Identification& recording, const sim::Protocol& protocol,
+Json described_parameters(const RecordingResult& recording, const sim::Protocol& protocol,
                           const sim::ParameterTable& table);
 /// Adds "mean", "sd", "interval50" and "interval90" of a quantity. Found: as in
 /// tools/decid/results/posterior_results.hpp.
@@ -45,7 +48,7 @@ Json page_correlations(const Found& found, std::size_t parameters) {
 }
 
 /// Its measured tilt: "column", "delay_s", "correlation", "gain"; null if there is none.
-Json tilt_to_json(const Identification& recording);
+Json tilt_to_json(const RecordingResult& recording);
 
 /// The power of ten that makes whole numbers of values whose widest excursion this is: three to four digits of it.
 double whole_per_unit(double widest);

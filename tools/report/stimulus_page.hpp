@@ -1,5 +1,5 @@
 // The page of `decid stimulus --plot`: the tilt, its velocity and its amplitude spectrum, in one HTML file that opens
-// offline. Charts: Chart.js, as in the report.
+// offline.
 #pragma once
 
 #include <string>

@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "embedded/method_table_js.hpp"
 #include "embedded/study_js.hpp"
+#include "identify/network/origin_object.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/page.hpp"
 #include "tools/report/parameters_json.hpp"
@@ -202,8 +203,7 @@ Json page_data(const Study& study, const std::vector<Figure>& figures) {
   for (const FaultFigures& row : study.faults) data["fault_rows"].push_back({row.fault.what, fault_cells(row)});
   data["figures"] = Json::array();
   for (const Figure& f : figures)
-    data["figures"].push_back(
-        {{"id", f.id}, {"title", f.title}, {"caption", f.caption}, {"svg", f.svg}, {"colours", f.colours}});
+    data["figures"].push_back({{"id", f.id}, {"title", f.title}, {"caption", f.caption}, {"svg", f.svg}});
   return data;
 }
 
@@ -214,7 +214,7 @@ Json study_json(const Study& study) {
   Json json{{"model", study.model},
             {"weights_sha256", study.sha256},
             {"version", study.version},
-            {"origin", Json::parse(to_json(study.origin))},
+            {"origin", json_of(study.origin)},
             {"architecture", study.architecture},
             {"network_parameters", study.network_parameters},
             {"data_set", study.data ? data_json(table, *study.data) : Json(nullptr)},
@@ -242,7 +242,7 @@ Json study_json(const Study& study) {
         {"peak_to_peak_deg", study.recording->peak_to_peak_deg()},
         {"rms_residual_deg", number_or_null(study.recording->explanation.rms_residual_deg)},
         {"variance_accounted_for", number_or_null(study.recording->explanation.variance_accounted_for)},
-        {"warnings", warnings_json(study.recording->warnings())}};
+        {"warnings", warnings_json(study.recording->warnings)}};
   json["worth"] = Json::array();
   for (const NoiseLevel& level : study.levels) {
     Json entry{{"sensor_noise_deg", level.sensor_noise_deg}};
@@ -258,7 +258,8 @@ Json study_json(const Study& study) {
   for (const LearningPoint& p : study.learning_curve)
     json["learning_curve"].push_back({{"trials", p.trials}, {"mse", p.mse}});
   json["comparisons"] = Json::array();
-  for (const std::string& comparison : study.comparisons) json["comparisons"].push_back(Json::parse(comparison));
+  for (const ComparisonFigures& comparison : study.comparisons)
+    json["comparisons"].push_back(comparison_json(comparison));
   json["mse_by_paper_deviation"] = {
       {"training", study.data ? Json(mean_by_paper(study, study.data->training.mse_per_parameter)) : Json(nullptr)},
       {"validation", study.data ? Json(mean_by_paper(study, study.data->validation.mse_per_parameter)) : Json(nullptr)},
@@ -296,8 +297,7 @@ std::string study_text(const Study& study) {
     }
     text += "\n" + faults_convention(study) + "\n";
   }
-  for (const std::string& comparison : study.comparisons)
-    text += "\n" + comparison_text(Json::parse(comparison), study.protocol.parameters());
+  for (const ComparisonFigures& comparison : study.comparisons) text += "\n" + comparison_text(comparison);
   for (const std::string& note : study.notes) text += "Note: " + note + "\n";
   return text;
 }

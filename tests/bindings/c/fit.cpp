@@ -39,15 +39,15 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   CHECK(told.front() >= 0.0);
   CHECK(told.back() <= 1.0);
 
-  recording::Recording own = recording::recording_of(sway_rad, 100.0);
   const Model model = built_in_model();
-  std::vector<Identification> read(1);
-  read.front().estimate.trial = recording::bring_to_protocol(own, model.protocol);
+  RecordingResult expected =
+      bring(recording::recording_of(sway_rad, 100.0), recording::ProtocolPlan(model.protocol), {});
   FitRequest request;
   request.settings.max_draws = request.settings.min_draws = 8;
   request.priors.moved_before = true;
-  const FittedRecordings expected = fit_recordings(&model, model.protocol, std::move(read), {}, request);
-  const posterior::Posterior& found = expected.fits.front().posterior;
+  Fitter(&model, model.protocol, {}, request).fit(std::span(&expected, 1));
+  REQUIRE(expected.fit);
+  const posterior::Posterior& found = expected.fit->posterior;
 
   const decid_sampling* sampling = decid_result_sampling(result.get());
   REQUIRE(sampling != nullptr);
@@ -55,11 +55,11 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   CHECK(sampling->chains == found.chains());
   CHECK(sampling->agreed == (found.agreed() ? 1 : 0));
   CHECK(sampling->divergences == found.divergences());
-  CHECK(sampling->samples_noise_deg == expected.fits.front().samples_noise_deg);
+  CHECK(sampling->samples_noise_deg == expected.fit->samples_noise_deg);
   REQUIRE(decid_result_quantities(result.get()) == 10);
   // So few draws do not agree: values and intervals of the parameters are the network's.
-  const Estimate& estimate = expected.identified.recordings.front().estimate;
-  REQUIRE(expected.fits.front().answer == FitFigures::Answer::network);
+  const Estimate& estimate = expected.estimate;
+  REQUIRE(expected.fit->answer == FitFigures::Answer::network);
   REQUIRE(estimate.distribution);
   for (std::size_t q = 0; q < 10; ++q) {
     const auto quantity = static_cast<int>(q);
@@ -72,8 +72,7 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
     CHECK(parameter.rhat == found.rhat()[q]);
     CHECK(parameter.effective_draws == found.effective_draws()[q]);
   }
-  CHECK(decid_result_parameter(result.get(), 0)->value ==
-        expected.identified.recordings.front().estimate.parameters[0]);
+  CHECK(decid_result_parameter(result.get(), 0)->value == estimate.parameters[0]);
   CHECK(std::string(decid_result_parameter(result.get(), 7)->name) == "sensor_noise_deg");
   CHECK(std::isnan(decid_result_parameter(result.get(), 9)->normalized));
   CHECK(decid_result_correlation(result.get(), 0, 9) == found.correlation(0, 9));

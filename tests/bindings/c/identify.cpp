@@ -38,8 +38,8 @@ OwnedResult identify(const decid_recording* recording, const decid_identify_opti
 }
 
 /// Everything that C shows of a result is what the library found.
-void check_same(const decid_result* result, const Identifications& all) {
-  const Identification& id = all.recordings.front();
+void check_same(const decid_result* result, const Report& all) {
+  const RecordingResult& id = all.recordings.front();
   const Estimate& estimate = id.estimate;
   const double mgh = all.protocol.experiment.body.mgh();
   const sim::ParameterTable ranges = all.protocol.ranges();
@@ -71,8 +71,8 @@ void check_same(const decid_result* result, const Identifications& all) {
   CHECK(figures.peak_to_peak_deg == id.peak_to_peak_deg());
   CHECK(figures.mass_kg == all.protocol.experiment.body.mass_kg);
   CHECK(figures.body_assumed == (all.body_assumed ? 1 : 0));
-  CHECK(same(figures.tilt_correlation, estimate.trial.tilt ? estimate.trial.tilt->correlation : NAN));
-  const Warnings warnings = id.warnings();
+  CHECK(same(figures.tilt_correlation, id.trial.tilt ? id.trial.tilt->correlation : NAN));
+  const Warnings& warnings = id.warnings;
   REQUIRE(decid_result_warnings(result) == warnings.size());
   for (std::size_t i = 0; i < warnings.size(); ++i) {
     const decid_warning& warning = *decid_result_warning(result, i);
@@ -83,14 +83,14 @@ void check_same(const decid_result* result, const Identifications& all) {
   CHECK(static_cast<int>(decid_result_trust(result)) == static_cast<int>(id.trust()));
   std::size_t samples = 0;
   const float* values = decid_result_sway(result, &samples);
-  CHECK(std::vector<float>(values, values + samples) == estimate.trial.sway_rad());
+  CHECK(std::vector<float>(values, values + samples) == id.trial.sway_rad());
   values = decid_result_fitted(result, &samples);
   CHECK(std::vector<float>(values, values + samples) == id.explanation.fitted_rad);
   CHECK(decid_result_sampling(result) == nullptr);
   CHECK(decid_result_draws(result, 0) == nullptr);
 }
 
-Identifications expected(const std::filesystem::path& path, const ReadOptions& options) {
+Report expected(const std::filesystem::path& path, const ReadOptions& options) {
   return identify_files(built_in_model(), "the model", {path}, options);
 }
 

@@ -161,9 +161,7 @@ class Answers(Page):
     def test_the_report_is_drawn(self):
         self.drop(self.read("trial3.csv"))
         self.chromium.wait("document.body.dataset.report !== undefined")
-        drawn, charts = self.chromium.evaluate("document.body.dataset.report").split("/")
-        self.assertEqual(drawn, charts)
-        self.assertGreater(int(charts), 3)
+        self.assertGreater(int(self.chromium.evaluate("document.body.dataset.report")), 3)
 
     def test_options_reach_the_program(self):
         self.chromium.evaluate("at('mass').value = '70'; at('height').value = '1.75'; at('detrend').value = 'offset';")

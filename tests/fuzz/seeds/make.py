@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -68,5 +69,6 @@ with tempfile.TemporaryDirectory() as folder:
     put("recording", "trial.csv", read("trial.csv"))
     run("identify", "trial.csv", "--model", "point.safetensors", "-o", "result.json")
     put("result", "result.json", read("result.json"))
-    put("fit_journal", "line.json", json.dumps({"recording": "name", "result": {"value": 1, "list": [1, 2]}}) + "\n")
+    # An entry: the lengths of a key and of a result, and both; no result is that short.
+    put("fit_journal", "entry", struct.pack("<Q", 4) + b"name" + struct.pack("<Q", 8) + bytes(8))
     put("mat", "v7_inflated.mat", plain((seeds.parents[1] / "recording/mat/v7_struct.mat").read_bytes()))

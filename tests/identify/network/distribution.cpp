@@ -145,16 +145,16 @@ TEST_CASE("an estimate has the distribution of the model's head, recalibrated, a
   Model point(protocol, image, "fc 7");
   point.network.initialise(1);
   CHECK_FALSE(point.gives_distribution());
-  CHECK_FALSE(identify(point, sway, 100.0).distribution);
+  CHECK_FALSE(identify(point, sway, 100.0).estimate.distribution);
   CHECK_FALSE(point_head().distribution(std::vector<float>(7), 7));
 
   Model model(protocol, image, "fc 72", mixture_head(2));
   model.network.initialise(1);
   model.targets = model.head->scaling(table(), {});
   CHECK(model.gives_distribution());
-  const Estimate own = identify(model, sway, 100.0);
+  const Estimate own = identify(model, sway, 100.0).estimate;
   model.recalibration = wide();
-  const Estimate found = identify(model, sway, 100.0);
+  const Estimate found = identify(model, sway, 100.0).estimate;
   REQUIRE(own.distribution);
   REQUIRE(found.distribution);
   CHECK(found.parameters == own.parameters);

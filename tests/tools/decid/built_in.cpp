@@ -76,7 +76,7 @@ double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>
   Identifier identifier(model);
   std::vector<recording::Trial> trials;
   for (const std::vector<float>& sway_rad : recordings) trials.push_back(recording::trial_of(sway_rad));
-  const std::vector<Explanation> all = identifier.explain(identifier.estimate(std::move(trials)));
+  const std::vector<Explanation> all = identifier.explain(identifier.estimate(trials), trials);
   const auto warned = std::ranges::count_if(all, [](const Explanation& e) { return e.unfamiliarity > 1.0; });
   return static_cast<double>(warned) / static_cast<double>(recordings.size());
 }

@@ -6,10 +6,11 @@
 #include <memory>
 
 #include "base/error.hpp"
-#include "base/files/json_object.hpp"
+#include "identify/result_archive.hpp"
 #include "tests/tools/decid/run.hpp"
 
-using decid::Json;
+using decid::RecordingResult;
+using decid::to_bytes;
 using decid::test::Folder;
 using decid::test::read_text;
 using decid::test::write_text;
@@ -17,10 +18,22 @@ using decid::tools::FitJournal;
 
 namespace {
 
-const Json settings{{"version", "1"}, {"options", {"--seed 3"}}};
-const Json result{{"text", "\xC3\xA9\n"}, {"draws", {0.1, 1e-300, 2.0 / 3.0}}};
+const std::string settings = "{\"version\": \"1\"}";
 
-std::string refusal(const std::string& path, const Json& with) {
+RecordingResult result_of(const std::string& file) {
+  RecordingResult result;
+  result.file = file;
+  result.trial = decid::recording::trial_of({0.1F, -0.0F});
+  result.trial.tilt = decid::recording::TiltMatch{.delay_s = 1.5, .moved_before = false};
+  result.estimate.parameters = {1e-300, 2.0 / 3.0};
+  result.explanation.frf.emplace().linear = {{0.5, -1.0}};
+  result.warnings = {{decid::Severity::caution, "code", "\xC3\xA9\n"}};
+  result.fit.emplace().answer = decid::FitFigures::Answer::network;
+  return result;
+}
+const RecordingResult result = result_of("k");
+
+std::string refusal(const std::string& path, const std::string& with) {
   try {
     const FitJournal journal(path, with, true);
   } catch (const decid::Error& error) {
@@ -36,21 +49,29 @@ TEST_CASE("journal: what was written is there again, to the bit") {
   const std::string path = folder / "o.journal";
   {
     FitJournal journal(path, settings, true);
-    CHECK(journal.find("k") == nullptr);
+    CHECK_FALSE(journal.find("k"));
     journal.append("k", result);
-    journal.append("l", Json{{"text", "other"}});
+    journal.append("l", result_of("other"));
   }
   FitJournal again(path, settings, true);
-  REQUIRE(again.find("k") != nullptr);
-  CHECK(*again.find("k") == result);
-  CHECK(again.find("l")->at("text") == "other");
-  CHECK(again.find("") == nullptr);
+  const std::optional<RecordingResult> found = again.find("k");
+  REQUIRE(found);
+  CHECK(to_bytes(*found) == to_bytes(result));
+  CHECK(found->estimate.parameters == result.estimate.parameters);
+  CHECK(found->trial.sway_rad() == result.trial.sway_rad());
+  CHECK(found->trial.tilt->moved_before == false);
+  CHECK(found->explanation.frf->linear == result.explanation.frf->linear);
+  CHECK(found->warnings == result.warnings);
+  CHECK(found->fit->answer == decid::FitFigures::Answer::network);
+  CHECK_FALSE(found->truth);
+  CHECK(again.find("l")->file == "other");
+  CHECK_FALSE(again.find(""));
   again.append("m", result);
   again.remove();
   CHECK_FALSE(std::filesystem::exists(path));
 }
 
-TEST_CASE("journal: wherever it was cut off, whole lines stay and others are written behind them") {
+TEST_CASE("journal: wherever it was cut off or damaged, whole entries stay and others are written behind them") {
   const Folder folder;
   const std::string path = folder / "o.journal";
   std::size_t first = 0;
@@ -61,21 +82,25 @@ TEST_CASE("journal: wherever it was cut off, whole lines stay and others are wri
     journal.append("l", result);
   }
   const std::string whole = read_text(path);
-  for (std::size_t cut = 0; cut < whole.size(); ++cut) {
+  for (std::size_t cut = 0; cut < whole.size(); cut += 13) {
     write_text(path, whole.substr(0, cut));
     FitJournal journal(path, settings, true);
     CAPTURE(cut);
-    REQUIRE((journal.find("k") != nullptr) == (cut >= first));
-    REQUIRE(journal.find("l") == nullptr);
-    if (journal.find("k") == nullptr) journal.append("k", result);
+    REQUIRE(journal.find("k").has_value() == (cut >= first));
+    REQUIRE_FALSE(journal.find("l"));
+    if (!journal.find("k")) journal.append("k", result);
     journal.append("l", result);
     REQUIRE(read_text(path) == whole);
   }
   // A power failure may leave zeros.
-  write_text(path, whole.substr(0, first) + std::string(40, '\0') + "\n" + whole.substr(first));
-  CHECK(FitJournal(path, settings, true).find("l") == nullptr);
-  write_text(path, whole.substr(0, first) + "{}\n" + whole.substr(first));
-  CHECK(FitJournal(path, settings, true).find("l") == nullptr);
+  write_text(path, whole.substr(0, first) + std::string(400, '\0') + whole.substr(first));
+  CHECK_FALSE(FitJournal(path, settings, true).find("l"));
+  std::string damaged = whole;
+  damaged[first + 100] ^= 1;
+  write_text(path, damaged);
+  FitJournal journal(path, settings, true);
+  CHECK(journal.find("k"));
+  CHECK_FALSE(journal.find("l"));
 }
 
 TEST_CASE("journal: without resume it begins empty, of other settings it is refused, and one process writes it") {
@@ -86,10 +111,17 @@ TEST_CASE("journal: without resume it begins empty, of other settings it is refu
     journal.append("k", result);
     CHECK(refusal(path, settings).find("is being written by another process") != std::string::npos);
   }
-  CHECK(refusal(path, {{"version", "2"}}).find("o.journal: is of other settings") != std::string::npos);
+  CHECK(refusal(path, "{}").find("o.journal: is of other settings") != std::string::npos);
   CHECK(refusal(path, settings).empty());
-  CHECK(FitJournal(path, settings, false).find("k") == nullptr);
-  CHECK(FitJournal(path, settings, true).find("k") == nullptr);
+  CHECK_FALSE(FitJournal(path, settings, false).find("k"));
+  CHECK_FALSE(FitJournal(path, settings, true).find("k"));
+}
+
+TEST_CASE("archive: bytes of another value are refused") {
+  const std::string bytes = to_bytes(result);
+  CHECK_THROWS_AS(decid::from_bytes<RecordingResult>(bytes.substr(0, bytes.size() - 1)), decid::Error);
+  CHECK_THROWS_AS(decid::from_bytes<RecordingResult>(bytes + '0'), decid::Error);
+  CHECK_THROWS_AS(decid::from_bytes<std::string>(std::string(8, '\xff')), decid::Error);
 }
 
 TEST_CASE("journal: a recording is its name and its content") {

@@ -10,12 +10,18 @@
 #include "tests/tools/decid/run.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/results/group_results.hpp"
+#include "tools/decid/results/results.hpp"
+#include "tools/report/groups_json.hpp"
 
+using decid::GroupTable;
 using decid::Json;
+using decid::RecordingResult;
+using decid::Report;
+using decid::Severity;
 using decid::test::Folder;
 using decid::test::near;
 using decid::test::write_text;
-using decid::tools::GroupTable;
+using decid::tools::groups_text;
 using decid::tools::read_group_table;
 using Names = std::vector<std::string>;
 
@@ -74,7 +80,7 @@ TEST_CASE("a folder before its name tells two recordings of one name apart") {
 TEST_CASE("lines of no recording are kept with their places") {
   const GroupTable table =
       read_table("file,group\nd.csv,x\na.csv,x\n\nin/b.csv,y\nout/b.csv,y\n", {"a.csv", "in/b.csv"});
-  CHECK(table.unused == std::vector<decid::tools::UnusedLine>{{2, "d.csv"}, {6, "out/b.csv"}});
+  CHECK(table.unused == std::vector<decid::UnusedLine>{{2, "d.csv"}, {6, "out/b.csv"}});
 }
 
 TEST_CASE("groups that cannot be read are refused") {
@@ -156,36 +162,53 @@ const decid::sim::ParameterTable& parameters() {
 }
 
 /// A recording all of whose parameters are `value`.
-Json recording(const std::string& file, double value, const char* trust = "usable", const char* warning = nullptr) {
-  Json made{{"file", file}, {"parameters", Json::array()}, {"trust", trust}, {"warnings", Json::array()}};
-  for (const std::string& name : parameters().names()) made["parameters"].push_back({{"name", name}, {"value", value}});
-  if (warning != nullptr) made["warnings"].push_back({{"code", warning}});
+RecordingResult recording(const std::string& file, double value, Severity severity = Severity::info) {
+  RecordingResult made;
+  made.file = file;
+  made.trial = decid::recording::trial_of({0.0F, 0.01F});
+  made.estimate.parameters = decid::sim::Parameters(parameters().size());
+  for (double& of_parameter : made.estimate.parameters) of_parameter = value;
+  made.warnings = {{severity, "spikes", "some"}};
+  return made;
+}
+
+RecordingResult of_other_tilt(const std::string& file) {
+  RecordingResult made = recording(file, 1e6, Severity::caution);
+  made.trial.tilt.emplace().is_other_size = true;
   return made;
 }
 
 /// Adds a recording of `person` in `group`.
-void add(Json& recordings, GroupTable& table, const std::string& group, const std::string& person, Json made) {
-  recordings.push_back(std::move(made));
+void add(Report& report, GroupTable& table, const std::string& group, const std::string& person, RecordingResult made) {
+  report.recordings.push_back(std::move(made));
   table.members.push_back({group, person});
+}
+
+Json compared(Report& report, GroupTable table) {
+  report.groups = decid::report_groups(std::move(table), report.recordings, parameters().size());
+  return decid::tools::groups_json(report);
 }
 
 }  // namespace
 
 TEST_CASE("people are compared by the recordings that can be used, the others are named") {
-  Json recordings = Json::array();
+  Report report;
   GroupTable table{"subject", {}, {{7, "gone.csv"}}};
   // The means of people are 856.8 +- 63.4 of five in "a" and 724.5 +- 62.2 of four in "b".
   const double a[]{812, 905, 777, 860, 930}, b[]{700, 655, 742, 801};
   for (const double mean : a)
     for (const double off : {-40.0, 0.0, 40.0})
-      add(recordings, table, "a", "a" + std::to_string(mean), recording("f", mean + off, "caution", "spikes"));
-  for (const double mean : b) add(recordings, table, "b", "b" + std::to_string(mean), recording("f", mean));
-  add(recordings, table, "b", "b1", recording("bad.csv", 1e6, "not usable"));
-  add(recordings, table, "a", "a1", recording("twice.csv", 1e6, "caution", "tilt_of_other_size"));
-  add(recordings, table, "b", "b2", Json{{"file", "broken.csv"}, {"error", "none"}});
-  add(recordings, table, "", "", recording("elsewhere.csv", 1e6));
+      add(report, table, "a", "a" + std::to_string(mean), recording("f", mean + off, Severity::caution));
+  for (const double mean : b) add(report, table, "b", "b" + std::to_string(mean), recording("f", mean));
+  add(report, table, "b", "b1", recording("bad.csv", 1e6, Severity::invalid));
+  add(report, table, "a", "a1", of_other_tilt("twice.csv"));
+  RecordingResult broken;
+  broken.file = "broken.csv";
+  broken.error = decid::Error("broken.csv", "none", "try");
+  add(report, table, "b", "b2", broken);
+  add(report, table, "", "", recording("elsewhere.csv", 1e6));
 
-  const Json found = decid::tools::groups_json(recordings, table, parameters());
+  const Json found = compared(report, table);
   REQUIRE(found["groups"].size() == 2);
   CHECK(found["groups"][0]["name"] == "a");
   CHECK(found["groups"][0]["people"] == 5);
@@ -211,67 +234,68 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
                                      {{"file", "twice.csv"}, {"group", "a"}, {"reason", "tilt_of_other_size"}},
                                      {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}}});
   CHECK(settings["unused_lines"] == Json{{{"line", 7}, {"file", "gone.csv"}}});
+  const Json recordings = decid::tools::recordings_json(report);
   CHECK(recordings[0]["group"] == "a");
   CHECK(recordings[20]["subject"] == "a1");
   CHECK_FALSE(recordings[22].contains("group"));
 
-  const std::string text = decid::tools::groups_text(found);
+  const std::string text = groups_text(report);
   CAPTURE(text);
   CHECK(text.find("a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4\n") != std::string::npos);
   CHECK(text.find("a less b: 5 people and 4 people") != std::string::npos);
   CHECK(text.find("7 parameters were compared") != std::string::npos);
   CHECK(text.find("Left out: 3 recordings") != std::string::npos);
   CHECK(text.find("twice.csv (a): tilt_of_other_size") != std::string::npos);
-  CHECK(decid::tools::groups_text(nullptr).empty());
+  CHECK(groups_text({}).empty());
 
-  const Json page = decid::tools::page_groups(found, recordings);
+  const Json page = decid::tools::page_groups(report);
   REQUIRE(page["members"].size() == 22);
   CHECK(page["members"][20] == Json{{"group", "a"}, {"left_out", "tilt_of_other_size"}});
   CHECK(page["members"][21] == Json{{"group", ""}, {"left_out", ""}});
-  CHECK(decid::tools::page_groups(nullptr, recordings).is_null());
+  CHECK(decid::tools::page_groups({}).is_null());
 }
 
 TEST_CASE("people in two groups are compared in pairs, and the text says so") {
-  Json recordings = Json::array();
+  Report report;
   GroupTable table{"participant_id", {}};
   for (const auto& [person, before, after] :
        {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}, {"s3", 742.0, 777.0}}) {
-    add(recordings, table, "before", person, recording("f", before));
-    add(recordings, table, "after", person, recording("f", after));
+    add(report, table, "before", person, recording("f", before));
+    add(report, table, "after", person, recording("f", after));
   }
-  add(recordings, table, "before", "s4", recording("f", 1e5));
-  const Json found = decid::tools::groups_json(recordings, table, parameters());
+  add(report, table, "before", "s4", recording("f", 1e5));
+  const Json found = compared(report, table);
   const Json& pair = found["comparisons"][0];
   CHECK(pair["paired"] == true);
   CHECK(pair["people"] == Json{3, 3});
   CHECK(pair["unpaired_people"] == 1);
   CHECK(near(pair["parameters"][0]["difference"].get<double>(), 397.0 / 3.0, 1e-14));
-  const std::string text = decid::tools::groups_text(found);
+  const std::string text = groups_text(report);
   CHECK(text.find("paired: 3 people in both groups") != std::string::npos);
   CHECK(text.find("without 1 person in only one") != std::string::npos);
 }
 
 TEST_CASE("two people in two groups have an interval and no Hedges' g") {
-  Json recordings = Json::array();
+  Report report;
   GroupTable table{"subject", {}};
   for (const auto& [person, before, after] : {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}}) {
-    add(recordings, table, "before", person, recording("f", before));
-    add(recordings, table, "after", person, recording("f", after));
+    add(report, table, "before", person, recording("f", before));
+    add(report, table, "after", person, recording("f", after));
   }
-  const Json found = decid::tools::groups_json(recordings, table, parameters());
+  const Json found = compared(report, table);
   const Json& effect = found["comparisons"][0]["parameters"][0];
   CHECK(effect["hedges_g"].is_null());
   CHECK(effect["difference"] == 181.0);
   CHECK(effect["interval95"][0].is_number());
-  CHECK(decid::tools::groups_text(found).find("         -\n") != std::string::npos);
+  CHECK(groups_text(report).find("         -\n") != std::string::npos);
 }
 
 TEST_CASE("a group of one has no interval, and three groups have three comparisons") {
-  Json recordings = Json::array();
+  Report report;
   GroupTable table;
   for (const char* group : {"a", "b", "c"})
-    add(recordings, table, group, group, recording("f", static_cast<double>(recordings.size())));
-  const Json found = decid::tools::groups_json(recordings, table, parameters());
+    add(report, table, group, group, recording("f", static_cast<double>(report.recordings.size())));
+  const Json found = compared(report, table);
   REQUIRE(found["comparisons"].size() == 3);
   CHECK(found["group_comparison"]["person_column"].is_null());
   CHECK(found["group_comparison"]["intervals"] == 21);
@@ -280,8 +304,8 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
   CHECK(found["comparisons"][1]["parameters"][0]["hedges_g"].is_null());
   CHECK(found["comparisons"][1]["parameters"][0]["interval95"][0].is_null());
   CHECK(found["groups"][0]["parameters"][0]["sd"].is_null());
-  CHECK_FALSE(recordings[0].contains("subject"));
-  const std::string text = decid::tools::groups_text(found);
+  CHECK_FALSE(decid::tools::recordings_json(report)[0].contains("subject"));
+  const std::string text = groups_text(report);
   CHECK(text.find("each recording counts as a person") != std::string::npos);
   CHECK(text.find("in 3 pairs of groups") != std::string::npos);
 }

@@ -27,15 +27,15 @@ sim::Parameters values(std::uint64_t number) {
   return dataset::base_trial(table(), 17, number).parameters;
 }
 
-Identifications identified() {
-  Identifications all;
+Report identified() {
+  Report all;
   all.protocol = test::made_up_protocol();
-  Identification& id = all.recordings.emplace_back();
+  RecordingResult& id = all.recordings.emplace_back();
   id.file = "trial.csv";
   id.column = "com_sway_deg";
   id.truth = values(1);
   id.estimate.parameters = values(2);
-  id.estimate.trial = recording::trial_of(std::vector<float>(400, 0.01F));
+  id.trial = recording::trial_of(std::vector<float>(400, 0.01F));
   all.tilt_rad.assign(400, 0.0F);
   return all;
 }
@@ -49,11 +49,11 @@ void check_names(const Json& by_name) {
 }  // namespace
 
 TEST_CASE("fourteen parameters as results: JSON, text and page") {
-  const Identifications all = identified();
-  const Json recording = identifications_list(all).at(0);
+  const Report all = identified();
+  const Json recording = recordings_json(all).at(0);
   const Json& parameters = recording.at("parameters");
   REQUIRE(parameters.size() == 14);
-  const std::string text = identifications_text(all), page = report_html({"mine", "0", "1"}, all);
+  const std::string text = report_text(all), page = identify_page(all);
   for (std::size_t p = 0; p < 14; ++p) {
     const sim::ParameterInfo& info = table()[p];
     CHECK(parameters[p].at("name") == info.name);
@@ -74,14 +74,14 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
 }
 
 TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
-  Identifications all = identified();
+  Report all = identified();
   std::vector<double> outputs(mixture_outputs(1, 14), 0.0);
   for (std::size_t i = 0; i < 14; ++i) outputs[1 + i] = outputs[15 + i] = 0.1 * static_cast<double>(i);
   outputs[29] = 0.8;  // of the second and the first
   all.recordings[0].estimate.distribution.emplace(Mixture(1, 14, outputs), table());
   const ParameterDistribution& found = *all.recordings[0].estimate.distribution;
-  const Json recording = identifications_list(all).at(0);
-  const std::string text = identifications_text(all);
+  const Json recording = recordings_json(all).at(0);
+  const std::string text = report_text(all);
   const double mgh = all.protocol.experiment.body.mgh();
   REQUIRE(recording.at("correlations").size() == 14);
   CHECK(recording.at("correlations")[1][0] == found.correlation(1, 0));
@@ -103,7 +103,7 @@ TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
     CHECK(text.find(format("%.5g to %.5g", low, high)) != std::string::npos);
   }
   CHECK(text.find("90 % interval") != std::string::npos);
-  const std::string page = report_html({"mine", "0", "1"}, all);
+  const std::string page = identify_page(all);
   CHECK(page.find("\"densities\":[[[0.0,") != std::string::npos);
 }
 
@@ -131,7 +131,7 @@ TEST_CASE("fourteen parameters' errors, of a model and of methods") {
     sum += of_parameter;
   }
   CHECK(test::near(figures.methods[0].mse, sum / 14.0, 1e-14));
-  const std::string text = comparison_text(json, table());
+  const std::string text = comparison_text(figures);
   CHECK(text.find("| gain_13 | gain_14 | simulations | seconds |\n|") != std::string::npos);
   const std::size_t rule = text.find("\n|---|") + 1;
   CHECK(text.substr(rule, text.find('\n', rule) - rule).size() == 1 + 4 * 19);
@@ -147,6 +147,33 @@ TEST_CASE("fourteen parameters' distributions in a data set") {
   check_names(distributions);
   CHECK(distributions.at("gain_14").at("description") == "Gain number 14");
   CHECK(distributions.at("gain_14").at("low") == table()[13].low);
+}
+
+TEST_CASE("a table says what the values say: a line a recording, as many cells whatever is missing") {
+  Report all = identified();
+  RecordingResult unknown = all.recordings[0];
+  unknown.file = "a\xff.csv";
+  unknown.estimate.parameters[13] = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> outputs(mixture_outputs(1, 14), 0.0);
+  unknown.estimate.distribution.emplace(Mixture(1, 14, outputs), table());
+  RecordingResult failed;
+  failed.file = "c,d.csv";
+  failed.error = Error("c,d.csv", "no \"sway\"", "name it");
+  all.recordings.insert(all.recordings.end(), {unknown, failed});
+  const std::string text = report_table(all);
+  CHECK(text.starts_with("file,trust," + table()[0].name + "," + table()[0].name + "_low90,"));
+  CHECK(text.find("\ntrial.csv,usable," + Json(values(2)[0]).dump() + ",,,") != std::string::npos);
+  const double low = unknown.estimate.distribution->quantile(0, 0.5 * (1.0 - 0.9));
+  CHECK(text.find("\na\xEF\xBF\xBD.csv,usable," + Json(values(2)[0]).dump() + "," + Json(low).dump() + ",") !=
+        std::string::npos);
+  CHECK(text.ends_with("\n\"c,d.csv\",," + std::string(3 * 14, ',') + "\"c,d.csv: no \"\"sway\"\"; name it\"\n"));
+  std::size_t begin = 0;
+  const std::size_t first_commas = std::ranges::count(text.substr(0, text.find('\n')), ',');
+  for (int line = 0; line < 3; ++line) {
+    const std::size_t end = text.find('\n', begin);
+    CHECK(std::ranges::count(text.substr(begin, end - begin), ',') == first_commas);
+    begin = end + 1;
+  }
 }
 
 }  // namespace decid::tools

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/version.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/report/fitted.hpp"
 #include "tests/tools/report/page_text.hpp"
@@ -23,13 +24,13 @@ using json = nlohmann::json;
 
 constexpr double six_digits = 5e-6;  // of a number that begins with 1
 
-const FittedRecordings& fitted() {
-  static const FittedRecordings all = test::fitted_recordings();
+const Report& fitted() {
+  static const Report all = test::fitted_recordings();
   return all;
 }
 
-std::string page_of(const FittedRecordings& all) {
-  return test::fit_page("9.8.7", all);
+std::string page_of(const Report& all) {
+  return tools::fit_page(all);
 }
 
 const json& data() {
@@ -45,10 +46,8 @@ TEST_CASE("fit page") {
     const std::string page = page_of(fitted());
     CHECK(page.starts_with("<!doctype html>"));
     CHECK(page.ends_with("</html>\n"));
-    for (const char* mark :
-         {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{script_hashes}}", "{{chart_js}}", "{{page_js}}"})
+    for (const char* mark : {"{{title}}", "{{css}}", "{{lead}}", "{{data}}", "{{script_hash}}", "{{page_js}}"})
       CHECK(page.find(mark) == std::string::npos);
-    CHECK(page.find("Chart.js v") == std::string::npos);
     CHECK(page.find("prefers-color-scheme: dark") != std::string::npos);
     for (const char* loading : {"src=\"", "@import", "<link", "<img", "fetch(", "XMLHttpRequest"}) {
       CAPTURE(loading);
@@ -68,14 +67,14 @@ TEST_CASE("fit page") {
   }
   SUBCASE("the figures are the posterior's") {
     const json& shown = data()["recordings"][0];
-    const FitFigures& fit = fitted().fits[0];
+    const FitFigures& fit = *fitted().recordings[0].fit;
     const Posterior& found = fit.posterior;
-    CHECK(data()["version"] == "9.8.7");
+    CHECK(data()["version"] == version);
     CHECK(data()["seed"] == 5);
     CHECK(shown["answer"] == "posterior");
     CHECK(data()["recordings"][1]["answer"] == "network");
     CHECK(data()["recordings"][1]["warnings"][0]["code"] == "chains_disagree");
-    const sim::ParameterTable& table = fitted().identified.protocol.parameters();
+    const sim::ParameterTable& table = fitted().protocol.parameters();
     REQUIRE(shown["parameters"].size() == table.size());
     for (std::size_t p = 0; p < table.size(); ++p) {
       const json& parameter = shown["parameters"][p];
@@ -100,12 +99,12 @@ TEST_CASE("fit page") {
   }
   SUBCASE("draws and ranks are those of the chains") {
     const json& shown = data()["recordings"][0];
-    const Posterior& found = fitted().fits[0].posterior;
+    const Posterior& found = fitted().recordings[0].fit->posterior;
     const json& draws = shown["draws"];
     const std::size_t each = draws["each"], chains = draws["chains"], every = draws["every"];
     CHECK(chains == 8);
     CHECK(each * every == 40);
-    const sim::ParameterTable& table = fitted().identified.protocol.parameters();
+    const sim::ParameterTable& table = fitted().protocol.parameters();
     for (std::size_t p = 0; p < table.size(); ++p) {
       REQUIRE(draws["values"][p].size() == chains * each);
       for (std::size_t chain = 0; chain < chains; ++chain) {
@@ -127,7 +126,7 @@ TEST_CASE("fit page") {
   }
   SUBCASE("what is shown over time keeps a thousandth of its width") {
     const json& signals = data()["recordings"][0]["signals"];
-    const posterior::Inferred& inferred = fitted().fits[0].inferred;
+    const posterior::Inferred& inferred = fitted().recordings[0].fit->inferred;
     const auto check_chart = [](const json& chart, const char* name, const std::vector<double>& values_rad,
                                 double offset) {
       const double per_degree = chart["per_degree"];
@@ -152,9 +151,9 @@ TEST_CASE("fit page") {
     CHECK(signals["tilt"]["platform"].size() == estimate.size());
   }
   SUBCASE("without trials that stand there is no band of them") {
-    FittedRecordings all = fitted();
-    all.fits[0].check = {};
-    all.fits[0].check.standing = 12;
+    Report all = fitted();
+    all.recordings[0].fit->check = {};
+    all.recordings[0].fit->check.standing = 12;
     const json shown = test::data_of(page_of(all))["recordings"][0];
     CHECK(shown["check"]["figures"].empty());
     CHECK(shown["check"]["standing"] == 12);

@@ -31,7 +31,7 @@ inline FitRequest quick_request() {
 }
 
 /// The last recording's chains are said to disagree.
-inline FittedRecordings fitted_recordings() {
+inline Report fitted_recordings() {
   const sim::Protocol protocol = three_sines();
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("decid-fitted-" + std::to_string(::getpid()) + ".csv");
@@ -46,29 +46,16 @@ inline FittedRecordings fitted_recordings() {
     csv += format("%.2f,%.6f\n", 0.01 * static_cast<double>(k), sway[k] / sim::rad_per_deg + noise_deg);
   }
   write_file(file, csv);
-  FittedRecordings all = fit_recordings(nullptr, protocol, {file, "none/<b>.csv", file}, reading, quick_request());
+  Report all = fit_recordings(nullptr, protocol, {file, "none/<b>.csv", file}, reading, quick_request());
   std::filesystem::remove(file);
-  all.identified.recordings[0].file = "recordings/subject-04/trial-2.csv";
-  Identification& odd = all.identified.recordings[2];
+  all.network_answers = true;
+  all.recordings[0].file = "recordings/subject-04/trial-2.csv";
+  RecordingResult& odd = all.recordings[2];
   odd.file = hostile_name;
   odd.truth.reset();
-  odd.explanation.warnings = {{Severity::caution, "chains_disagree", "the chains do not agree"}};
-  all.fits[2].answer = FitFigures::Answer::network;
+  odd.warnings = {{Severity::caution, "chains_disagree", "the chains do not agree"}};
+  odd.fit->answer = FitFigures::Answer::network;
   return all;
-}
-
-/// The page of all of them.
-inline std::string fit_page(const std::string& version, const FittedRecordings& all) {
-  std::vector<Json> recordings;
-  std::vector<std::string> failed;
-  for (std::size_t i = 0; i < all.fits.size(); ++i) {
-    const Identification& id = all.identified.recordings[i];
-    if (id.error) failed.emplace_back(id.error->what());
-    if (id.error) continue;
-    const sim::ParameterTable ranges = all.identified.protocol.ranges();
-    recordings.push_back(tools::fit_page_recording(id, all.fits[i], all.identified, ranges));
-  }
-  return tools::fit_report_html(version, quick_request(), std::move(recordings), failed, nullptr, tools::beside_fit);
 }
 
 }  // namespace decid::test

@@ -24,8 +24,9 @@
 
 namespace {
 
-using decid::Identification;
-using decid::Identifications;
+using decid::RecordingResult;
+using decid::Report;
+using decid::tools::identify_page;
 namespace sim = decid::sim;
 
 std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& parameters) {
@@ -35,9 +36,11 @@ std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& p
 }
 
 /// What the recordings of a page have in common.
-Identifications nothing_yet(const sim::Simulator& simulator, std::vector<decid::dataset::Channel> channels, int fold) {
+Report nothing_yet(const sim::Simulator& simulator, std::vector<decid::dataset::Channel> channels, int fold) {
   const decid::Explainer explainer(simulator);
-  Identifications all;
+  Report all;
+  all.model = "built-in";
+  all.model_sha256 = std::string(64, 'a');
   all.protocol = simulator.protocol();
   all.tilt_rad.assign(explainer.tilt_rad().begin(), explainer.tilt_rad().end());
   all.image.channels = std::move(channels);
@@ -46,26 +49,26 @@ Identifications nothing_yet(const sim::Simulator& simulator, std::vector<decid::
   return all;
 }
 
-Identification recording(const sim::Simulator& simulator, const Identifications& of) {
-  Identification made;
+RecordingResult recording(const sim::Simulator& simulator, const Report& of) {
+  RecordingResult made;
   made.file = "recordings/subject-04/trial-2.csv";
   made.column = "com_sway_deg";
   made.truth = sim::Parameters{790.0, 265.0, 171.0, 118.0, 0.62, 0.0017, 0.121};
   made.estimate.parameters = {823.4, 251.9, 183.2, 124.6, 0.57, 0.0021, 0.114};
-  made.estimate.trial = decid::recording::trial_of(run(simulator, *made.truth));
-  made.explanation = decid::Explainer(simulator).explain({made.estimate.parameters, made.estimate.trial});
+  made.trial = decid::recording::trial_of(run(simulator, *made.truth));
+  made.explanation = decid::Explainer(simulator).explain({made.estimate.parameters, made.trial});
   made.explanation.warnings.clear();
   made.explanation.rms_residual_deg = 0.2874;
   made.explanation.variance_accounted_for = 0.631;
   made.estimate.image.resize(static_cast<std::size_t>(of.image_shape.size()));
-  decid::dataset::ImageMaker(of.image, simulator.samples()).make(made.estimate.trial.sway_rad(), made.estimate.image);
+  decid::dataset::ImageMaker(of.image, simulator.samples()).make(made.trial.sway_rad(), made.estimate.image);
   return made;
 }
 
-Identifications several(std::vector<decid::dataset::Channel> channels, int fold = 1) {
+Report several(std::vector<decid::dataset::Channel> channels, int fold = 1) {
   const sim::Simulator simulator(sim::default_protocol());
-  Identifications all = nothing_yet(simulator, std::move(channels), fold);
-  Identification fallen = recording(simulator, all);
+  Report all = nothing_yet(simulator, std::move(channels), fold);
+  RecordingResult fallen = recording(simulator, all);
   fallen.file = "recordings/subject-05/trial-1.csv";
   fallen.truth.reset();
   fallen.estimate.parameters[sim::Delay] = 0.262;
@@ -74,20 +77,20 @@ Identifications several(std::vector<decid::dataset::Channel> channels, int fold 
   fallen.explanation.rms_residual_deg = fallen.explanation.variance_accounted_for =
       std::numeric_limits<double>::quiet_NaN();
   using decid::Severity;
-  fallen.estimate.warnings = {
+  fallen.warnings = {
       {Severity::caution, "outside_range", "delay is outside the range the model was trained on; do not rely on it"},
       {Severity::invalid, "does_not_stand",
        "the body simulated from the identified parameters fell over after 34.2 s"}};
-  Identification odd = recording(simulator, all);
+  RecordingResult odd = recording(simulator, all);
   odd.file = "</script><script>document.body.dataset.error='markup'</script>.csv";
-  Identification failed;
+  RecordingResult failed;
   failed.error = decid::Error("recordings/<b>subject-06</b>.csv", "line 3, sway: the cell is empty", "give a value");
   all.recordings = {recording(simulator, all), failed, fallen, odd};
   return all;
 }
 
 /// Every recording with a distribution: most of it known well, two gains only together.
-Identifications sure(Identifications all) {
+Report sure(Report all) {
   const std::size_t parameters = all.protocol.parameters().size();
   std::vector<double> outputs(decid::mixture_outputs(1, parameters), 0.0);
   for (std::size_t p = 0; p < parameters; ++p) {
@@ -95,7 +98,7 @@ Identifications sure(Identifications all) {
     outputs[1 + parameters + p] = 0.4 * static_cast<double>(p);
   }
   outputs[1 + 2 * parameters] = 1.2;
-  for (Identification& made : all.recordings)
+  for (RecordingResult& made : all.recordings)
     if (!made.error)
       made.estimate.distribution.emplace(decid::Mixture(1, parameters, outputs), all.protocol.parameters());
   return all;
@@ -112,66 +115,37 @@ std::string dataset_page() {
   return dataset_html(figures);
 }
 
-/// Two groups compared, as decid::tools::groups_json() writes it: every fifth recording is left out.
-decid::Json page_groups_of(const std::vector<std::string>& parameters, const std::vector<Identification>& recordings) {
-  using decid::Json;
-  Json means = Json::array(), effects = Json::array(), members = Json::array(), left_out = Json::array();
-  for (const std::string& name : parameters) {
-    means.push_back({{"name", name}, {"mean", 2.0}, {"sd", 0.5}});
-    effects.push_back({{"name", name},
-                       {"difference", 1.0},
-                       {"interval95", {0.1, 1.9}},
-                       {"adjusted_interval95", {-0.2, 2.2}},
-                       {"hedges_g", 0.7}});
-  }
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const std::string group = i % 2 == 0 ? "patients" : "controls", reason = i % 5 == 4 ? "not usable" : "";
-    members.push_back({{"group", group}, {"left_out", reason}});
-    if (!reason.empty()) left_out.push_back({{"file", recordings[i].file}, {"group", group}, {"reason", reason}});
-  }
-  Json groups{{"groups", Json::array()}, {"comparisons", Json::array()}, {"members", members}};
-  for (const char* name : {"controls", "patients"})
-    groups["groups"].push_back({{"name", name}, {"people", 12}, {"recordings", 24}, {"parameters", means}});
-  groups["comparisons"].push_back({{"groups", {"controls", "patients"}},
-                                   {"paired", true},
-                                   {"people", {10, 10}},
-                                   {"unpaired_people", 4},
-                                   {"parameters", effects}});
-  groups["group_comparison"] = {
-      {"person_column", "subject"},     {"parameters", parameters.size()}, {"pairs", 1},
-      {"intervals", parameters.size()}, {"adjustment", "bonferroni"},      {"left_out", left_out}};
-  return groups;
-}
-
 /// Sixty recordings, every fifth not usable, in two groups.
-std::string page_of_many(const decid::tools::ReportModel& model, Identifications all) {
-  const Identification first = all.recordings.front();
+std::string page_of_many(Report all) {
+  const RecordingResult first = all.recordings.front();
+  decid::GroupTable table{"subject", {}};
   all.recordings.clear();
   for (int i = 0; i < 60; ++i) {
-    Identification& made = all.recordings.emplace_back(first);
+    RecordingResult& made = all.recordings.emplace_back(first);
     made.file = "recordings/subject-" + std::to_string(i + 1) + ".csv";
     made.truth.reset();
     for (double& value : made.estimate.parameters) value *= 0.8 + 0.006 * i;
-    if (i % 5 == 4) made.estimate.warnings = {{decid::Severity::invalid, "unfamiliar", "it looks like no trial"}};
+    if (i % 5 == 4) made.warnings = {{decid::Severity::invalid, "unfamiliar", "it looks like no trial"}};
+    table.members.push_back({i % 2 == 0 ? "patients" : "controls", std::to_string(i < 48 ? i / 2 : i)});
   }
-  return report_html(model, all, page_groups_of(all.protocol.parameters().names(), all.recordings));
+  all.groups = decid::report_groups(table, all.recordings, all.protocol.parameters().size());
+  return identify_page(all);
 }
 
 std::string page_of(const std::string& kind) {
   using decid::dataset::Channel;
   if (kind == "dataset") return dataset_page();
-  if (kind == "fit") return decid::test::fit_page("0.1.0", decid::test::fitted_recordings());
-  const decid::tools::ReportModel model{"built-in", std::string(64, 'a'), "0.1.0"};
+  if (kind == "fit") return decid::tools::fit_page(decid::test::fitted_recordings());
   const std::vector<Channel> folded{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual};
-  if (kind == "folded") return report_html(model, sure(several(folded, 2)));
-  if (kind == "many") return page_of_many(model, sure(several(folded, 2)));
+  if (kind == "folded") return identify_page(sure(several(folded, 2)));
+  if (kind == "many") return page_of_many(sure(several(folded, 2)));
   if (kind == "one") {
-    Identifications one = sure(several(folded, 2));
+    Report one = sure(several(folded, 2));
     one.recordings.resize(1);
-    return report_html(model, one);
+    return identify_page(one);
   }
-  return report_html(
-      model, several({Channel::modulus, Channel::phase, Channel::log_modulus, Channel::cos_phase, Channel::sin_phase}));
+  return identify_page(
+      several({Channel::modulus, Channel::phase, Channel::log_modulus, Channel::cos_phase, Channel::sin_phase}));
 }
 
 }  // namespace

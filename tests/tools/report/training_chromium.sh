@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Opens the pages of decid train in headless Chromium: are all charts drawn, without an error?
+# Opens the pages of decid train in headless Chromium: are all charts drawn, without an error, and does the layout hold?
 #   training_chromium.sh CHROMIUM DECID
 set -euo pipefail
 scratch=$(mktemp -d)
@@ -10,3 +10,4 @@ for options in "--preset small --epochs 3" "--preset series --epochs 1"; do
     --report "$scratch/page.html" -o "$scratch/${options// /}"
   "$(dirname "$0")/report_chromium.sh" "$1" "$scratch/page.html"
 done
+"$(dirname "$0")/layout_chromium.sh" "$1" "$scratch/page.html" training 2

@@ -19,7 +19,7 @@
 #include "identify/studies/calibration.hpp"
 #include "identify/studies/fit_conditions.hpp"
 #include "sim/noise.hpp"
-#include "sim/protocol/protocol_json.hpp"
+#include "sim/protocol/protocol_object.hpp"
 #include "sim/simulate.hpp"
 #include "tools/decid/calibrated_trials.hpp"
 #include "tools/decid/command.hpp"
@@ -46,7 +46,7 @@ struct CalibrateOptions {
 /// What must be the same for trials to be of one calibration.
 Json settings_json(const CalibrateOptions& options, const sim::Protocol& protocol) {
   return {{"version", version},
-          {"protocol", parse_json(sim::to_json(protocol), "protocol")},
+          {"protocol", sim::json_of(protocol)},
           {"seed", options.seed},
           {"prior_start_s", options.priors.start_s},
           {"prior_gain", options.priors.gain},
@@ -58,15 +58,6 @@ Json settings_json(const CalibrateOptions& options, const sim::Protocol& protoco
           {"trial_draws", options.settings.trial_draws},
           {"min_draws", options.settings.min_draws},
           {"max_draws", options.settings.max_draws}};
-}
-
-/// Gives rank 0's to all: others need their numbers.
-void share_trials(Communicator& group, std::size_t parameters, std::vector<CalibratedTrial>& trials) {
-  Json all = Json::array();
-  for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
-  const std::string text = broadcast_text(group, all.dump());
-  trials.clear();
-  for (const Json& trial : Json::parse(text)) trials.push_back(trial_from(trial, parameters));
 }
 
 Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
@@ -352,7 +343,7 @@ void run_calibrate(const CalibrateOptions& options) {
   std::vector<CalibratedTrial> trials;
   if (is_root() && options.resume && std::filesystem::exists(options.output))
     trials = earlier_trials(options.output, settings, hash, parameters);
-  if (ranks() != nullptr) share_trials(*ranks(), parameters, trials);
+  trials = broadcast_value(std::move(trials));  // others need their numbers
   const posterior::Density density(protocol, options.priors);
   Trials source(protocol, options.priors, options.seed, 0);
   for (CalibratedTrial& trial : trials) {
@@ -392,18 +383,16 @@ void run_calibrate(const CalibrateOptions& options) {
       for (int i = 0; i < most && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
         batch.push_back(source.next());
       std::vector<CalibratedTrial> done(batch.size());
-      const auto calibrate_some = [&](std::size_t first, std::size_t last) {
-        std::vector<std::string> texts(last - first);
-        parallel_for(static_cast<int>(last - first), [&](int i) {
-          const auto place = static_cast<std::size_t>(i);
-          texts[place] = trial_json(calibrate_trial(density, batch[first + place], table, options.settings)).dump();
-        });
-        return interrupted() ? std::vector<std::string>() : texts;
-      };
-      going = share_out(
-          batch.size(), static_cast<std::size_t>(processes > 1 ? thread_count() : most), calibrate_some,
-          [&](std::size_t i, const std::string& text) { done[i] = trial_from(Json::parse(text), parameters); },
-          interrupted);
+      going = share_out<CalibratedTrial>(
+          batch.size(), static_cast<std::size_t>(processes > 1 ? thread_count() : most),
+          [&](std::size_t first, std::size_t last, const Give<CalibratedTrial>& give) {
+            parallel_for(static_cast<int>(last - first), [&](int i) {
+              const std::size_t place = first + static_cast<std::size_t>(i);
+              CalibratedTrial trial = calibrate_trial(density, batch[place], table, options.settings);
+              if (!interrupted()) give(place, std::move(trial));
+            });
+          },
+          [&](std::size_t i, CalibratedTrial trial) { done[i] = std::move(trial); }, interrupted);
       if (!going) break;
       if (is_root())
         for (std::size_t i = 0; i < batch.size(); ++i) network.answer(batch[i].sway_rad, done[i]);

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <iostream>
 #include <memory>
 #include <span>
@@ -41,17 +40,24 @@ struct CompareOptions {
   posterior::Settings posterior;
 };
 
-/// Numbers from one rank to another.
-std::string packed(std::span<const double> numbers) {
-  std::string bytes(numbers.size_bytes(), '\0');
-  std::memcpy(bytes.data(), numbers.data(), bytes.size());
-  return bytes;
-}
-std::vector<double> unpacked(const std::string& bytes) {
-  std::vector<double> numbers(bytes.size() / sizeof(double));
-  std::memcpy(numbers.data(), bytes.data(), bytes.size());
-  return numbers;
-}
+/// A trial's posterior.
+struct Sampled {
+  sim::Parameters mean, deviation;
+  double leapfrog_steps = 0.0;
+  template <class Archive>
+  void archive(Archive& a) {
+    a(mean, deviation, leapfrog_steps);
+  }
+};
+/// A trial's iterative fit; ratio: the sum of its squared errors over the squared standard errors.
+struct Fitted {
+  sim::Parameters mean, likeliest;
+  double simulations = 0.0, ratio = 0.0;
+  template <class Archive>
+  void archive(Archive& a) {
+    a(mean, likeliest, simulations, ratio);
+  }
+};
 
 /// The trials: the first of a data set, or fresh ones of the model's experiment.
 dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
@@ -144,34 +150,30 @@ ComparisonFigures compare(const CompareOptions& options) {
     std::vector<sim::Parameters> means(static_cast<std::size_t>(trials), sim::Parameters(parameters)),
         deviations = means;
     std::vector<double> leapfrog_steps(means.size());
-    const auto sample_some = [&](std::size_t first, std::size_t last) {
-      std::vector<std::string> results(last - first);
+    const auto sample_some = [&](std::size_t first, std::size_t last, const Give<Sampled>& give) {
       parallel_for(static_cast<int>(last - first), [&](int place) {
-        const int i = static_cast<int>(first) + place;
+        const std::size_t i = first + static_cast<std::size_t>(place);
         const posterior::Posterior found =
-            posterior::sample(density, density.observe(data.trial(i)), options.posterior, {},
+            posterior::sample(density, density.observe(data.trial(static_cast<int>(i))), options.posterior, {},
                               [](const posterior::Progress&) { return !interrupted(); });
-        if (found.draws() == 0) return;
-        std::vector<double> numbers{static_cast<double>(found.leapfrog_steps())};
+        if (interrupted()) return;
+        Sampled sampled{sim::Parameters(parameters), sim::Parameters(parameters),
+                        static_cast<double>(found.leapfrog_steps())};
         for (std::size_t p = 0; p < parameters; ++p) {
-          numbers.push_back(found.mean(static_cast<int>(p)));
-          numbers.push_back(found.deviation(static_cast<int>(p)));
+          sampled.mean[p] = found.mean(static_cast<int>(p));
+          sampled.deviation[p] = found.deviation(static_cast<int>(p));
         }
-        results[static_cast<std::size_t>(place)] = packed(numbers);
+        give(i, sampled);
       });
-      return interrupted() ? std::vector<std::string>() : results;
     };
-    const auto take = [&](std::size_t i, const std::string& bytes) {
+    const auto take = [&](std::size_t i, const Sampled& sampled) {
       bar.update(++at);
-      if (bytes.empty()) return;
-      const std::vector<double> numbers = unpacked(bytes);
-      leapfrog_steps[i] = numbers.front();
-      for (std::size_t p = 0; p < parameters; ++p) {
-        means[i][p] = numbers[2 * p + 1];
-        deviations[i][p] = numbers[2 * p + 2];
-      }
+      leapfrog_steps[i] = sampled.leapfrog_steps;
+      means[i] = sampled.mean;
+      deviations[i] = sampled.deviation;
     };
-    stop_unless(share_out(means.size(), static_cast<std::size_t>(thread_count()), sample_some, take, interrupted));
+    stop_unless(
+        share_out<Sampled>(means.size(), static_cast<std::size_t>(thread_count()), sample_some, take, interrupted));
     double gradients = 0, ratio2 = 0;
     for (int i = 0; i < trials; ++i) {
       const auto place = static_cast<std::size_t>(i);
@@ -205,27 +207,22 @@ ComparisonFigures compare(const CompareOptions& options) {
     std::vector<double> ratios(means.size());
     double simulations = 0, ratio2 = 0;
     at = 0;
-    const auto fit_one = [&](std::size_t first, std::size_t) {
-      const int i = static_cast<int>(first);
-      const iterative::Result result =
-          iterative::fit(simulator, data.trial(i), starts_of(i), {options.simulations, options.seed});
-      std::vector<double> numbers{static_cast<double>(result.simulations),
-                                  squared_ratio(i, result.parameters, result.standard_error)};
-      for (const sim::Parameters& values : {result.parameters, result.likeliest})
-        numbers.insert(numbers.end(), values.begin(), values.end());
-      return interrupted() ? std::vector<std::string>() : std::vector<std::string>{packed(numbers)};
+    const auto fit_one = [&](std::size_t i, std::size_t, const Give<Fitted>& give) {
+      const int trial = static_cast<int>(i);
+      const iterative::Result found =
+          iterative::fit(simulator, data.trial(trial), starts_of(trial), {options.simulations, options.seed});
+      if (!interrupted())
+        give(i, {found.parameters, found.likeliest, static_cast<double>(found.simulations),
+                 squared_ratio(trial, found.parameters, found.standard_error)});
     };
-    const auto take = [&](std::size_t i, const std::string& bytes) {
-      const std::vector<double> numbers = unpacked(bytes);
-      simulations += numbers[0];
-      ratios[i] = numbers[1];
-      for (std::size_t p = 0; p < parameters; ++p) {
-        means[i][p] = numbers[2 + p];
-        likeliest[i][p] = numbers[2 + parameters + p];
-      }
+    const auto take = [&](std::size_t i, const Fitted& fitted) {
+      simulations += fitted.simulations;
+      ratios[i] = fitted.ratio;
+      means[i] = fitted.mean;
+      likeliest[i] = fitted.likeliest;
       bar.update((from_network ? 2 : 1) * trials + ++at);
     };
-    stop_unless(share_out(means.size(), 1, fit_one, take, interrupted));
+    stop_unless(share_out<Fitted>(means.size(), 1, fit_one, take, interrupted));
     for (const double ratio : ratios) ratio2 += ratio;
     const double seconds = time.seconds();
     add(likeliest_name, likeliest_text, likeliest, simulations, seconds);
@@ -246,11 +243,10 @@ void run_compare(const CompareOptions& options) {
     if (!path.empty() && is_root()) PendingFile probe(path);
   const ComparisonFigures figures = compare(options);
   if (!is_root()) return;
-  const Json comparison = comparison_json(figures);
-  const std::string json = comparison.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const std::string json = print_json(comparison_json(figures)) + "\n";
   if (!options.output.empty()) write_file(options.output, json);
   if (!options.report.empty()) write_file(options.report, comparison_html(figures));
-  std::cout << (options.common.json ? json : comparison_text(comparison, figures.protocol.parameters()));
+  std::cout << (options.common.json ? json : comparison_text(figures));
 }
 
 }  // namespace

@@ -297,12 +297,12 @@ void export_sway(SwayOptions options) {
   refuse_same_file(options.output, inputs);
   const Model model = model_or_built_in(options.model);
   std::string bytes;
-  for (const Identification& id : read_recordings(model.protocol, options.recordings.sources, reading)) {
+  for (const RecordingResult& id : read_recordings(model.protocol, options.recordings.sources, reading)) {
     if (id.error) throw Error(*id.error);
-    const std::vector<float>& sway_rad = id.estimate.trial.sway_rad();
+    const std::vector<float>& sway_rad = id.trial.sway_rad();
     static_assert(std::endian::native == std::endian::little);
     bytes.append(reinterpret_cast<const char*>(sway_rad.data()), sway_rad.size() * sizeof(float));
-    for (const Warning& warning : id.estimate.warnings) std::cerr << id.file << ": " << warning.text << '\n';
+    for (const Warning& warning : id.warnings) std::cerr << id.file << ": " << warning.text << '\n';
   }
   write_file(options.output, bytes);
   if (!options.common.quiet)

@@ -15,7 +15,8 @@
 #include "base/version.hpp"
 #include "identify/fit_recordings.hpp"
 #include "identify/network/for_body.hpp"
-#include "sim/protocol/protocol_json.hpp"
+#include "identify/result_archive.hpp"
+#include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/fit_frf.hpp"
@@ -25,12 +26,8 @@
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
 #include "tools/decid/recording_flags.hpp"
-#include "tools/decid/results/fit_results.hpp"
-#include "tools/decid/results/group_results.hpp"
+#include "tools/decid/results/outputs.hpp"
 #include "tools/decid/results/results.hpp"
-#include "tools/decid/results/results_table.hpp"
-#include "tools/report/fit_page.hpp"
-#include "tools/report/other_answer.hpp"
 
 namespace decid::tools {
 namespace {
@@ -38,7 +35,8 @@ namespace {
 struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
-  std::string model, protocol, output, draws, frf, report, table, group;
+  Outputs outputs;
+  std::string model, protocol, frf, group;
   bool resume = false;
   std::optional<double> amplitude_deg, prior_error, prior_gain;
   std::vector<std::string> ranges, priors;  ///< of parameters: NAME=LOW,HIGH and NAME=MEAN,SD
@@ -128,20 +126,6 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
   return all;
 }
 
-std::vector<std::string> outputs_of(const FitOptions& options) {
-  return {options.output, options.draws, options.report, options.table};
-}
-
-/// Throws Error if an output would replace an input or another output, or cannot be written.
-void check_outputs(const FitOptions& options, std::vector<std::string> inputs) {
-  for (const std::string& path : outputs_of(options)) {
-    refuse_same_file(path, inputs);
-    inputs.push_back(path);
-  }
-  for (const std::string& path : outputs_of(options))
-    if (!path.empty() && is_root()) PendingFile probe(path);  // reports an unwritable place before the work
-}
-
 /// The protocol that was asked for, with the subject's body if one was described.
 sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
@@ -160,10 +144,10 @@ void run_table(const FitOptions& options, const Command& command) {
   std::vector<std::string> inputs{options.frf};
   const sim::Protocol named =
       read_protocol(options.protocol.empty() ? "default" : options.protocol, options.common.quiet, &inputs);
-  check_outputs(options, inputs);
+  options.outputs.check(inputs);
   FrfFit asked{.table = options.frf,
-               .output = options.output,
-               .draws = options.draws,
+               .output = options.outputs.json,
+               .draws = options.outputs.draws,
                .protocol = protocol_of(options, named),
                .truth = {},
                .priors = {.gain = options.prior_gain.value_or(frf::Priors{}.gain), .error = options.prior_error},
@@ -175,186 +159,112 @@ void run_table(const FitOptions& options, const Command& command) {
   run_frf_fit(asked);
 }
 
-/// The recordings of a call, in their order, and what is known of them.
-struct Fits {
-  Identifications common;     ///< what they have in common; of a recording that is begun its name and error
-  std::vector<Json> results;  ///< null: not begun
+/// Beside the output of several recordings; none where that is no file that stays.
+std::optional<FitJournal> journal_of(const FitOptions& options, const std::string& settings) {
+  const std::string& output = options.outputs.json;
+  if (options.resume && output.empty()) throw Error("--resume", "needs --output", "name the file to go on with");
+  const bool is_file = !std::filesystem::exists(output) || std::filesystem::is_regular_file(output);
+  if (output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
+  return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);
+}
 
-  bool all_begun() const {
-    return std::ranges::none_of(results, [](const Json& result) { return result.is_null(); });
+/// The recordings of a call by their places: empty until one is begun.
+using Results = std::vector<std::optional<RecordingResult>>;
+
+/// How far the recordings are, for the bar.
+class FitProgressBar {
+ public:
+  FitProgressBar(const Results& results, bool quiet)
+      : done_(results.size()),
+        bar_("fit", results.size() > 1 ? "recordings" : "%",
+             static_cast<long long>(results.size() > 1 ? results.size() : parts), quiet,
+             results.size() > 1 ? parts : 1) {
+    for (std::size_t i = 0; i < results.size(); ++i) done_[i] = results[i] ? 1.0 : 0.0;
+    bar_.go_on_from(all());
   }
+  /// One of these threads at a time calls it.
+  void update(std::size_t recording, double done, const std::string& note = {}) {
+    done_[recording] = done;
+    bar_.update(all(), note);
+  }
+
+ private:
+  static constexpr int parts = 100;  // of a recording
+  long long all() const { return static_cast<long long>(parts * std::accumulate(done_.begin(), done_.end(), 0.0)); }
+
+  std::vector<double> done_;
+  ProgressBar bar_;
 };
 
-/// Beside the output of several recordings; none where that is no file that stays.
-std::optional<FitJournal> journal_of(const FitOptions& options, const Json& settings) {
-  if (options.resume && options.output.empty())
-    throw Error("--resume", "needs --output", "name the file to go on with");
-  const std::filesystem::path output(options.output);
-  const bool is_file = !std::filesystem::exists(output) || std::filesystem::is_regular_file(output);
-  if (options.output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
-  return std::make_optional<FitJournal>(options.output + ".journal", settings, options.resume);
-}
-
-/// Drops what no output needs.
-Json kept(Json result, const FitOptions& options) {
-  if (options.report.empty()) result.erase("page");
-  if (options.draws.empty()) result.erase("draws");
-  return result;
-}
-
-/// Of the files, those that no journal has; what it has is in fits.
-std::vector<std::size_t> files_left(const FitOptions& options, FitJournal* journal, std::vector<std::string>& keys,
-                                    Fits& fits) {
-  const std::vector<std::string>& files = options.recordings.files;
-  fits.results.resize(files.size());
-  keys.resize(files.size());
+/// Fits the recordings that the journal does not have; the ranks share them.
+Results fit_all(const FitOptions& options, Fitter& fitter, const ReadOptions& reading, FitJournal* journal) {
+  const std::vector<RecordingSource>& sources = options.recordings.sources;
+  require_same("the list of recordings", listed(options.recordings.files), "give all hosts the same files");
+  Results results(sources.size());
+  std::vector<std::string> keys(sources.size());
   std::vector<std::size_t> left;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    if (journal != nullptr) keys[i] = FitJournal::key(options.recordings.sources[i]);
-    const Json* const done = journal != nullptr ? journal->find(keys[i]) : nullptr;
-    if (done != nullptr) fits.results[i] = kept(*done, options);
-    if (done == nullptr) left.push_back(i);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (journal != nullptr) keys[i] = FitJournal::key(sources[i]);
+    if (journal != nullptr) results[i] = journal->find(keys[i]);
+    if (!results[i]) left.push_back(i);
   }
-  return left;
-}
-
-/// Names of the files whose work was begun, with their errors.
-std::vector<Identification> begun_of(const Fits& fits, std::vector<Identification> all) {
-  std::vector<Identification> begun;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (!fits.results[i].is_null()) begun.push_back(std::move(all[i]));
-  return begun;
-}
-
-std::vector<Identification> named(const std::vector<std::string>& files) {
-  std::vector<Identification> all(files.size());
-  for (std::size_t i = 0; i < files.size(); ++i) all[i].file = files[i];
-  return all;
-}
-
-/// Some recordings at a time to each rank; what the outputs hold of them comes back.
-Fits fit_together(const FitOptions& options, const Model& model, const sim::Protocol& protocol,
-                  const ReadOptions& reading, FitJournal* journal) {
-  const std::vector<std::string>& files = options.recordings.files;
-  require_same("the list of recordings", listed(files), "give all hosts the same files");
-  Fits fits;
-  std::vector<std::string> keys;
-  std::vector<std::size_t> left = files_left(options, journal, keys, fits);  // what rank 0 finds counts
-  left = parse_json(broadcast_text(*ranks(), Json(left).dump()), "fit").get<std::vector<std::size_t>>();
-  std::vector<Identification> begun = named(files);
-  const auto fit_some = [&](std::size_t first, std::size_t last) {
-    std::vector<RecordingSource> sources;
-    for (std::size_t i = first; i < last; ++i) sources.push_back(options.recordings.sources[left[i]]);
-    std::vector<std::string> results(sources.size());
-    fit_recordings(
-        &model, protocol, sources, reading, options.request,
-        [](std::size_t, const posterior::Progress&) { return !interrupted(); },
-        [&](FittedRecordings& all, std::size_t i) {
-          Json result{{"result", fit_result(all, i, options.request.priors)}};
-          if (const auto& error = all.identified.recordings[i].error)
-            result["error"] = {error->where(), error->problem(), error->remedy()};
-          Json::to_cbor(result, results[i]);
-          all.fits[i] = {};
-        });
-    return interrupted() ? std::vector<std::string>() : results;
-  };
-  ProgressBar bar("fit", "recordings", static_cast<long long>(files.size()), options.common.quiet);
-  auto done = static_cast<long long>(files.size() - left.size());
-  bar.go_on_from(done);
-  share_out(
-      left.size(), static_cast<std::size_t>(thread_count()), fit_some,
-      [&](std::size_t number, const std::string& bytes) {
+  left = broadcast_value(left);  // what rank 0 finds counts
+  FitProgressBar bar(results, options.common.quiet);
+  const bool alone = ranks() == nullptr;
+  share_out<RecordingResult>(
+      left.size(), alone ? left.size() : static_cast<std::size_t>(thread_count()),
+      [&](std::size_t first, std::size_t last, const Give<RecordingResult>& give) {
+        std::vector<RecordingSource> some;
+        for (std::size_t i = first; i < last; ++i) some.push_back(sources[left[i]]);
+        std::vector<RecordingResult> read = read_recordings(fitter.report().protocol, some, reading);
+        fitter.fit(
+            read,
+            [&](std::size_t i, const posterior::Progress& here) {
+              if (alone)
+                bar.update(left[first + i], here.done,
+                           here.rhat > 0.0 ? format("%s, R-hat %.2f", here.stage, here.rhat) : here.stage);
+              return !interrupted();
+            },
+            [&](std::size_t i) { give(first + i, std::move(read[i])); });
+      },
+      [&](std::size_t number, RecordingResult result) {
         const std::size_t i = left[number];
-        Json whole = Json::from_cbor(bytes);
-        if (whole.contains("error")) begun[i].error = Error(whole["error"][0], whole["error"][1], whole["error"][2]);
-        if (journal != nullptr && !begun[i].error) journal->append(keys[i], whole["result"]);
-        fits.results[i] = kept(std::move(whole["result"]), options);
-        bar.update(++done);
+        if (journal != nullptr && !result.error && !result.fit->stopped) journal->append(keys[i], result);
+        results[i] = std::move(result);
+        bar.update(i, 1.0);
       },
       interrupted);
-  fits.common =
-      std::move(fit_recordings(&model, protocol, std::vector<RecordingSource>(), reading, options.request).identified);
-  fits.common.recordings = begun_of(fits, std::move(begun));
-  return fits;
+  return results;
 }
 
-Fits fit_alone(const FitOptions& options, const Model& model, const sim::Protocol& protocol, const ReadOptions& reading,
-               FitJournal* journal) {
-  const std::vector<std::string>& files = options.recordings.files;
-  Fits fits;
-  std::vector<std::string> keys;
-  const std::vector<std::size_t> left = files_left(options, journal, keys, fits);
-  std::vector<Identification> begun = named(files);
-  std::vector<RecordingSource> sources;
-  for (const std::size_t i : left) sources.push_back(options.recordings.sources[i]);
-
-  constexpr int parts = 100;  // of a recording, for the bar
-  const bool several = files.size() > 1;
-  ProgressBar bar("fit", several ? "recordings" : "%", static_cast<long long>(several ? files.size() : parts),
-                  options.common.quiet, several ? parts : 1);
-  const auto before = static_cast<double>(files.size() - left.size());
-  bar.go_on_from(static_cast<long long>(parts * before));
-  std::vector<double> done(left.size());  // of each
-  FittedRecordings fitted = fit_recordings(
-      &model, protocol, sources, reading, options.request,
-      [&](std::size_t recording, const posterior::Progress& progress) {
-        done[recording] = progress.done;
-        bar.update(static_cast<long long>(parts * std::accumulate(done.begin(), done.end(), before)),
-                   progress.rhat > 0.0 ? format("%s, R-hat %.2f", progress.stage, progress.rhat) : progress.stage);
-        return !interrupted();
-      },
-      [&](FittedRecordings& all, std::size_t recording) {
-        const std::size_t i = left[recording];
-        Json result = fit_result(all, recording, options.request.priors);
-        begun[i].error = all.identified.recordings[recording].error;
-        if (journal != nullptr && !begun[i].error && !all.fits[recording].stopped) journal->append(keys[i], result);
-        fits.results[i] = kept(std::move(result), options);
-        all.fits[recording] = {};
-        done[recording] = 1.0;
-      });
-  fits.common = std::move(fitted.identified);
-  fits.common.recordings = begun_of(fits, std::move(begun));
-  return fits;
-}
-
-void write_results(const FitOptions& options, const MadeWith& with, const Fits& fits, const GroupTable& groups) {
-  Json recordings = Json::array();
-  std::vector<Json> pages;
-  std::vector<std::string> failed;
-  GroupTable begun{groups.person_column, {}, groups.unused};
-  std::string text;
-  for (std::size_t i = 0; i < fits.results.size(); ++i) {
-    const Json& result = fits.results[i];
-    if (result.is_null()) continue;
-    recordings.push_back(result.at("recording"));
-    text += result.at("text").get<std::string>();
-    if (result.contains("page")) pages.push_back(result.at("page"));
-    if (recordings.back().contains("error")) failed.push_back(recordings.back().at("error"));
-    if (!groups.members.empty()) begun.members.push_back(groups.members[i]);
+/// The report of the recordings that were begun, with the groups of the table that has all recordings.
+Report report_of(const FitOptions& options, const Fitter& fitter, Results results, GroupTable groups,
+                 std::vector<std::size_t>& places) {
+  Report report = fitter.report();
+  std::vector<GroupMember> members;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (!results[i]) continue;
+    places.push_back(i);
+    report.recordings.push_back(std::move(*results[i]));
+    if (!options.group.empty()) members.push_back(groups.members[i]);
   }
-  const sim::ParameterTable table = posterior::ranges_of(options.request.priors, fits.common.protocol.ranges());
-  const Json compared = options.group.empty() ? Json(nullptr) : groups_json(recordings, begun, table);
-  const std::string json = recordings_json(with, fits.common, recordings, compared);
-  if (!options.draws.empty()) write_draws(options.draws, fits.results);
-  if (!options.report.empty())
-    write_file(options.report, fit_report_html(version, options.request, std::move(pages), failed,
-                                               page_groups(compared, recordings), with.other_answer));
-  if (!options.table.empty()) write_file(options.table, results_table(recordings, table));
-  if (!options.output.empty()) write_file(options.output, json);
-  std::cout << (options.common.json ? json : text + groups_text(compared) + body_text(fits.common));
+  groups.members = std::move(members);
+  if (!options.group.empty())
+    report.groups = report_groups(std::move(groups), report.recordings, report.protocol.parameters().size());
+  return report;
 }
 
 void run_fit(FitOptions options, const Command& command) {
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
-  std::vector<std::string> inputs = outputs_of(options);
+  std::vector<std::string> inputs = options.outputs.files();
   inputs.insert(inputs.end(), {options.model, options.protocol, options.group});
   recordings.find_sources(inputs, options.common.quiet);
   inputs = recordings.distinct_files();
   inputs.insert(inputs.end(), {options.model, options.group});
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
-  check_outputs(options, inputs);
+  options.outputs.check(inputs);
   const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
   const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
@@ -365,28 +275,29 @@ void run_fit(FitOptions options, const Command& command) {
   if (!reading.body && given && given->experiment.body != sim::Body{}) reading.body = given->experiment.body;
 
   const Json settings{{"version", version},
-                      {"protocol", parse_json(sim::to_json(protocol), "protocol")},
+                      {"protocol", sim::json_of(protocol)},
                       {"model", nn::weights_sha256(model.network)},
                       {"options", command.given(beside_answers)}};
-  std::optional<FitJournal> journal = is_root() ? journal_of(options, settings) : std::nullopt;
+  std::optional<FitJournal> journal = is_root() ? journal_of(options, print_json(settings)) : std::nullopt;
   catch_interrupt();
-  const auto fit_files = ranks() == nullptr ? fit_alone : fit_together;
-  const Fits fits = fit_files(options, model, protocol, reading, journal ? &*journal : nullptr);
+  Fitter fitter(&model, protocol, reading.body, options.request);
+  Results results = fit_all(options, fitter, reading, journal ? &*journal : nullptr);
   if (!is_root()) return;
-  refuse_alone(fits.common.recordings);
-  write_results(options,
-                {model_name(options.model), nn::weights_sha256(model.network), command.given(beside_answers),
-                 knows_experiment(model, fits.common.protocol.experiment) ? std::optional(beside_fit) : std::nullopt},
-                fits, groups);
-  const bool failed =
-      std::ranges::any_of(fits.common.recordings, [](const Identification& id) { return id.error.has_value(); });
-  if (journal && !failed && fits.all_begun() && !interrupted()) journal->remove();
+  options.outputs.count = results.size();
+  Report report = report_of(options, fitter, std::move(results), groups, options.outputs.places);
+  const std::vector<RecordingResult>& begun = report.recordings;
+  refuse_alone(begun);
+  report.model = model_name(options.model);
+  report.model_sha256 = nn::weights_sha256(model.network);
+  report.options = command.given(beside_answers);
+  options.outputs.write(report, options.common.json);
+  const bool failed = std::ranges::any_of(begun, [](const RecordingResult& id) { return id.error.has_value(); });
+  if (journal && !failed && begun.size() == options.outputs.count && !interrupted()) journal->remove();
   if (interrupted())
     throw std::runtime_error(format("stopped at recording %zu of %zu; what was drawn until then was written%s",
-                                    fits.common.recordings.size(), fits.results.size(),
-                                    journal ? "; --resume goes on" : ""));
+                                    begun.size(), options.outputs.count, journal ? "; --resume goes on" : ""));
   if (journal && failed && !options.common.quiet) std::cerr << "decid: mend them, and --resume fits these alone\n";
-  tell_errors("fit", fits.common.recordings);
+  tell_errors("fit", begun);
 }
 
 }  // namespace
@@ -456,11 +367,7 @@ void add_fit(const Command& program) {
       .show_default()
       .range(8, 1'000'000);
   add_seed_option(command, options->request.settings.seed, "Seed the chains");
-  add_output_option(command, "-o,--output", options->output, Written::json, "Write the results to this JSON file");
-  add_output_option(command, "--draws", options->draws, Written::npz, "Write all draws to this NumPy file (.npz)");
-  add_output_option(command, "--report", options->report, Written::html,
-                    "Write a report to this HTML page, which opens offline");
-  add_table_option(command, options->table);
+  add_report_options(command, options->outputs, true);
   add_group_option(command, options->group);
   command.section("Output");
   command.add_flag("--resume", options->resume,

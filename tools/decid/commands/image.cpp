@@ -9,6 +9,7 @@
 #include "base/per_thread.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
+#include "dataset/image/image_object.hpp"
 #include "dataset/npz/arrays.hpp"
 #include "identify/network/for_body.hpp"
 #include "identify/training/training.hpp"
@@ -45,7 +46,7 @@ std::string description(const ImageOptions& options, const Model& model) {
   const auto list = [](const sim::Parameters& values) { return std::vector<double>(values.begin(), values.end()); };
   return print_json({{"program", std::string("decid ") + version},
                      {"model", fresh ? Json() : Json(model_name(options.model))},
-                     {"image", Json::parse(dataset::to_json(model.image()))},
+                     {"image", dataset::json_of(model.image())},
                      {"parameters", model.parameters().names()},
                      {"targets", {{"mean", list(model.targets.mean)}, {"deviation", list(model.targets.deviation)}}}});
 }

@@ -4,8 +4,11 @@
 
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
+#include "dataset/image/image_object.hpp"
 #include "identify/network/model.hpp"
+#include "identify/network/origin_object.hpp"
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/protocol/protocol_object.hpp"
 #include "tools/decid/command.hpp"
 
 namespace decid::tools {
@@ -23,9 +26,8 @@ std::string layer_text(const nn::Layer<float>& layer) {
   return text;
 }
 
-/// The JSON text without its line breaks, and with the number of a measured tilt's samples in their place.
-std::string compact(const std::string& text) {
-  Json json = Json::parse(text);
+/// The value in one line, with the number of a measured tilt's samples in their place.
+std::string compact(Json json) {
   if (json.contains("measured") && json["measured"].contains("tilt_deg")) {
     Json& tilt = json["measured"]["tilt_deg"];
     tilt = std::to_string(tilt.size()) + " samples";
@@ -58,9 +60,9 @@ void info(const InfoOptions& options) {
                       {"layers", layers},
                       {"parameters", network.parameter_count()},
                       {"flops", network.flops()},
-                      {"protocol", Json::parse(sim::to_json(model.protocol))},
-                      {"image", Json::parse(dataset::to_json(model.image()))},
-                      {"origin", Json::parse(to_json(model.origin))},
+                      {"protocol", sim::json_of(model.protocol)},
+                      {"image", dataset::json_of(model.image())},
+                      {"origin", json_of(model.origin)},
                       {"head", model.head->name()},
                       {"recalibrated", model.recalibration.known()},
                       {"weights_sha256", hash}}
@@ -81,8 +83,8 @@ void info(const InfoOptions& options) {
                         shape_text(layer.dst_shape()).c_str(), parameters, layer.flops());
   }
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
-  std::cout << "protocol  " << compact(sim::to_json(model.protocol)) << "\nimage     "
-            << compact(dataset::to_json(model.image())) << "\norigin    " << to_json(model.origin) << "\nhead      "
+  std::cout << "protocol  " << compact(sim::json_of(model.protocol)) << "\nimage     "
+            << compact(dataset::json_of(model.image())) << "\norigin    " << to_json(model.origin) << "\nhead      "
             << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
 }
 

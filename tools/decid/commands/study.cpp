@@ -76,9 +76,8 @@ void run_study(const StudyOptions& options) {
   if (!log.empty()) study.log = read_log(log);
   if (!options.learning_curve.empty()) study.learning_curve = read_learning_curve(options.learning_curve);
   for (const std::string& file : options.comparisons) {
-    const Json comparison = read_comparison(file, model.parameters());
-    study.comparisons.push_back(comparison.dump());
-    if (comparison.at("weights_sha256") != study.sha256)
+    study.comparisons.push_back(read_comparison(file, model.protocol));
+    if (study.comparisons.back().sha256 != study.sha256)
       throw Error(file, "compares another model than " + study.model, "run decid compare with this --model");
   }
   if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before a folder is made
@@ -107,7 +106,7 @@ void run_study(const StudyOptions& options) {
   for (const std::string& output : outputs) refuse_same_file((folder / output).string(), inputs);
   const std::string text = study_text(study);
   // A file name need not be UTF-8; other bytes are replaced.
-  const std::string json = study_json(study).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string json = print_json(study_json(study)) + "\n";
   for (const Figure& figure : figures) {
     write_file(folder / (figure.id + ".svg"), figure.svg);
     write_file(folder / (figure.id + ".csv"), figure.csv);

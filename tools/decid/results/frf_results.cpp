@@ -123,7 +123,7 @@ std::string frf_fit_json(const FrfReport& report) {
                   {"trust", name(trust_of(found.warnings()))},
                   {"warnings", warnings_json(found.warnings())}};
   // A file name need not be UTF-8; other bytes are replaced.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return print_json(json) + "\n";
 }
 
 std::string frf_fit_text(const FrfReport& report) {

@@ -1,55 +1,52 @@
-// What `decid identify` reports on recordings: as JSON for scripts, as text for people.
+// Views of a Report (identify/result.hpp): JSON for scripts, text for people, a table for spreadsheets and R, draws for
+// NumPy; tools/report has the pages.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/files/json.hpp"
-#include "identify/recordings.hpp"
-#include "tools/report/other_answer.hpp"
+#include "identify/result.hpp"
+#include "sim/segments.hpp"
 
 namespace decid::tools {
-
-/// What made the answers, so that they can be had again.
-struct MadeWith {
-  std::string model;                 ///< its name
-  std::string weights_sha256;        ///< of its weights
-  std::vector<std::string> options;  ///< that were given and change the answers: "--unit rad"
-  std::optional<OtherAnswer> other_answer = {};
-};
 
 /// Options that change no answer, and those that the JSON has otherwise.
 inline const std::vector<std::string> beside_answers{"recordings", "--output", "--draws",    "--report", "--table",
                                                      "--group",    "--resume", "--threads",  "--quiet",  "--json",
                                                      "--protocol", "--model",  "--recursive"};
 
-/// What scripts read of each recording, a list. Of a model that gives distributions each parameter also has "sd",
-/// "interval50", "interval90" and "normalized_interval90", each recording "correlations".
-Json identifications_list(const Identifications& all);
-/// What people read: a table for each recording.
-std::string identifications_text(const Identifications& all);
-/// The part of one.
-std::string identification_text(const Identification& id, const sim::Protocol& protocol);
+/// Returns {"decid": version, "model": ..., "model_sha256": ..., "options": [...], "protocol": {...}, "body": ...,
+/// "other_answer": ..., "recordings": [...]}, and what groups_json() has. With a distribution each parameter also has
+/// "sd", "interval50", "interval90" and "normalized_interval90", each recording "correlations"; of a fit each parameter
+/// also "prior" where that is normal, each recording "sensor_noise_deg", "slow_noise_deg", "start_s", "gain",
+/// "diagnostics" and more.
+std::string report_json(const Report& report);
+/// Returns the list in it.
+Json recordings_json(const Report& report);
+/// Returns a table for each recording, whose body they are of, and the groups.
+std::string report_text(const Report& report);
+/// Returns CSV (RFC 4180, lines end in \n), a line a recording: file, trust, each parameter's value and the ends of its
+/// 90 % interval, and what was wrong with a recording that could not be used, whose other cells are empty. Numbers read
+/// back to the same bits.
+std::string report_table(const Report& report);
+/// Writes every draw of each fit, as arrays of an .npz file: "parameters" (draws x parameters, SI units),
+/// "sensor_noise_deg", "slow_noise_deg", "start_s", "gain", "chain"; several recordings: "1/parameters", "2/parameters"
+/// and so on, by `places`, the places of the recordings in a call of `count`.
+void write_draws(const std::filesystem::path& path, const Report& report, std::span<const std::size_t> places,
+                 std::size_t count);
 
-/// A recording's object.
-Json recording_json(const Identification& id, const sim::Protocol& protocol);
+// Parts, for other answers than reports.
 Json body_json(const sim::Body& body, bool assumed);
-/// {"decid": version, "model": ..., "model_sha256": ..., "options": [...], "protocol": {...}, "body": ...,
-/// "other_answer": ..., "recordings": [...]}.
-/// groups: as group_results.hpp has them, added if they are not null.
-std::string recordings_json(const MadeWith& with, const Identifications& all, const Json& recordings,
-                            const Json& groups);
-
-/// Parts of the text, for commands that have more to report: the recording, and what its answer is worth.
-std::string headline(const Identification& id);
-/// How it sways, and how much of that its answer explains.
-std::string sway_text(const Identification& id);
-/// A line: usable, with caution, or not, with the gravest of the warnings; and a line for each of the others.
-std::string trust_text(const Warnings& warnings);
-std::string warnings_text(const Warnings& warnings);
-/// Whose stiffness and damping the tables show: a line below them.
-std::string body_text(const Identifications& all);
+/// Returns a line that says whose stiffness and damping the tables show.
 std::string body_text(const sim::Body& body, bool assumed);
+/// Returns a line: usable, with caution, or not, with the gravest of the warnings.
+std::string trust_text(const Warnings& warnings);
+/// Returns a line for each of the other warnings.
+std::string warnings_text(const Warnings& warnings);
+/// Returns the weight and height of a person with this body, or nothing if no person has it.
+std::optional<sim::Subject> person_of(const sim::Body& body);
 
 }  // namespace decid::tools

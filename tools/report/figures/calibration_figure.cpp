@@ -14,8 +14,8 @@ std::string calibration_figure(const sim::ParameterTable& table, std::span<const
                                             "#6b4a94", "#8a6d3b", "#2f8f8f"};
   Sheet sheet(760, 420);
   const double limit = std::max(0.3, 1.5 * band);
-  Plot plot(sheet, {80, 45}, 650, 310, {"BatchPartition of the draws below the truth", 0.0, 1.0},
-            {"BatchPartition of the trials, less that", -limit, limit});
+  Plot plot(sheet, {80, 45}, 650, 310, {"Fraction of the draws below the truth", 0.0, 1.0},
+            {"Fraction of the trials, less that", -limit, limit});
   const std::vector<double> ends{0.0, 1.0};
   for (const double edge : {-band, band}) plot.line(ends, std::vector(2, edge), {.colour = "#8593a0", .dashed = true});
   std::vector<std::pair<std::string, std::string>> names;

@@ -58,14 +58,11 @@ Figure amplitude_histogram(const StudyData& data) {
   plot.upright(dataset::parent_peak_to_peak_rad, "parents of the enrichment", red);
   sheet.legend({75, 22}, {{"before enrichment", blue}, {"after", orange}});
   return {
-      "amplitude-histogram",
-      "Sway before and after enrichment",
+      "amplitude-histogram", "Sway before and after enrichment",
       format("Peak-to-peak sway of the %lld trials, and of the %lld that were there before enrichment, which stand in "
              "front. Trials right of the dashed line are its parents.",
              all.count(), before.count()),
-      sheet.svg(),
-      csv({"low_rad", "high_rad", "before", "after"}, columns, 6),
-      {blue}};
+      sheet.svg(), csv({"low_rad", "high_rad", "before", "after"}, columns, 6)};
 }
 
 /// The image of time series: a plot for each plane. Those of the sway are as many as cycles: their mean, and how each
@@ -94,14 +91,11 @@ Figure input_series(const Study& study) {
               height, {"Time (s)", 0, columns[0].back()}, axis_for("", {columns[plane]}, false), header[plane]);
     plot.line(columns[0], columns[plane], {blue, 1});
   }
-  return {"input-image",
-          "What the network sees",
+  return {"input-image", "What the network sees",
           format("Trial %d of the %s as the network's %d time series of %d values, each the mean of %d samples; of the "
                  "sway the cycles' mean, then how each differs from those before it.",
                  study.sample.index, study.sample.from.c_str(), shape.channels, shape.rows, study.image.block),
-          sheet.svg(),
-          csv(header, columns, 7),
-          {blue}};
+          sheet.svg(), csv(header, columns, 7)};
 }
 
 /// Frequency upwards, as far as it is not a mirror image.
@@ -147,16 +141,13 @@ Figure input_image(const Study& study) {
   if (as_paper) panel(0, both, "Both: red and green");
   for (std::size_t c = 0; c < channels; ++c) panel(c + (as_paper ? 1 : 0), maps[c], header[2 + c]);
   return {
-      "input-image",
-      "An input image",
+      "input-image", "An input image",
       format("Trial %d of the %s as the network's %d x %d image of %d channels: the FFT of windows of %d samples, one "
              "a column. A modulus is shown by its logarithm; the colours end where the outermost half a percent "
              "begins.",
              study.sample.index, study.sample.from.c_str(), shape.rows, shape.columns, shape.channels,
              study.image.window),
-      sheet.svg(),
-      csv(header, columns, 7),
-      {"#000000"}};
+      sheet.svg(), csv(header, columns, 7)};
 }
 
 /// Of images of one column: a line of pixels for each filter, as the tiles would be thousands of lines high.
@@ -177,14 +168,11 @@ Figure activation_lines(const Study& study) {
   Sheet sheet(900, 20 + height);
   sheet.bitmap({10, 10}, 880, height, map);
   return {
-      "activations",
-      "First layer's activations",
+      "activations", "First layer's activations",
       format("Response of each of the %d filters of the first layer (%s) to what is above, BatchNorm included, before "
              "ReLU; a line each, lighter is larger, each with a scale of its own. %s to the right.",
              shape.channels, study.sample.activation_layer.c_str(), study.image.block > 0 ? "Time" : "Frequency"),
-      sheet.svg(),
-      csv(header, columns, 5),
-      {"#000000", "#ffffff"}};
+      sheet.svg(), csv(header, columns, 5)};
 }
 
 Figure activations(const Study& study) {
@@ -210,15 +198,12 @@ Figure activations(const Study& study) {
   Sheet sheet(900, 20 + scale * tiles.height);
   sheet.bitmap({10, 10}, 880, scale * tiles.height, tiles);
   return {
-      "activations",
-      "First layer's activations",
+      "activations", "First layer's activations",
       format("Response of each of the %d filters of the first layer (%s) to the image above, BatchNorm included, "
              "before ReLU; %d x %d grid, lighter is larger, each filter with a scale of its own. Frequency upwards, "
              "time to the right.",
              shape.channels, study.sample.activation_layer.c_str(), lines, side),
-      sheet.svg(),
-      csv(header, columns, 5),
-      {"#000000", "#ffffff"}};
+      sheet.svg(), csv(header, columns, 5)};
 }
 
 Figure loss(const Study& study) {
@@ -238,14 +223,11 @@ Figure loss(const Study& study) {
   sheet.legend({75, 22}, {{"training", blue}, {"validation", orange}});
   const EpochLog& best = study.log.at(static_cast<std::size_t>(best_epoch(study.log)) - 1);
   return {
-      "loss",
-      "Training and validation loss",
+      "loss", "Training and validation loss",
       format("Mean squared error of the %zu z-scored parameters: of the training half's batches as they were trained, "
              "and of the validation half after each epoch. Least validation MSE %.4f in epoch %d of %zu.",
              study.protocol.parameters().size(), best.validation_mse, best.epoch, study.log.size()),
-      sheet.svg(),
-      log_csv(study.log, study.protocol.parameters().size()),
-      {blue, orange}};
+      sheet.svg(), log_csv(study.log, study.protocol.parameters().size())};
 }
 
 /// Above: z-scored parameters side by side. Below: sways.
@@ -298,14 +280,12 @@ Figure known(const Study& study, const KnownTrial& trial, const std::string& id,
   const std::string simulated = "simulated from the identified parameters, noise-free";
   const auto recorded = in_degrees(trial.sway_rad), fitted = in_degrees(trial.fitted_rad);
   const double rate = study.protocol.experiment.sample_rate_hz;
-  return {id,
-          title,
+  return {id, title,
           caption + format(" Squared error, the sum over the %zu: %.4f; their mean: %.4f.", trial.target.size(),
                            trial.squared_error(), trial.squared_error() / static_cast<double>(trial.target.size())),
           parameters_and_sway(study.protocol, {{target, &trial.target}, {"identified", &trial.output}},
                               {{sway, recorded}, {simulated, fitted}}),
-          sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, rate),
-          {blue, orange}};
+          sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, rate)};
 }
 
 }  // namespace
@@ -333,18 +313,16 @@ std::vector<Figure> study_figures(const Study& study) {
                study.dip->squared_errors.size(), sum / static_cast<double>(study.dip->squared_errors.size()))));
   }
   if (study.recording) {
-    const Identification& id = *study.recording;
-    const auto recorded = in_degrees(id.estimate.trial.sway_rad()), fitted = in_degrees(id.explanation.fitted_rad);
+    const RecordingResult& id = *study.recording;
+    const auto recorded = in_degrees(id.trial.sway_rad()), fitted = in_degrees(id.explanation.fitted_rad);
     figures.push_back(
-        {"recording",
-         "A recording",
+        {"recording", "A recording",
          format("%s: identified parameters (z-scores of the training set), and its sway, %.4f degrees peak "
                 "to peak, beside that simulated from them without noise.",
                 id.file.c_str(), id.peak_to_peak_deg()),
          parameters_and_sway(study.protocol, {{"identified", &study.recording_output}},
                              {{"recorded", recorded}, {"simulated, noise-free", fitted}}),
-         sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, study.protocol.experiment.sample_rate_hz),
-         {blue, orange}});
+         sway_csv({"sway_deg", "simulated_deg"}, {recorded, fitted}, study.protocol.experiment.sample_rate_hz)});
   }
   add_worth_figures(study, figures);
   return figures;

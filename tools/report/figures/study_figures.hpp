@@ -13,7 +13,6 @@ struct Figure {
   std::string id;  ///< its files are id.svg and id.csv
   std::string title, caption;
   std::string svg, csv;
-  std::vector<std::string> colours;  ///< each is seen in the drawing
 };
 
 /// In the paper's order, then what the estimate is worth. Those whose data the study lacks are left out.

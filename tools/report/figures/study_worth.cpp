@@ -88,7 +88,7 @@ Figure learning_curve(const std::vector<LearningPoint>& points) {
   plot.line(trials, mse, {colour, 2});
   plot.dots(trials, mse, colour);
   return {"learning-curve", "Error over the number of distinct trials", "As measured and given by --learning-curve.",
-          sheet.svg(),      csv({"trials", "mse"}, {trials, mse}, 9),   {colour}};
+          sheet.svg(), csv({"trials", "mse"}, {trials, mse}, 9)};
 }
 
 }  // namespace
@@ -99,21 +99,13 @@ void add_worth_figures(const Study& study, std::vector<Figure>& figures) {
       "MSE of the z-scored parameters; the dashed line guesses the training set's mean. Bins of fewer than %d "
       "trials are left out, values above 1.5 stand at the frame's edge; the table has all.",
       study.levels.front().all.trials, static_cast<unsigned long long>(study.fresh_seed), fewest_trials_drawn);
-  std::vector<std::string> colours;
-  for (std::size_t l = 0; l < std::min<std::size_t>(study.levels.size(), 6); ++l) colours.push_back(level_colour(l));
   figures.push_back(
-      {"error-by-amplitude",
-       "Error against the amplitude of sway",
-       trials,
+      {"error-by-amplitude", "Error against the amplitude of sway", trials,
        panels(study.protocol.parameters(), study.levels, &NoiseLevel::by_amplitude_deg, "Peak to peak (deg)"),
-       table(study.protocol.parameters(), study.levels, &NoiseLevel::by_amplitude_deg, "_deg"),
-       {colours.back()}});
-  figures.push_back({"error-by-noise",
-                     "Error against the vestibular noise Nv",
-                     trials,
+       table(study.protocol.parameters(), study.levels, &NoiseLevel::by_amplitude_deg, "_deg")});
+  figures.push_back({"error-by-noise", "Error against the vestibular noise Nv", trials,
                      panels(study.protocol.parameters(), study.levels, &NoiseLevel::by_nv, "Nv"),
-                     table(study.protocol.parameters(), study.levels, &NoiseLevel::by_nv, "_nv"),
-                     {colours.back()}});
+                     table(study.protocol.parameters(), study.levels, &NoiseLevel::by_nv, "_nv")});
   if (!study.learning_curve.empty()) figures.push_back(learning_curve(study.learning_curve));
 }
 

@@ -1,6 +1,5 @@
-// What every page shares: its data, text and elements, and the checks that its charts are drawn.
-// Text goes in through textContent only, never as markup. When all is drawn, the body's attributes say so:
-// data-charts-drawn="drawn/all", data-error if anything was thrown.
+// What every page shares: its data, text and elements. Text goes in through textContent only, never as markup. The body's
+// attributes say when all is drawn, data-drawn="number of charts", and data-error what was thrown.
 "use strict";
 // In another page's frame (bindings/web/page) the report says so to that page too, and prints when it is asked.
 const framed = window.parent !== window;
@@ -11,8 +10,6 @@ window.addEventListener("error", event => blame(event.message));
 window.addEventListener("unhandledrejection", event => blame(event.reason));
 
 const report = JSON.parse(document.getElementById("report-data").textContent);
-const checks = [];   // a function each canvas: does it show what it should?
-const redraws = [];  // heat maps, which Chart.js does not redraw
 
 // ---- text ----------------------------------------------------------------------------------------------------------
 
@@ -42,35 +39,8 @@ function describeProtocol({ name, duration_s, amplitude_deg, cycles, cycle_s, sa
     `peak, ${cycles} cycle${cycles === 1 ? "" : "s"} of ${compact(cycle_s)} s, sampled at ${compact(sample_rate_hz)} Hz.`;
 }
 
-// ---- charts --------------------------------------------------------------------------------------------------------
-
-const rgb = hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
-
-// A copy is read: reading a canvas on the screen makes it slow, and browsers complain.
-function pixelsOf(canvas) {
-  const copy = element("canvas", { width: canvas.width, height: canvas.height }).getContext("2d", { willReadFrequently: true });
-  copy.drawImage(canvas, 0, 0);
-  return copy;
-}
-
-function hasColour(canvas, hex) {
-  const wanted = rgb(hex);
-  const { data } = pixelsOf(canvas).getImageData(0, 0, canvas.width, canvas.height);
-  for (let at = 0; at < data.length; at += 4) {
-    if (data[at + 3] > 128 && wanted.every((value, channel) => Math.abs(value - data[at + channel]) < 40)) return true;
-  }
-  return false;
-}
-
-// A linear axis in the page's colours.
-const axis = text => ({ type: "linear", title: { display: true, text, color: "#1c2733" },
-  ticks: { color: "#3d4853", includeBounds: false }, grid: { color: "#e6eaee" } });
-
-const redraw = () => redraws.forEach(draw => draw());
-window.addEventListener("resize", redraw);
-
 // Call it when the page is complete.
 function finish() {
   redraw();
-  tell(document.body.dataset.chartsDrawn = `${checks.filter(check => check()).length}/${checks.length}`);
+  tell(document.body.dataset.drawn = document.querySelectorAll("[role=img], img").length);
 }

@@ -1,38 +1,5 @@
 // What the pages of decid identify and decid fit draw of parameters that are known within limits, after common.js and
-// recordings.js: SVG in the colours of density.css.
-
-// ---- drawing -------------------------------------------------------------------------------------------------------
-
-function shape(tag, attributes = {}, ...children) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  made.append(...children.filter(child => child !== null));
-  return made;
-}
-
-const short = value => Number(value.toFixed(1));
-const label = (x, y, text, kind = "") => shape("text", { x: short(x), y: short(y), class: kind }, text);
-const line = (x1, y1, x2, y2, kind) => shape("line", { x1: short(x1), y1: short(y1), x2: short(x2), y2: short(y2), class: kind });
-const pathOf = points => points.map(([x, y], i) => `${i ? "L" : "M"}${short(x)} ${short(y)}`).join("");
-const path = (points, kind) => shape("path", { d: pathOf(points), class: kind });
-
-// An SVG of that many units; what is drawn must be there, and be numbers.
-function drawing(width, height, text, children) {
-  const made = shape("svg", { viewBox: `0 0 ${short(width)} ${short(height)}`, role: "img", "aria-label": text }, ...children);
-  return made;
-}
-function checked(made) {
-  checks.push(() => made.querySelector("path, rect, circle") !== null && !/NaN|Infinity|undefined/.test(made.innerHTML));
-  return made;
-}
-
-// Round numbers between two limits, about as many as wanted.
-function ticks(low, high, wanted) {
-  const rough = (high - low) / wanted, power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find(factor => factor * power >= rough * 0.999);
-  const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
-  return Array.from({ length: Math.max(0, count) }, (_, i) => Number(((first + i) * step).toPrecision(12)));
-}
+// plot.js and recordings.js.
 
 // ---- densities -----------------------------------------------------------------------------------------------------
 
@@ -60,8 +27,8 @@ function densityPanel(parameter, density) {
     ...ticks(parameter.low, parameter.high, 5).flatMap(value =>
       [line(of(value), base, of(value), base + 4, "frame"), label(of(value), 138, compact(value), "middle")]),
   ];
-  const made = checked(drawing(width, height, `Density of ${parameter.name}: mean ${fixed(mean, decimals)}, 90 % interval ` +
-    `${between(interval90, decimals)}, range ${between([parameter.low, parameter.high], decimals)} ${unitOf(parameter)}`, children));
+  const made = drawing(width, height, `Density of ${parameter.name}: mean ${fixed(mean, decimals)}, 90 % interval ` +
+    `${between(interval90, decimals)}, range ${between([parameter.low, parameter.high], decimals)} ${unitOf(parameter)}`, children);
   return element("div", {}, element("h4", {}, parameter.name, " ", element("small", {}, unitOf(parameter))), made);
 }
 

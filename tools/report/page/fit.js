@@ -1,5 +1,4 @@
-// Draws the report of decid fit, after common.js, recordings.js and density.js: all charts are SVG in the page's colours
-// (density.css, fit.css).
+// Draws the report of decid fit, after common.js, plot.js, recordings.js and density.js.
 (() => {
 // ---- the parameters ------------------------------------------------------------------------------------------------
 
@@ -109,51 +108,23 @@ function pairs(recording) {
     });
   }
   return element("figure", {}, element("h3", {}, "Which parameters the recording cannot tell apart"),
-    element("div", { class: "scroll pairs" }, checked(drawing(left + count * cell + 4, top + count * cell + 20,
-      "Pairs of parameters: draws below the diagonal, correlations above it", children))),
+    element("div", { class: "scroll pairs" }, drawing(left + count * cell + 4, top + count * cell + 20,
+      "Pairs of parameters: draws below the diagonal, correlations above it", children)),
     element("figcaption", {}, "Below the diagonal draws of two parameters, above it their correlation. A narrow slope means that one of the " +
       "two can make up for the other: the recording fixes their combination better than either. Each axis spans the draws, not the range."));
 }
 
 // ---- over time -----------------------------------------------------------------------------------------------------
 
-const legendMark = kind => shape("svg", { viewBox: "0 0 24 12", "aria-hidden": "true" },
-  kind.endsWith("soft") ? shape("rect", { x: 0, y: 1, width: 24, height: 10, class: kind }) : path([[0, 6], [24, 6]], kind));
-
-// signal: one of the recording's; parts: [name, kind, values] of lines, [name, kind, low, high] of bands; levels: [value, kind].
+// signal: one of the recording's; parts: [name, class, values] of lines, [name, class, low, high] of bands; levels: [value, class, name].
 function timeline(title, signal, unit, parts, levels, caption) {
-  const holder = element("div", { class: "drawn" }), scale = 1 / signal.per_degree;
-  parts = parts.filter(([, , values]) => values);
-  const time = i => signal.first_s + i * signal.step_s;
-  const end = time(parts[0][2].length - 1);
-  const draw = (from, to) => {
-    const width = Math.max(280, holder.clientWidth || 900), height = 230, left = 54, right = width - 6, top = 8, bottom = height - 38;
-    const first = Math.max(0, Math.floor((from - signal.first_s) / signal.step_s)), last = Math.ceil((to - signal.first_s) / signal.step_s);
-    const cut = values => values.slice(first, last + 1);
-    const seen = parts.flatMap(([, , ...values]) => values.flatMap(cut)).filter(value => value !== null);
-    let low = Math.min(...seen) * scale, high = Math.max(...seen) * scale;
-    const margin = 0.04 * (high - low) || 1e-3;
-    low -= margin;
-    high += margin;
-    const x = at => left + (right - left) * (at - from) / (to - from), y = at => bottom - (bottom - top) * (at - low) / (high - low);
-    const points = values => cut(values).map((value, i) => [Math.min(right, Math.max(left, x(time(first + i)))), y(value * scale)]);
-    const children = [
-      ...ticks(low, high, 5).flatMap(at => [line(left, y(at), right, y(at), "grid"), label(left - 6, y(at) + 4, compact(at), "end")]),
-      ...ticks(from, to, Math.max(3, width / 90)).flatMap(at => [line(x(at), bottom, x(at), bottom + 4, "frame"), label(x(at), bottom + 17, compact(at), "middle")]),
-      label((left + right) / 2, height - 5, "Time (s)", "middle"),
-      shape("text", { transform: `translate(11 ${(top + bottom) / 2}) rotate(-90)`, class: "middle" }, unit),
-      ...parts.map(([, kind, values, others]) => others ? path([...points(values), ...points(others).reverse()], kind) : path(points(values), kind)),
-      ...levels.filter(([at]) => at > low && at < high).map(([at, kind]) => line(left, y(at), right, y(at), kind)),
-      shape("rect", { x: left, y: top, width: right - left, height: bottom - top, class: "frame" }),
-    ];
-    holder.replaceChildren(drawing(width, height, `${title}, ${compact(from)} to ${compact(to)} s`, children));
-  };
-  checked(holder);
-  const named = [...parts, ...levels.filter(([, , name]) => name).map(([, kind, name]) => [name, kind])];
-  const made = element("div", { class: "timeline" }, element("h4", {}, title),
-    element("ul", { class: "legend" }, ...named.map(([name, kind]) => element("li", {}, legendMark(kind), name))),
-    holder, element("p", { class: "note" }, caption));
-  return { made, draw, end };
+  const point = (values, i) => values[i] === null ? NaN : values[i] / signal.per_degree;
+  const points = (values, others) => values.map((_, i) => [signal.first_s + i * signal.step_s, point(values, i), ...(others ? [point(others, i)] : [])]);
+  const shown = parts.filter(([, , values]) => values), end = signal.first_s + (shown[0][2].length - 1) * signal.step_s;
+  const { made, draw } = plot({ title, x: { text: "Time (s)", low: 0, high: end }, y: { text: unit }, height: 250,
+    marks: [...shown.map(([name, kind, values, others]) => ({ name, class: kind, [others ? "band" : "line"]: points(values, others) })),
+      ...levels.map(([level, kind, name]) => ({ name, class: kind, level }))] });
+  return { made: element("div", { class: "timeline" }, element("h4", {}, title), made, element("p", { class: "note" }, caption)), draw, end };
 }
 
 function timelines(recording) {
@@ -179,22 +150,9 @@ function timelines(recording) {
       "keeps back, and wanders with the noise. Slow drift is no evidence (see the documentation), so its level is known less well than its course."),
   ];
   const end = Math.max(...charts.map(chart => chart.end));
-  const length = element("select", { "aria-label": "Length of the window" }, element("option", { value: end }, "the whole trial"));
-  for (const seconds of [60, 30, 15]) if (seconds < end) length.append(element("option", { value: seconds }, `${seconds} s`));
-  const slider = element("input", { type: "range", min: 0, max: 0, step: 0.5, value: 0, "aria-label": "Start of the window in seconds" });
-  const shown = element("output");
-  const put = () => {
-    slider.max = Math.max(0, end - Number(length.value));
-    slider.disabled = Number(slider.max) === 0;
-    const from = Number(slider.value), to = Math.min(end, from + Number(length.value));
-    shown.textContent = `${fixed(from, 1)} to ${fixed(to, 1)} s`;
-    charts.forEach(chart => chart.draw(from, to));
-  };
-  for (const control of [length, slider]) control.addEventListener("input", put);
-  redraws.push(put);
+  const choices = [["the whole trial", end], ...[60, 30, 15].filter(seconds => seconds < end).map(seconds => [`${seconds} s`, seconds])];
   return element("figure", {}, element("h3", {}, "What was recorded, and what nobody saw"),
-    element("div", { class: "window-controls" }, element("label", {}, "Show ", length), element("label", {}, "from ", slider), shown),
-    ...charts.map(chart => chart.made));
+    windowControls(choices, 0, 0, end, (from, to) => charts.forEach(chart => chart.draw(from, to))), ...charts.map(chart => chart.made));
 }
 
 // ---- checks --------------------------------------------------------------------------------------------------------
@@ -205,9 +163,9 @@ const isOdd = recording => recording.check.figures.some(({ p }) => p < oddBelow)
 function placeCell({ low, high, middle, recorded }) {
   const ends = [Math.min(low, recorded), Math.max(high, recorded)], span = ends[1] - ends[0] || 1, width = 160;
   const x = value => 8 + (width - 16) * (value - ends[0]) / span;
-  return element("td", { class: "place" }, checked(shape("svg", { viewBox: `0 0 ${width} 18`, "aria-hidden": "true" },
+  return element("td", { class: "place" }, shape("svg", { viewBox: `0 0 ${width} 18`, "aria-hidden": "true" },
     line(x(low), 9, x(high), 9, "ninety"), line(x(middle), 3, x(middle), 15, "draw"),
-    shape("circle", { cx: short(x(recorded)), cy: 9, r: 4.5, class: "mean" }))));
+    shape("circle", { cx: short(x(recorded)), cy: 9, r: 4.5, class: "mean" })));
 }
 
 function checkTable(recording) {
@@ -263,7 +221,7 @@ function tracePanel(parameter, parts, { chains, each, every }) {
   children.push(label(left - 5, top + 9, within(value(high), size), "end"), label(left - 5, bottom, within(value(low), size), "end"),
     label(left, height - 4, "1"), label(right, height - 4, `draw ${each * every}`, "end"),
     shape("rect", { x: left, y: top, width: right - left, height: bottom - top, class: "frame" }));
-  return checked(drawing(width, height, `Traces of ${parameter.name}: ${chains} chains of ${each * every} draws`, children));
+  return drawing(width, height, `Traces of ${parameter.name}: ${chains} chains of ${each * every} draws`, children);
 }
 
 function rankPanel(parameter, counts) {
@@ -273,7 +231,7 @@ function rankPanel(parameter, counts) {
   const children = counts.flatMap((row, chain) => row.map((count, bin) => shape("rect", { x: short(left + bin * w), y: short(top + chain * h),
     width: short(w - 0.5), height: short(h - 0.5), class: "cell", "fill-opacity": Math.min(1, count / (2.5 * expected)).toFixed(2) })));
   children.push(label(left, height - 4, "lowest draws"), label(width - left, height - 4, "highest", "end"));
-  return checked(drawing(width, height, `Rank plot of ${parameter.name}, a row a chain`, children));
+  return drawing(width, height, `Rank plot of ${parameter.name}, a row a chain`, children);
 }
 
 function chainsFold(recording) {

@@ -1,7 +1,5 @@
 // Draws the report of decid identify, after common.js, recordings.js and density.js.
 (() => {
-const colours = { sway: "#17527f", fitted: "#d1541f", tilt: "#6f7780" };
-
 // ---- tables --------------------------------------------------------------------------------------------------------
 
 function rangeCell(parameter) {
@@ -105,73 +103,26 @@ function swayPoints(recording) {
     const finite = list.slice(0, span).filter(value => value !== null);
     return finite.length ? finite.reduce((sum, value) => sum + value, 0) / finite.length : 0;
   };
-  const points = (list, origin, scale) => list.map((value, k) => ({ x: k / rate, y: value === null ? NaN : (value - origin) / scale }));
+  const points = (list, origin, scale) => list.map((value, k) => [k / rate, value === null ? NaN : (value - origin) / scale]);
   return { sway: points(sway, mean(sway), per_degree), fitted: points(fitted, mean(fitted), per_degree),
     tilt: points(summed(platform.tilt), 0, platform.per_degree) };
 }
 
-function swayChart(points, label, from, to) {
-  const canvas = element("canvas", { role: "img", "aria-label": label });
-  const holder = element("div", { class: "chart" }, canvas);
-  const line = (name, key, width) => ({ label: name, data: points[key], borderColor: colours[key],
-    backgroundColor: colours[key], borderWidth: width, pointRadius: 0, pointHitRadius: 6 });
-  const start = () => {
-    const chart = new Chart(canvas, {
-      type: "line",
-      data: { datasets: [line("Recorded sway", "sway", 1.6), line("Re-simulated sway", "fitted", 1.6), line("Platform tilt", "tilt", 1.2)] },
-      options: {
-        animation: false, normalized: true, parsing: false, responsive: true, maintainAspectRatio: false,
-        interaction: { mode: "nearest", axis: "x", intersect: false },
-        scales: { x: { ...axis("Time (s)"), min: from, max: to }, y: axis("Angle (deg)") },
-        plugins: {
-          decimation: { enabled: true, algorithm: "min-max" },
-          legend: { position: "top", align: "end", labels: { usePointStyle: true, pointStyle: "line", color: "#1c2733" } },
-          tooltip: { callbacks: { title: items => items.length ? `${items[0].parsed.x.toFixed(2)} s` : "",
-            label: item => `${item.dataset.label}: ${fixed(item.parsed.y, 3)} deg` } },
-        },
-      },
-    });
-    checks.push(() => Object.keys(points).every(key => {
-      const seen = points[key].some(({ x, y }) => x >= chart.scales.x.min && x <= chart.scales.x.max && !Number.isNaN(y));
-      return !seen || hasColour(canvas, colours[key]);
-    }));
-    return chart;
-  };
-  return { holder, start };
-}
+const swayChart = (points, title, end) => plot({ title, x: { text: "Time (s)", low: 0, high: end }, y: { text: "Angle (deg)" },
+  marks: [["Recorded sway", "sway", "draw"], ["Re-simulated sway", "fitted", "again"], ["Platform tilt", "tilt", "tilt"]]
+    .map(([name, key, kind]) => ({ name, class: kind, line: points[key] })) });
 
 function windowFigure(recording, points, end) {
   const { cycles, cycle_s, lead_in_s } = recording.protocol;
-  const length = element("select", { "aria-label": "Length of the window" });
-  for (const [text, seconds] of [["5 s", 5], ["10 s", 10], ["20 s", 20], ["one stimulus cycle", cycle_s]]) {
-    if (seconds < end) length.append(element("option", { value: seconds }, text));
-  }
-  if (length.options.length === 0) return null;
-  length.selectedIndex = Math.min(2, length.options.length - 1);
-  const slider = element("input", { type: "range", min: 0, step: 0.5, "aria-label": "Start of the window in seconds" });
-  const shown = element("output");
+  const choices = [["5 s", 5], ["10 s", 10], ["20 s", 20], ["one stimulus cycle", cycle_s]].filter(([, seconds]) => seconds < end);
+  if (choices.length === 0) return null;
+  const chosen = Math.min(2, choices.length - 1);
   // The last cycle, when the start has died away; the beginning, if the fit ended before that.
-  const last = Math.min(lead_in_s + (cycles - 1) * cycle_s, end - Number(length.value));
-  const first = points.fitted.length > 0 && points.fitted.at(-1).x < last ? 0 : last;
-  const { holder, start } = swayChart(points, "Line chart: a part of the recorded sway, the re-simulated sway and the platform tilt",
-    first, first + Number(length.value));
-  const put = chart => {
-    slider.max = Math.max(0, end - Number(length.value));
-    const from = Number(slider.value), to = from + Number(length.value);
-    shown.textContent = `${fixed(from, 1)} to ${fixed(to, 1)} s`;
-    if (chart) Object.assign(chart.options.scales.x, { min: from, max: to }), chart.update("none");
-  };
-  slider.max = end;
-  slider.value = first;
-  put(null);
-  const made = element("figure", { class: "closer" }, element("h3", {}, "A closer look"),
-    element("div", { class: "window-controls" }, element("label", {}, "Show ", length), element("label", {}, "from ", slider)), holder,
-    element("figcaption", {}, "Shown: ", shown));
-  return { made, start: () => {
-    const chart = start();
-    for (const control of [length, slider]) control.addEventListener("input", () => put(chart));
-    put(chart);
-  } };
+  const last = Math.min(lead_in_s + (cycles - 1) * cycle_s, end - choices[chosen][1]);
+  const first = points.fitted.length > 0 && points.fitted.at(-1)[0] < last ? 0 : last;
+  const chart = swayChart(points, "Line chart: a part of the recorded sway, the re-simulated sway and the platform tilt", end);
+  return element("figure", { class: "closer" }, element("h3", {}, "A closer look"),
+    windowControls(choices, chosen, first, end, chart.draw), chart.made);
 }
 
 // ---- images --------------------------------------------------------------------------------------------------------
@@ -182,6 +133,9 @@ const palettes = {  // viridis, red-blue, and a wheel that ends where it begins
   cyclic: ["#e2d9e2", "#91b1c8", "#5f6fb9", "#4b2a83", "#2f1436", "#6b1d4b", "#ab4b50", "#cb9a84", "#e2d9e2"],
 };
 
+const rgb = hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
+
+// Returns 256 colours.
 function colourTable(kind) {
   const stops = palettes[kind].map(rgb);
   return Array.from({ length: 256 }, (_, level) => {
@@ -191,15 +145,14 @@ function colourTable(kind) {
   });
 }
 
+// Returns the address of a picture with a pixel a value.
 function bitmap(width, height, colourAt) {
-  const canvas = element("canvas", { width, height });
-  const context = canvas.getContext("2d");
-  const pixels = context.createImageData(width, height);
+  const canvas = element("canvas", { width, height }), context = canvas.getContext("2d"), pixels = context.createImageData(width, height);
   for (let y = 0; y < height; ++y) {
     for (let x = 0; x < width; ++x) pixels.data.set([...(colourAt(x, y) ?? [255, 255, 255]), 255], 4 * (y * width + x));
   }
   context.putImageData(pixels, 0, 0);
-  return canvas;
+  return canvas.toDataURL();
 }
 
 const channelTitles = {
@@ -209,86 +162,33 @@ const channelTitles = {
 };
 const channelUnits = { modulus: "rad", log_modulus: "ln rad", phase: "rad", real: "rad", imaginary: "rad", log_residual: "ln rad" };
 
-function steps(limit, wanted) {
-  const rough = limit / wanted, power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find(factor => factor * power >= rough);
-  return Array.from({ length: Math.floor(limit / step + 1e-9) + 1 }, (_, i) => Number((i * step).toPrecision(12)));
-}
-
 const timeLabel = image => image.fold > 1
   ? "Time in the cycle (s)"
   : image.start_s > 0 ? `Time after ${compact(image.start_s)} s (s)` : "Time (s)";
 
-function drawHeatmap(canvas, image, channel, map, bar) {
-  const ratio = window.devicePixelRatio || 1;
-  const width = canvas.clientWidth, height = canvas.clientHeight;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  const pen = canvas.getContext("2d");
-  pen.scale(ratio, ratio);
-  pen.imageSmoothingEnabled = false;
-  pen.font = "12px system-ui, 'Liberation Sans', sans-serif";
-  pen.fillStyle = pen.strokeStyle = "#3d4853";
-  const left = 52, top = 8, right = width - 92, bottom = height - 42;
-  pen.drawImage(map, left, top, right - left, bottom - top);
-  pen.strokeRect(left, top, right - left, bottom - top);
-
-  const duration = image.columns * image.column_s, highest = image.rows * image.row_hz;
-  pen.textAlign = "center";
-  for (const time of steps(duration, Math.max(2, (right - left) / 70))) {
-    const x = left + time / duration * (right - left);
-    pen.fillRect(x, bottom, 1, 4);
-    pen.fillText(compact(time), x, bottom + 17);
-  }
-  pen.fillText(timeLabel(image), (left + right) / 2, height - 6);
-  pen.textAlign = "right";
-  for (const frequency of steps((image.rows - 1) * image.row_hz, 6)) {
-    const y = bottom - (frequency + image.row_hz / 2) / highest * (bottom - top);
-    pen.fillRect(left - 4, y, 4, 1);
-    pen.fillText(compact(frequency), left - 7, y + 4);
-  }
-  pen.save();
-  pen.translate(13, (top + bottom) / 2);
-  pen.rotate(-Math.PI / 2);
-  pen.textAlign = "center";
-  pen.fillText("Frequency (Hz)", 0, 0);
-  pen.restore();
-
-  const at = right + 14;
-  pen.drawImage(bar, at, top, 14, bottom - top);
-  pen.strokeRect(at, top, 14, bottom - top);
-  pen.textAlign = "left";
-  const limit = value => absent(value) ? "n/a" : channel.logarithmic ? (10 ** value).toExponential(0).replace("e+0", "").replace("e-", "e\u2212") : compact(value);
-  pen.fillText(limit(channel.high), at + 19, top + 10);
-  pen.fillText(limit((channel.low + channel.high) / 2), at + 19, (top + bottom) / 2 + 4);
-  pen.fillText(limit(channel.low), at + 19, bottom);
-  pen.fillText(channelUnits[channel.name] ?? "", at, bottom + 17);
-  return [left + 1, top + 1, right - left - 2, bottom - top - 2].map(length => Math.round(length * ratio));
+// The colours of a heat map from its lowest to its highest value.
+function colourScale(channel) {
+  const limit = value => absent(value) ? "n/a" : channel.logarithmic ? minus((10 ** value).toExponential(0).replace("e+0", "")) : compact(value);
+  const colours = element("span", { class: "colours", "aria-hidden": "true" });
+  colours.style.background = `linear-gradient(to right, ${palettes[channel.kind].join(", ")})`;
+  return element("p", { class: "legend" }, limit(channel.low), colours, `${limit(channel.high)} ${channelUnits[channel.name] ?? ""}`);
 }
 
 function heatmap(image, channel) {
   const colour = colourTable(channel.kind);
   const level = (x, y) => channel.levels[(image.rows - 1 - y) * image.columns + x];  // low frequencies below
-  const map = bitmap(image.columns, image.rows, (x, y) => colour[level(x, y)]);
-  const bar = bitmap(1, 256, (x, y) => colour[255 - y]);
   const title = (channelTitles[channel.name] ?? channel.name) + (channel.logarithmic ? ", logarithmic colours" : "");
-  const canvas = element("canvas", { role: "img", "aria-label":
-    `Heat map: ${title} of the sway\u2019s spectrum, ${timeLabel(image)} 0 to ${compact(image.columns * image.column_s)} s across, ` +
-    `frequency 0 to ${compact((image.rows - 1) * image.row_hz)} Hz upwards` });
-  let drawn = [0, 0, 1, 1];
-  redraws.push(() => { drawn = drawHeatmap(canvas, image, channel, map, bar); });
-  checks.push(() => {
-    const { data } = pixelsOf(canvas).getImageData(...drawn);
-    const seen = new Set();
-    for (let at = 0; at < data.length; at += 4) if (data[at + 3] === 255) seen.add(data[at] << 16 | data[at + 1] << 8 | data[at + 2]);
-    return seen.size >= Math.min(10, new Set(channel.levels).size);
-  });
-  return element("div", {}, element("h4", {}, title), canvas);
+  const half = image.row_hz / 2, highest = image.rows * image.row_hz - half;
+  const { made } = plot({ title: `Heat map: ${title} of the sway\u2019s spectrum, ${timeLabel(image)} 0 to ${compact(image.columns * image.column_s)} s across, ` +
+    `frequency 0 to ${compact((image.rows - 1) * image.row_hz)} Hz upwards`,
+    x: { text: timeLabel(image), low: 0, high: image.columns * image.column_s }, y: { text: "Frequency (Hz)", low: -half, high: highest },
+    marks: [{ image: bitmap(image.columns, image.rows, (x, y) => colour[level(x, y)]) }], height: 272, sheet: 330 });
+  return element("div", {}, element("h4", {}, title), made, colourScale(channel));
 }
 
 function imageFigure(image) {
   return element("details", { class: "help" }, element("summary", {}, "What the network saw (for those who train networks)"), element("figure", {},
-    element("div", { class: "heatmaps" }, ...image.channels.map(channel => heatmap(image, channel))),
+    element("div", { class: "panels" }, ...image.channels.map(channel => heatmap(image, channel))),
     element("figcaption", {}, `Spectrum of each ${compact(image.column_s)} s of sway, one column a window. ` +
       (image.fold > 1 ? `The ${image.fold} equal cycles of the stimulus are averaged into one. ` : "") +
       (image.mirrored ? "Rows above half the sample rate mirror these and are left out. " : "") +
@@ -313,25 +213,17 @@ function fill(made, recording) {
     const end = (sway.length - 1) / recording.protocol.sample_rate_hz;
     const points = swayPoints(recording);
     const whole = swayChart(points, `Line chart over ${compact(end)} s: recorded sway, ` +
-      `${fixed(recording.peak_to_peak_deg, 2)} deg peak to peak, re-simulated sway and platform tilt`, 0, end);
+      `${fixed(recording.peak_to_peak_deg, 2)} deg peak to peak, re-simulated sway and platform tilt`, end);
     const fell = fitted.length < sway.length
       ? ` The body re-simulated from these parameters left the model\u2019s limits ${fixed(fitted.length / recording.protocol.sample_rate_hz, 1)} s into the trial, so its line ends there.` : "";
-    made.append(element("figure", {}, element("h3", {}, "Recorded and re-simulated sway"), whole.holder,
-      element("figcaption", {}, "Both sways are drawn about their means. The re-simulated sway comes from the identified " +
-        "parameters without noise: it cannot follow the random part of the recording, so a low variance accounted for " +
-        "goes with a high noise gain Nv, too." + fell)));
-    whole.start();
+    made.append(chartFigure("Recorded and re-simulated sway", "Both sways are drawn about their means. The re-simulated sway comes from the identified " +
+      "parameters without noise: it cannot follow the random part of the recording, so a low variance accounted for " +
+      "goes with a high noise gain Nv, too." + fell, whole));
     const close = windowFigure(recording, points, end);
-    if (close) {
-      made.append(close.made);
-      close.start();
-    }
+    if (close) made.append(close);
   }
   const response = frfFigure(recording);
-  if (response) {
-    made.append(response.made);
-    response.start();
-  }
+  if (response) made.append(response);
   if (recording.image) {
     const saw = imageFigure(recording.image);
     made.append(saw);

@@ -69,7 +69,7 @@ function strip(parameter, rows) {
     const bar = line(x(quantileOf(sorted, 0.25)), middle, x(quantileOf(sorted, 0.75)), middle, "half");
     return [line(left, middle, right, middle, "grid"), dots, bar, line(x(quantileOf(sorted, 0.5)), middle - 8, x(quantileOf(sorted, 0.5)), middle + 8, "median")];
   });
-  return checked(drawing(width, row * rows.length, `${parameter.name} of the recordings over the range ${compact(parameter.low)} to ${compact(parameter.high)}`, children));
+  return drawing(width, row * rows.length, `${parameter.name} of the recordings over the range ${compact(parameter.low)} to ${compact(parameter.high)}`, children);
 }
 
 function summaryTable() {
@@ -182,6 +182,27 @@ function contents(valueCell, last) {
   if (report.groups) nav.append(groupNotes(), ...report.groups.comparisons.map(comparisonTable));
   nav.append(recordingTable(valueCell, last));
   nav.hidden = false;
+}
+
+// ---- a part of the trial ---------------------------------------------------------------------------------------------
+
+// Returns the controls of a window over the trial. choices: [text, seconds]; chosen: the first of them; from: where it begins;
+// show(from, to) draws it.
+function windowControls(choices, chosen, start, end, show) {
+  const length = element("select", { "aria-label": "Length of the window" }, ...choices.map(([text, seconds]) => element("option", { value: seconds }, text)));
+  length.selectedIndex = chosen;
+  const slider = element("input", { type: "range", min: 0, max: end, step: 0.5, value: start, "aria-label": "Start of the window in seconds" });
+  const shown = element("output");
+  const put = () => {
+    slider.max = Math.max(0, end - Number(length.value));
+    slider.disabled = Number(slider.max) === 0;
+    const from = Number(slider.value), to = Math.min(end, from + Number(length.value));
+    shown.textContent = `${fixed(from, 1)} to ${fixed(to, 1)} s`;
+    show(from, to);
+  };
+  for (const control of [length, slider]) control.addEventListener("input", put);
+  put();
+  return element("div", { class: "window-controls" }, element("label", {}, "Show ", length), element("label", {}, "from ", slider), shown);
 }
 
 // ---- each recording ------------------------------------------------------------------------------------------------

@@ -1,6 +1,5 @@
-// Fills the page of decid study, after common.js and method_table.js. The figures are the SVG files, drawn by the program: they are put in
-// as they are, and tried as pictures.
-(async () => {
+// Fills the page of decid study, after common.js and method_table.js. The figures are the SVG files that the program drew.
+(() => {
 const main = document.getElementById("main");
 document.title = `${report.model} \u2013 study`;
 
@@ -41,15 +40,10 @@ function faults() {
 
 // ---- figures -------------------------------------------------------------------------------------------------------
 
-async function drawing({ id, title, caption, svg, colours }) {
+function drawnBefore({ id, title, caption, svg }) {
   const source = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(svg);
-  const shown = element("img", { src: source, alt: title, class: "drawing" });
-  main.append(element("figure", { id }, element("h3", {}, title), shown,
-    element("figcaption", {}, `${caption} Files: ${id}.svg, ${id}.csv.`)));
-  await shown.decode();
-  const canvas = element("canvas", { width: shown.naturalWidth, height: shown.naturalHeight });
-  canvas.getContext("2d").drawImage(shown, 0, 0);
-  checks.push(() => shown.naturalWidth > 0 && colours.every(colour => hasColour(canvas, colour)));
+  return element("figure", { id }, element("h3", {}, title), element("img", { src: source, alt: title, class: "drawing" }),
+    element("figcaption", {}, `${caption} Files: ${id}.svg, ${id}.csv.`));
 }
 
 // ---- the page ------------------------------------------------------------------------------------------------------
@@ -69,7 +63,7 @@ main.append(element("h3", {}, "Beside the paper"), comparison());
 if (data_set) main.append(element("h3", {}, "Parameters of the trials"), distributions(data_set));
 if (report.fault_rows.length > 0) main.append(element("h3", {}, "Recordings with faults"), faults());
 for (const one of report.comparisons) main.append(...methodComparison(one));
-for (const one of report.figures) await drawing(one);
+main.append(...report.figures.map(drawnBefore));
 document.getElementById("footer").append(element("p", {}, "decid ", report.version, ", weights ", element("code", {}, report.weights_sha256), "."));
 finish();
 })();

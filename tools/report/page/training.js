@@ -1,39 +1,21 @@
 // Draws the page of decid train, after common.js.
 (() => {
 const { log, epochs, best, distribution } = report;
-const colours = { training: "#c0561f", validation: "#17527f", rate: "#5b6770" };
+const classes = { training: "again", validation: "draw", rate: "tilt" };
 
 // Errors are logarithmic where they are positive, as all but the logarithms of densities are, and differ much.
 function chart(title, caption, label, y, lines) {
-  const canvas = element("canvas", { role: "img", "aria-label": label });
-  document.getElementById("main").append(element("figure", {}, element("h3", {}, title),
-    element("div", { class: "chart" }, canvas), element("figcaption", {}, caption)));
-  const values = lines.flatMap(({ key }) => log.map(line => line[key])), least = Math.min(...values), [{ key }] = lines;
-  const scale = axis(y);
-  const logarithmic = { ...scale, type: "logarithmic", ticks: { ...scale.ticks,
-    callback: (value, index, ticks) => ticks[index].major || ticks.length < 12 ? String(value) : "" } };
-  new Chart(canvas, {
-    type: "line",
-    data: { datasets: lines.map(({ key, name }) => ({ label: name, borderColor: colours[key], backgroundColor: colours[key],
-      data: log.map(line => ({ x: line.epoch, y: line[key] })), borderWidth: 1.6, pointRadius: log.length < 60 ? 2.5 : 0,
-      pointHitRadius: 6 })) },
-    options: {
-      animation: false, normalized: true, parsing: false, responsive: true, maintainAspectRatio: false,
-      interaction: { mode: "nearest", axis: "x", intersect: false },
-      scales: { x: { ...axis("Epoch"), min: 0, max: Math.max(epochs, log.length) },
-        y: key !== "rate" && least > 0 && Math.max(...values) > 5 * least ? logarithmic : scale },
-      plugins: { legend: { display: lines.length > 1 }, tooltip: { callbacks: {
-        title: items => items.length ? `Epoch ${items[0].parsed.x}` : "",
-        label: item => `${item.dataset.label}: ${minus(String(Number(item.parsed.y.toPrecision(4))))}` } } },
-    },
-  });
-  for (const { key } of lines) checks.push(() => hasColour(canvas, colours[key]));
+  const values = lines.flatMap(({ key }) => log.map(line => line[key])), least = Math.min(...values), [{ key: first }] = lines;
+  document.getElementById("main").append(chartFigure(title, caption, plot({ title: label,
+    x: { text: "Epoch", low: 0, high: Math.max(epochs, log.length) },
+    y: { text: y, logarithmic: first !== "rate" && least > 0 && Math.max(...values) > 5 * least },
+    marks: lines.map(({ key, name }) => ({ name, class: classes[key], line: log.map(line => [line.epoch, line[key]]), dots: log.length < 60 })) })));
 }
 
 const last = log[log.length - 1], kept = log[(report.keeps_best ? best : log.length) - 1];
 document.title = `${report.model} \u2013 training`;
 document.getElementById("main").append(
-  element("p", {}, `${report.model}, preset ${report.preset}. ` + describeProtocol(report.protocol)),
+  element("h2", {}, report.model), element("p", { class: "about" }, `Preset ${report.preset}. ` + describeProtocol(report.protocol)),
   element("dl", { class: "figures" },
     figure("Epochs", `${log.length} of ${epochs}`, report.finished ? "finished" : "this page is rewritten after each; load it anew"),
     figure("Validation MSE", fixed(kept.validation, 4), `of epoch ${kept.epoch}; guessing the mean gives 1`),

@@ -1,0 +1,12 @@
+// The settings of an image as a JSON value. Not installed.
+#pragma once
+
+#include "base/files/json.hpp"
+#include "dataset/image/image.hpp"
+
+namespace decid::dataset {
+
+/// Returns what to_json() prints (image.hpp).
+Json json_of(const ImageSettings& settings);
+
+}  // namespace decid::dataset

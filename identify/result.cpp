@@ -1,0 +1,58 @@
+// Results: see result.hpp.
+#include "identify/result.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace decid {
+namespace {
+
+/// Empty if the recording counts.
+std::string reason_to_leave_out(const RecordingResult& result) {
+  if (result.error) return "error";
+  if (result.trust() == Trust::not_usable) return name(Trust::not_usable);
+  return result.trial.tilt && result.trial.tilt->is_other_size ? "tilt_of_other_size" : "";
+}
+
+}  // namespace
+
+const char* name(FitFigures::Answer answer) {
+  return answer == FitFigures::Answer::network ? "network" : "posterior";
+}
+
+double RecordingResult::peak_to_peak_deg() const {
+  const std::vector<float>& sway_rad = trial.sway_rad();
+  if (sway_rad.empty()) return 0.0;
+  if (std::ranges::any_of(sway_rad, [](float value) { return std::isnan(value); })) return std::nan("");
+  const auto [low, high] = std::ranges::minmax(sway_rad);
+  return static_cast<double>(high - low) / sim::rad_per_deg;
+}
+
+Warnings gravest_first(std::initializer_list<Warnings> lists) {
+  Warnings all;
+  for (const Warnings& list : lists) all.insert(all.end(), list.begin(), list.end());
+  std::ranges::stable_sort(all, std::greater<>(), &Warning::severity);
+  return all;
+}
+
+sim::ParameterTable Report::ranges() const {
+  return fit ? posterior::ranges_of(fit->priors, protocol.ranges()) : protocol.ranges();
+}
+
+GroupReport report_groups(GroupTable table, std::span<const RecordingResult> recordings, std::size_t parameters) {
+  GroupReport report{std::move(table), {}, {}};
+  std::vector<GroupedRecording> compared;
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const GroupMember& member = report.table.members.at(i);
+    report.left_out.push_back(member.group.empty() ? std::string() : reason_to_leave_out(recordings[i]));
+    if (member.group.empty()) continue;
+    const sim::Parameters& values = recordings[i].estimate.parameters;
+    GroupedRecording& one = compared.emplace_back(GroupedRecording{member.group, member.person, {}});
+    if (report.left_out.back().empty()) one.values.assign(values.begin(), values.end());
+  }
+  report.comparison = compare_groups(compared, parameters);
+  return report;
+}
+
+}  // namespace decid

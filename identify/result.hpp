@@ -1,0 +1,94 @@
+// Results: of one recording, and of a call. Text, JSON, tables, pages and the C interface are views of these values.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+#include "dataset/image/image.hpp"
+#include "identify/estimate.hpp"
+#include "identify/groups.hpp"
+#include "identify/predictive_check.hpp"
+#include "posterior/density/inferred.hpp"
+#include "recording/trial.hpp"
+
+namespace decid {
+
+struct FitRequest {
+  posterior::Priors priors;  ///< where a recording's tilt was measured, its start is known
+  posterior::Settings settings;
+};
+
+/// A fit: the posterior, and the signals and checks that come from it.
+struct FitFigures {
+  /// Whose values the estimate has: the posterior's means or, if its chains do not agree, the network's.
+  enum class Answer { posterior, network };
+  Answer answer = Answer::posterior;
+  posterior::Posterior posterior;
+  std::optional<sim::Parameters> network;  ///< its answer, where it knows the experiment
+  posterior::Inferred inferred;
+  PredictiveCheck check;
+  double samples_noise_deg = 0.0;  ///< the sensor's noise by the samples' second differences
+  double block_s = 0.0;            ///< of what is inferred and checked; the first block begins with the trial
+  double edge_s = 0.0;             ///< from one edge of inferred signals to the next
+  double first_edge_s = 0.0;
+  double seconds = 0.0;
+  bool stopped = false;  ///< before there were as many draws as are wanted
+};
+const char* name(FitFigures::Answer answer);
+
+/// One recording on its way: read and brought to the protocol; then identified or fitted, and explained.
+struct RecordingResult {
+  std::string file;
+  std::optional<Error> error = {};       ///< why the recording could not be used; if set, nothing below is
+  std::string column, tilt_column;       ///< the columns that were read; tilt_column may be empty
+  std::optional<sim::Parameters> truth;  ///< when known (a simulated recording)
+  recording::Trial trial;                ///< the recording at the protocol's rate and length
+  Estimate estimate;
+  Explanation explanation;
+  std::optional<FitFigures> fit = {};  ///< empty if the network alone answered
+  Warnings warnings = {};  ///< of all steps, the gravest first, else in their order; those of the parts are here too
+
+  double peak_to_peak_deg() const;
+  Trust trust() const { return trust_of(warnings); }
+};
+
+/// Calls use() with the distribution that the values of a result are of: the posterior or the network's. Does nothing
+/// if there is none.
+template <class Use>
+void use_distribution(const RecordingResult& result, const Use& use) {
+  if (result.fit && result.fit->answer == FitFigures::Answer::posterior)
+    use(result.fit->posterior);
+  else if (result.estimate.distribution)
+    use(*result.estimate.distribution);
+}
+
+/// Returns the warnings of several lists, the gravest first, else in their order.
+Warnings gravest_first(std::initializer_list<Warnings> lists);
+
+/// The recordings of one call, and what they have in common.
+struct Report {
+  sim::Protocol protocol;              ///< with the subject's body, or the one that is assumed
+  bool body_assumed = true;            ///< nobody said whose body it is
+  std::vector<float> tilt_rad;         ///< the platform at the trials' samples
+  dataset::ImageSettings image;        ///< of the network; unset for a fit
+  dataset::ImageShape image_shape{};   ///< of Estimate::image, where that is not empty
+  std::optional<FitRequest> fit = {};  ///< what was asked of a fit
+  bool network_answers = true;         ///< the model's network knows the experiment
+  std::string model, model_sha256;     ///< its name and that of its weights, or empty
+  bool recalibrated = false;           ///< so are the network's distributions
+  std::vector<std::string> options;    ///< given options that change the answers, such as --unit rad
+  std::vector<RecordingResult> recordings;
+  std::optional<GroupReport> groups = {};
+
+  /// Returns the parameters with the ranges that they may have: the body's, or those that were asked for.
+  sim::ParameterTable ranges() const;
+};
+
+/// Compares the groups of `table`, whose members are those of the recordings, in their order. Leaves out recordings
+/// with an error, those that are not usable, and those of a platform that tilted another angle.
+GroupReport report_groups(GroupTable table, std::span<const RecordingResult> recordings, std::size_t parameters);
+
+}  // namespace decid

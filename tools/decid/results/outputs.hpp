@@ -1,0 +1,28 @@
+// The files that a command writes of its report, and what it prints.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "identify/result.hpp"
+#include "tools/decid/command.hpp"
+
+namespace decid::tools {
+
+struct Outputs {
+  std::string json, page, table, draws;  ///< files; empty: not asked for
+  /// The places of the report's recordings in a call of `count`.
+  std::vector<std::size_t> places = {};
+  std::size_t count = 0;
+
+  std::vector<std::string> files() const { return {json, draws, page, table}; }
+  /// Throws Error if one of them would replace an input or another one, or cannot be written.
+  void check(std::vector<std::string> inputs) const;
+  /// Writes the files and prints the report on standard output, as JSON or as text.
+  void write(const Report& report, bool print_json) const;
+};
+
+/// Adds -o, --report and --table, of a fit also --draws.
+void add_report_options(const Command& command, Outputs& outputs, bool of_fit);
+
+}  // namespace decid::tools

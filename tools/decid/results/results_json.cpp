@@ -1,0 +1,159 @@
+// Reports as JSON: see results.hpp.
+#include <algorithm>
+#include <cmath>
+
+#include "base/files/json_object.hpp"
+#include "base/version.hpp"
+#include "sim/protocol/protocol_object.hpp"
+#include "sim/segments.hpp"
+#include "tools/decid/results/posterior_results.hpp"
+#include "tools/decid/results/results.hpp"
+#include "tools/report/frf.hpp"
+#include "tools/report/groups_json.hpp"
+#include "tools/report/parameters_json.hpp"
+#include "tools/report/recording_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+using posterior::Density;
+using posterior::Posterior;
+
+Json diagnostics_json(const Posterior& found, const sim::ParameterTable& table) {
+  Json json = common_diagnostics(found, table.names(), {"sensor_noise_deg", "start_s", "gain"});
+  json["divergences"] = found.divergences();
+  json["energy_fraction"] = number_or_null(found.energy_fraction());
+  json["restarts"] = found.restarts();
+  json["gradients"] = found.leapfrog_steps();
+  return json;
+}
+
+Json check_json(const PredictiveCheck& check) {
+  Json figures = Json::array();
+  for (const CheckedFigure& figure : check.figures)
+    figures.push_back({{"name", figure.name},
+                       {"unit", figure.in_degrees ? "deg" : "1"},
+                       {"recorded", number_or_null(figure.recorded)},
+                       {"simulated", number_or_null(figure.middle)},
+                       {"simulated_interval90", {number_or_null(figure.low), number_or_null(figure.high)}},
+                       {"p", figure.p}});
+  return {{"trials", PredictiveCheck::trials}, {"standing", check.standing}, {"figures", std::move(figures)}};
+}
+
+Json left_out_json(const FitFigures& fitted) {
+  const posterior::LeaveOneOut& left_out = fitted.inferred.left_out;
+  return {{"value", left_out.log_density},
+          {"standard_error", left_out.standard_error},
+          {"effective_parameters", left_out.effective_parameters},
+          {"blocks", fitted.inferred.sway_rad.low.size()},
+          {"block_s", fitted.block_s},
+          {"max_shape", left_out.max_shape},
+          {"unreliable_blocks", left_out.unreliable}};
+}
+
+/// The values, ranges and priors of the parameters, and how sure they are.
+Json parameters_of(const RecordingResult& id, const Report& report, const sim::ParameterTable& table) {
+  const double mgh = report.protocol.experiment.body.mgh();
+  Json list = parameters_json(table, id.estimate.parameters, mgh, id.truth);
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    list[p]["range"] = {table[p].low, table[p].high};
+    if (!report.fit) continue;
+    const auto& priors = report.fit->priors.parameters;
+    const auto prior = std::ranges::find(priors, table[p].name, &posterior::ParameterPrior::name);
+    if (prior != priors.end() && prior->normal)
+      list[p]["prior"] = {{"mean", prior->normal->mean}, {"sd", prior->normal->sd}};
+  }
+  use_distribution(id, [&](const auto& found) {
+    for (std::size_t p = 0; p < table.size(); ++p) add_found(list[p], found, p, table[p], mgh);
+  });
+  return list;
+}
+
+void add_fit(Json& recording, const FitFigures& fitted, const sim::ParameterTable& table) {
+  const Posterior& found = fitted.posterior;
+  recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
+  recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
+  // Chains hold these two while they draw: no interval.
+  recording["slow_noise_deg"] = {{"value", found.mean(Density::slow_noise)},
+                                 {"memory_s", found.mean(Density::slow_memory)}};
+  recording["start_s"] = quantity_json(found, Density::start);
+  recording["gain"] = quantity_json(found, Density::gain);
+  recording["diagnostics"] = diagnostics_json(found, table);
+  recording["predictive_check"] = check_json(fitted.check);
+  recording["log_predictive_density"] = left_out_json(fitted);
+  recording["fit"]["answer"] = name(fitted.answer);
+}
+
+/// A recording's object.
+Json recording_json(const RecordingResult& id, const Report& report) {
+  if (id.error) return {{"file", id.file}, {"error", id.error->what()}};
+  const sim::ParameterTable table = report.ranges();
+  const Explanation& explanation = id.explanation;
+  const std::optional<recording::TiltMatch>& tilt = id.trial.tilt;
+  Json recording{{"file", id.file},
+                 {"parameters", parameters_of(id, report, table)},
+                 {"fit",
+                  {{"rms_residual_deg", number_or_null(explanation.rms_residual_deg)},
+                   {"variance_accounted_for", number_or_null(explanation.variance_accounted_for)}}},
+                 {"peak_to_peak_deg", id.peak_to_peak_deg()},
+                 {"following", number_or_null(explanation.following)},
+                 {"unfamiliarity", number_or_null(explanation.unfamiliarity)}};
+  if (tilt) {
+    recording["tilt"] = {{"column", id.tilt_column},
+                         {"delay_s", tilt->delay_s},
+                         {"correlation", tilt->correlation},
+                         {"gain", tilt->gain}};
+  }
+  recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
+  recording["trust"] = name(id.trust());
+  recording["warnings"] = warnings_json(id.warnings);
+  use_distribution(id, [&](const auto& found) { recording["correlations"] = correlations_json(found, table.size()); });
+  if (id.fit) add_fit(recording, *id.fit, table);
+  return recording;
+}
+
+}  // namespace
+
+Json recordings_json(const Report& report) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < report.recordings.size(); ++i) {
+    Json& recording = list.emplace_back(recording_json(report.recordings[i], report));
+    if (!report.groups || report.groups->table.members[i].group.empty()) continue;
+    recording["group"] = report.groups->table.members[i].group;
+    if (!report.groups->table.person_column.empty()) recording["subject"] = report.groups->table.members[i].person;
+  }
+  return list;
+}
+
+std::optional<sim::Subject> person_of(const sim::Body& body) {
+  try {
+    return sim::subject_of(body);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+Json body_json(const sim::Body& body, bool assumed) {
+  Json json{{"mass_kg", body.mass_kg},
+            {"com_height_m", body.com_height_m},
+            {"inertia_kgm2", body.inertia_kgm2},
+            {"assumed", assumed}};
+  if (const std::optional<sim::Subject> person = person_of(body))
+    json["person"] = Json{{"mass_kg", person->mass_kg}, {"height_m", person->height_m}};
+  return json;
+}
+
+std::string report_json(const Report& report) {
+  Json json{{"decid", version},
+            {"model", report.model},
+            {"model_sha256", report.model_sha256},
+            {"options", report.options},
+            {"protocol", sim::json_of(report.protocol)},
+            {"body", body_json(report.protocol.experiment.body, report.body_assumed)},
+            {"other_answer", other_answer_json(report)},
+            {"recordings", recordings_json(report)}};
+  if (report.groups) json.update(groups_json(report));
+  return print_json(json) + "\n";
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,139 @@
+// Reports as text: see results.hpp.
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+#include "tools/decid/results/group_results.hpp"
+#include "tools/decid/results/posterior_results.hpp"
+#include "tools/decid/results/results.hpp"
+
+namespace decid::tools {
+namespace {
+
+using posterior::Density;
+
+std::string point_table(const RecordingResult& id, const Report& report) {
+  const sim::ParameterTable table = report.ranges();
+  std::string text = format("  %-8s %10s %12s %-10s%s  %s\n", "", "/ (m g h)", "identified", "unit",
+                            id.truth ? "         true" : "", "range");
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const sim::ParameterInfo& info = table[p];
+    text += format("  %-8s ", info.name.c_str()) +
+            over_mgh(info, id.estimate.parameters[p], report.protocol.experiment.body.mgh());
+    text += format(" %12.5g %-10s", id.estimate.parameters[p], info.shown_unit().c_str());
+    if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
+    text += format("  %g to %g\n", info.low, info.high);
+  }
+  return text;
+}
+
+template <class Found>
+std::string distribution_table(const RecordingResult& id, const Report& report, const Found& found, const char* value,
+                               const char* interval) {
+  const sim::ParameterTable table = report.ranges();
+  std::string text = table_heading(value, interval, id.truth.has_value());
+  for (std::size_t p = 0; p < table.size(); ++p)
+    text +=
+        parameter_line(found, p, table[p], id.estimate.parameters[p], report.protocol.experiment.body.mgh(), id.truth);
+  return text;
+}
+
+std::string parameters_text(const RecordingResult& id, const Report& report) {
+  const bool from_posterior = id.fit && id.fit->answer == FitFigures::Answer::posterior;
+  const char* const value = !id.fit ? "identified" : from_posterior ? "mean" : "network";
+  if (id.estimate.distribution)
+    return distribution_table(id, report, *id.estimate.distribution, value, "90 % interval");
+  if (id.fit) return distribution_table(id, report, id.fit->posterior, value, "90 % of the draws");
+  return point_table(id, report);
+}
+
+/// The p-values in one line.
+std::string check_text(const PredictiveCheck& check) {
+  if (check.figures.empty()) return {};
+  std::string text;
+  for (const CheckedFigure& figure : check.figures)
+    text += format("%s%s %.2g", text.empty() ? "" : ", ", figure.name.c_str(), figure.p);
+  return "  simulated anew, two-sided p: " + text + "\n";
+}
+
+/// Returns the lines of a fit below its parameters.
+std::string fit_text(const FitFigures& fitted) {
+  const posterior::Posterior& found = fitted.posterior;
+  std::string text;
+  const auto line = [&](const char* what, int quantity, const char* unit) {
+    if (found.deviation(quantity) > 0.0)
+      text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);
+  };
+  line("sensor noise", Density::sensor_noise, " degrees");
+  text += format("  slow noise %.3g degrees, which forgets within %.2g s\n", found.mean(Density::slow_noise),
+                 found.mean(Density::slow_memory));
+  line("the recording starts", Density::start, " s after the protocol");
+  line("recorded over true sway", Density::gain, "");
+  const auto worst = std::ranges::max_element(found.rhat());
+  const auto fewest = std::ranges::min_element(found.effective_draws());
+  text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less, %d divergences; %.1f s\n",
+                 found.chains(), found.draws(), *fewest, *worst, found.divergences(), fitted.seconds);
+  return text + check_text(fitted.check);
+}
+
+std::string sway_text(const RecordingResult& id) {
+  std::string text = format("  sway: peak to peak %.3f degrees", id.peak_to_peak_deg());
+  if (std::isfinite(id.explanation.rms_residual_deg))
+    text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.explanation.rms_residual_deg,
+                   100 * id.explanation.variance_accounted_for);
+  if (std::isfinite(id.explanation.following)) text += format(", follows the tilt %.2f", id.explanation.following);
+  if (id.trial.tilt) {
+    text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
+                   std::round(1e3 * id.trial.tilt->delay_s) / 1e3 + 0.0,  // no -0.000
+                   id.tilt_column.c_str(), id.trial.tilt->correlation, id.trial.tilt->gain);
+  }
+  return text + "\n";
+}
+
+std::string recording_text(const RecordingResult& id, const Report& report) {
+  if (id.error) return id.file + (report.fit ? ": not fitted\n" : ": not identified\n");
+  return format("%s (%s)\n", id.file.c_str(), id.column.c_str()) + trust_text(id.warnings) +
+         parameters_text(id, report) + (id.fit ? fit_text(*id.fit) : "") + sway_text(id) + warnings_text(id.warnings);
+}
+
+std::string person_text(const sim::Body& body) {
+  const std::optional<sim::Subject> person = person_of(body);
+  return person ? format("; a person of %.1f kg and %.2f m", person->mass_kg, person->height_m) : "";
+}
+
+}  // namespace
+
+std::string body_text(const sim::Body& body, bool assumed) {
+  const std::string text = format("Body: %.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad",
+                                  body.mass_kg, body.com_height_m, body.mgh()) +
+                           person_text(body);
+  if (!assumed) return text + ".\n";
+  return text +
+         ". It is assumed: stiffness and damping of another body of that height are these over its m g h "
+         "(--mass, --height).\n";
+}
+
+std::string trust_text(const Warnings& warnings) {
+  const Trust trust = trust_of(warnings);
+  if (trust == Trust::usable) return "  usable: no check found anything odd\n";
+  return (trust == Trust::caution ? "  with caution: " : "  NOT USABLE: ") + gravest(warnings)->text + "\n";
+}
+
+std::string warnings_text(const Warnings& warnings) {
+  std::string text;
+  for (auto w = warnings.begin(); w != warnings.end(); ++w)
+    if (w->severity == Severity::info)
+      text += "  note: " + w->text + "\n";
+    else if (w != gravest(warnings))
+      text += "  warning: " + w->text + "\n";
+  return text;
+}
+
+std::string report_text(const Report& report) {
+  std::string text;
+  for (const RecordingResult& id : report.recordings) text += recording_text(id, report);
+  const std::string body = body_text(report.protocol.experiment.body, report.body_assumed);
+  return report.fit ? valid_utf8(text) + groups_text(report) + body : text + body + groups_text(report);
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,21 @@
+// Groups compared, as JSON: identify/groups.hpp has the formulas.
+#pragma once
+
+#include "base/files/json.hpp"
+#include "identify/result.hpp"
+
+namespace decid::tools {
+
+/// Returns
+///   {"groups": [{"name", "people", "recordings", "parameters": [{"name", "mean", "sd"}]}],
+///    "comparisons": [{"groups": [a, b], "paired", "people": [in a, in b], "unpaired_people",
+///                     "parameters": [{"name", "difference", "interval95", "adjusted_interval95", "hedges_g"}]}],
+///    "group_comparison": {"person_column", "parameters", "pairs", "intervals", "adjustment",
+///                         "left_out": [{"file", "group", "reason"}], "unused_lines": [{"line", "file"}]}}
+/// with every pair, groups in the order of their names; null of a report without groups.
+Json groups_json(const Report& report);
+
+/// Returns the same for pages, with "members": {"group", "left_out"} for each of the recordings that have no error.
+Json page_groups(const Report& report);
+
+}  // namespace decid::tools
